@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.html import html_table, some
@@ -43,14 +45,9 @@ def read(html: str) -> str:
     return " | ".join(cells.texts)
 
 
-def problem(**more: object) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(
-        name=EVIL, contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=80.0), tangential="x",
-        rubbing=ss.RubbingMotion(velocity=5.0),
-    )  # fmt: skip
-    given = {"contacts": pair, "loads": ss.Load(dof="x", sin=100.0), "harmonics": range(6), "title": EVIL} | more
-    return ss.Problem(structure, **given)  # type: ignore[arg-type]
+def problem(**more: Any) -> ss.Problem:
+    pair = damper(5.0, name=EVIL, normal_load=80.0)
+    return one_mass(**{"contacts": pair, "harmonics": range(6), "title": EVIL} | more)
 
 
 def test_of_a_problem() -> None:

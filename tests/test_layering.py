@@ -28,6 +28,7 @@ ORDER = (
     ("studies",),
     ("verify",),
     ("case",),
+    ("runs",),
     ("cli",),
     ("__main__",),
 )

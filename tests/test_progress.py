@@ -8,16 +8,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick import progress as module
 
 
 def problem() -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    damper = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    pair = ss.ContactPair(name="damper", tangential="x", contact=damper)
-    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=range(4))
+    return one_mass(damper())
 
 
 @pytest.fixture

@@ -5,52 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from helpers.cases import oscillator
+from helpers.command import slipstick
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.case.case import Case
-from slipstick.cli.main import app
 from slipstick.cli.verbs.run import peak_lines
 from slipstick.units import Units, after_number
 
 NAMES = {"length": "mm", "force": "N", "time": "s", "temperature": "degC"}
-CASE = """
-format = 1
-harmonics = "0..3"
-units = { length = "mm", force = "N", time = "s" }
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = "0.9 Hz"
-to = "60 rpm"
-"""
+CASE = oscillator(
+    head='harmonics = "0..3"\nunits = { length = "mm", force = "N", time = "s" }\n',
+    rubbing="velocity = 10.0",
+    response='from = "0.9 Hz"\nto = "60 rpm"\n',
+)
 
 
 def problem(**units: str) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(
-        name="damper",
-        contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0),
-        tangential="x",
-        rubbing=ss.RubbingMotion(velocity=10.0),
-    )
-    return ss.Problem(
-        structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1, 2, 3], units=units
-    )
+    return one_mass(damper(10.0), units=units)
 
 
 @pytest.mark.parametrize(
@@ -140,11 +113,11 @@ def test_a_followed_parameter_has_its_unit() -> None:
 def test_a_case_is_shown_in_its_units(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(CASE)
-    said = CliRunner().invoke(app, ["check", str(path)]).output
+    said = slipstick("check", path).output
     assert "range: 5.65487 rad/s (0.9 Hz) to 6.28319 rad/s (1 Hz)" in said
     assert "kt 100 N/mm, mu 0.3, normal_load 800 N, rubbing at 10 mm/s" in said
     assert "largest amplitude of x 38.96 mm near 6.28319 rad/s (1 Hz)" in said
-    done = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "out"), "--no-figures"])
+    done = slipstick("run", path, "-o", tmp_path / "out", "--no-figures")
     assert done.exit_code == 0, done.output
     branch = ss.load(tmp_path / "out" / "results.nc")
     assert branch.dataset["displacement"].attrs["units"] == "mm"

@@ -17,7 +17,7 @@ from helpers.cases import oscillator
 
 import slipstick as ss
 from slipstick.cli.examples import example
-from slipstick.cli.run_options import RunOptions
+from slipstick.cli.options import RunOptions
 from slipstick.cli.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh

@@ -47,7 +47,7 @@ _PUBLIC = {
     "track_peak": "slipstick.analysis.peaks.tracking",
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
-    "resume": "slipstick.cli.resume",
+    "resume": "slipstick.runs.resume",
     "Progress": "slipstick.progress",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
@@ -77,7 +77,6 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.branch import Branch as Branch
     from slipstick.case.case import Case as Case
     from slipstick.case.case import load_case as load_case
-    from slipstick.cli.resume import resume as resume
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
@@ -95,6 +94,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.reduced_body import reduced_body as reduced_body
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
+    from slipstick.runs.resume import resume as resume
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.state.thermal.model import ThermalModel as ThermalModel
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure

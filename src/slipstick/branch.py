@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from slipstick.analysis.time_domain.check import TimeCheck
+    from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
 
 
@@ -64,7 +65,7 @@ class Branch:
     """
 
     def __init__(
-        self, dataset: Any, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
+        self, dataset: object, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
     ) -> None:
         if not hasattr(dataset, "data_vars"):
             raise wrong("branch, dataset", dataset, "an xarray.Dataset")
@@ -75,7 +76,8 @@ class Branch:
         self.without = "" if problem is not None else without or "it was made from a dataset alone"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**{k: v for k, v in vars(self).items() if k != "dataset"}, "_source": self.dataset}
+        kept = {k: v for k, v in vars(self).items() if k not in ("dataset", "balance")}
+        return {**kept, "_source": self.dataset}
 
     @cached_property
     def dataset(self) -> xarray.Dataset:
@@ -83,9 +85,16 @@ class Branch:
         source: Any = self._source
         return source.to_dataset() if isinstance(source, ResultTable) else source
 
+    @cached_property
+    def balance(self) -> Balance:
+        """The equations of its problem, made once; InputError where the problem is not known."""
+        from slipstick.balance.ports import Balance
+
+        return Balance(self._known_problem)
+
     @property
     def table(self) -> ResultTable:
-        """The same numbers, at once; of the dataset where that was made already and may have been changed."""
+        """The same numbers without xarray; those of the dataset where it was made already and may have been changed."""
         source: Any = vars(self).get("dataset", self._source)
         return source if isinstance(source, ResultTable) else ResultTable.of(source)
 
@@ -138,7 +147,7 @@ class Branch:
         """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
 
         ``dof`` is by default the first one. They were located by the solver; those of a linear response are the largest
-        among the frequencies that were given.
+        among the frequencies it was computed at.
 
         Warns
         -----
@@ -192,21 +201,28 @@ class Branch:
         """Forces of the friction contacts at a point, computed again with states and tangents from the dataset alone.
 
         Contacts of other laws have nan, and no states. Raises InputError where there is no such point, no friction, or
-        numbers that are none.
+        values that are not numbers.
         """
-        own = next((own for own in contacts_at(self, point) if own.law is not None and is_friction(own.law)), None)
-        if own is None:
+        friction = next(
+            (
+                friction
+                for friction in contacts_at(self, point)
+                if friction.law is not None and is_friction(friction.law)
+            ),
+            None,
+        )
+        if friction is None:
             raise InputError(NO_FRICTION)
-        count, omega = self.table.sizes["contact"], float(np.asarray(own.motion.omega))
+        count, omega = self.table.sizes["contact"], float(np.asarray(friction.motion.omega))
 
         def among_all(values: Array) -> Array:
             out = np.full((count, *values.shape[1:]), np.nan)
-            out[own.elements] = values
+            out[friction.elements] = values
             return out
 
-        X, Y = map(among_all, own.motion.Q)
-        given = {name: among_all(values) for name, values in own.values.items()}
-        forces = element_forces(self.harmonics, X, Y, v=among_all(own.motion.drift[0]), **given)
+        X, Y = map(among_all, friction.motion.Q)
+        parameters = {name: among_all(values) for name, values in friction.values.items()}
+        forces = element_forces(self.harmonics, X, Y, v=among_all(friction.motion.drift[0]), **parameters)
         forces.omega = omega
         return forces
 
@@ -243,16 +259,16 @@ class Branch:
         (``slipstick.state.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
         """
         d, problem = self.point(point), self.problem_at(point)
-        heated = next((own for own in problem.contact_states if isinstance(own, HeatedContacts)), None)
+        heated = next((state for state in problem.contact_states if isinstance(state, HeatedContacts)), None)
         if heated is None:
             raise InputError("no contact of this branch is heated; give the problem a thermal model")
-        batch, given = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
+        batch, inputs = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
         omega = float(d["omega"])
         Q = tuple(
-            d[f"contact_{port}"].to_numpy()[batch.elements] + given.motion[i] for i, port in enumerate(batch.law.ports)
+            d[f"contact_{port}"].to_numpy()[batch.elements] + inputs.motion[i] for i, port in enumerate(batch.law.ports)
         )
-        motion = Motion(self.harmonics, omega, Q, given.drift(omega), given.velocity_per_omega)
-        return heated.all_equilibria(batch.law, motion, given.values)
+        motion = Motion(self.harmonics, omega, Q, inputs.drift(omega), inputs.velocity_per_omega)
+        return heated.all_equilibria(batch.law, motion, inputs.values)
 
     @property
     def plot(self) -> BranchPlots:
@@ -382,12 +398,16 @@ class Branch:
 
     def problem_at(self, point: int) -> Problem:
         """The problem with the followed parameter as it is at a point; InputError where it is not known."""
-        if self.problem is None:
-            raise InputError(f"the problem of this branch is not known: {self.without}")
-        problem, name = self.problem, str(self.table.attrs.get("parameter", ""))
+        problem, name = self._known_problem, str(self.table.attrs.get("parameter", ""))
         if name:
             problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))
         return problem
+
+    @property
+    def _known_problem(self) -> Problem:
+        if self.problem is None:
+            raise InputError(f"the problem of this branch is not known: {self.without}")
+        return self.problem
 
     def point(self, point: int) -> xarray.Dataset:
         """A point with its contacts; InputError where there is none."""

@@ -46,7 +46,7 @@ def in_python(where: Where) -> str:
 
 @dataclass(frozen=True, init=False)
 class Fault:
-    """One thing that is wrong with what a user gave, as data; ``str`` is the sentence. Any text may be empty.
+    """One thing that is wrong with a user's input, as data; ``str`` is the sentence. Any text may be empty.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Fault:
         return replace(self, where=(*where, *self.where))
 
     def below(self, *where: str | int) -> Fault:
-        """The same fault without the first words of its path, where these are as given."""
+        """The same fault without the first words of its path, where these are ``where``."""
         known = len(where) if self.where[: len(where)] == where else 0
         return replace(self, where=self.where[known:])
 
@@ -97,7 +97,7 @@ class Fault:
         return "; ".join(part for part in (found, self.statement, expected, self.remedy) if part)
 
     def said(self, place: Callable[[Where], str]) -> str:
-        """The sentence, its place in somebody's own words; a statement that begins with a verb goes on from it."""
+        """The sentence, its place in the words of ``place``; a statement that begins with a verb goes on from it."""
         name = _shortened(place(self.where))
         if not name:
             return self.words
@@ -110,8 +110,8 @@ class Fault:
 class InputError(SlipstickError, ValueError):
     """Input that cannot be computed.
 
-    ``faults`` holds everything that was found, as data, ``sentences`` the same in words. A text given instead of a
-    fault is a fault that has no place and is its own statement. Names of hundreds of characters are shortened.
+    ``faults`` holds all that is wrong, as data, ``sentences`` the same in words. A text instead of a fault is the
+    statement of a fault without a place. Names of hundreds of characters are shortened.
 
     Parameters
     ----------
@@ -137,9 +137,9 @@ class InputError(SlipstickError, ValueError):
         return type(self), (self.faults, self._say)
 
 
-def faults_of(given: str | Fault | Iterable[str | Fault]) -> tuple[Fault, ...]:
+def faults_of(faults: str | Fault | Iterable[str | Fault]) -> tuple[Fault, ...]:
     """Faults, each once; a text is a fault without a place."""
-    listed = (given,) if isinstance(given, str | Fault) else given
+    listed = (faults,) if isinstance(faults, str | Fault) else faults
     return tuple(dict.fromkeys(Fault(statement=one) if isinstance(one, str) else one for one in listed))
 
 

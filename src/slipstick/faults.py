@@ -1,4 +1,4 @@
-"""What users give, checked: the value as it is computed with, or one sentence that says what was expected."""
+"""Checks of what users give: the value as it is computed with, or a fault that says what was expected."""
 
 from __future__ import annotations
 
@@ -47,19 +47,33 @@ _PASSED_BY = ("slipstick", "dataclasses", "functools", "contextlib")
 class Gathering:
     """Collects the faults of several checks so that a user hears of all at once.
 
-    >>> found = Gathering()
-    >>> found.take(number, "kt", "a"), found.take(number, "mu", 0.3)
+    >>> gathering = Gathering()
+    >>> gathering.take(number, "kt", "a"), gathering.take(number, "mu", 0.3)
     (None, 0.3)
-    >>> [str(fault) for fault in found.faults]
+    >>> [str(fault) for fault in gathering.faults]
     ["kt: found 'a'; expected a finite number"]
     """
 
     def __init__(self) -> None:
         self.faults: list[Fault] = []
 
+    def __enter__(self) -> Gathering:
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        """The faults of an InputError are kept, and what comes after the block goes on."""
+        if isinstance(error, InputError):
+            self.faults += error.faults
+            return True
+        return False
+
     def take(self, check: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
         """What a check makes of a value, or None and its faults are kept."""
         return self.inside((), check, *args, **options)
+
+    def optional(self, check: Callable[..., T], name: Name, value: object, *args: Any, **options: Any) -> T | None:
+        """As ``take``; None is a value that is left out."""
+        return None if value is None else self.take(check, name, value, *args, **options)
 
     def inside(self, where: Where, check: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
         """As ``take`` for a check that does not know what its value is part of."""
@@ -70,7 +84,7 @@ class Gathering:
             return None
 
     def end(self, *where: str | int) -> None:
-        """Raise InputError with everything found, told to lie in ``where``, if there is anything."""
+        """Raise InputError with all faults, which lie in ``where``, if there are any."""
         if self.faults:
             raise InputError([fault.inside(*where) for fault in self.faults])
 
@@ -95,7 +109,7 @@ def shown(value: Any, limit: int = 60) -> str:
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def plain(value: Any) -> str:
+def plain(value: object) -> str:
     """A value as it can be typed again: arrays as lists, numpy's numbers as Python's.
 
     >>> import numpy as np
@@ -107,12 +121,12 @@ def plain(value: Any) -> str:
     return repr(value.tolist() if hasattr(value, "tolist") and hasattr(value, "dtype") else value)
 
 
-def wrong(name: Name, value: Any, expected: str) -> InputError:
+def wrong(name: Name, value: object, expected: str) -> InputError:
     """The exception for a value that is not what was expected."""
     return InputError(Fault(path_of(name), found=shown(value), expected=expected))
 
 
-def suggestion(name: Any, known: Iterable[str]) -> str:
+def suggestion(name: object, known: Iterable[str]) -> str:
     """A close match among the known names, or some of these.
 
     >>> suggestion("stifness", ["mass", "stiffness"]), suggestion("q", ["x", "y"])
@@ -128,12 +142,12 @@ def suggestion(name: Any, known: Iterable[str]) -> str:
     return f"there are {', '.join(names[:_LISTED])}{more}" if names else "there are none"
 
 
-def number(name: Name, value: Any, expected: str = "a finite number", *, above: float = -float("inf")) -> float:
+def number(name: Name, value: object, expected: str = "a finite number", *, above: float = -float("inf")) -> float:
     """One finite real number >= ``above``."""
-    found = _scalar(value)
-    if isinstance(found, Real) and not isinstance(found, bool):
+    scalar = _scalar(value)
+    if isinstance(scalar, Real) and not isinstance(scalar, bool):
         try:
-            result = float(found)
+            result = float(scalar)
         except (OverflowError, ValueError):
             result = float("inf")
         if 0.0 < abs(result) < SMALLEST:
@@ -145,15 +159,15 @@ def number(name: Name, value: Any, expected: str = "a finite number", *, above: 
     raise wrong(name, value, expected)
 
 
-def frequency(name: Name, value: Any, units: Units | None = None) -> float:
+def frequency(name: Name, value: object, units: Units | None = None) -> float:
     """One frequency > 0, rad/s, from a number or a text such as "15 Hz", "3000 rpm"."""
-    found = in_radians(name, value, units)
-    if isinstance(value, str) and found <= 0:
+    omega = in_radians(name, value, units)
+    if isinstance(value, str) and omega <= 0:
         raise wrong(name, value, "a frequency > 0")
-    return number(name, found, "a frequency > 0 in rad/s", above=SMALLEST)
+    return number(name, omega, "a frequency > 0 in rad/s", above=SMALLEST)
 
 
-def in_radians(name: Name, value: Any, units: Units | None = None) -> Any:
+def in_radians(name: Name, value: object, units: Units | None = None) -> Any:
     """A text with the unit of a frequency as a number, rad/s; what is no text stays as it is.
 
     >>> in_radians("omega", "3000 rpm"), in_radians("omega", 2.0)
@@ -170,23 +184,23 @@ def in_radians(name: Name, value: Any, units: Units | None = None) -> Any:
         raise InputError(faults) from None
 
 
-def whole(name: Name, value: Any, least: int = 0, most: int | None = None) -> int:
+def whole(name: Name, value: object, least: int = 0, most: int | None = None) -> int:
     """One whole number; 2.0 is one too."""
     limits = f">= {least}" if most is None else f"from {least} to {most}"
     expected = f"a whole number {limits}"
-    found = _scalar(value)
-    if isinstance(found, float) and found.is_integer():
-        found = int(found)
-    if isinstance(found, bool) or not isinstance(found, Integral):
+    scalar = _scalar(value)
+    if isinstance(scalar, float) and scalar.is_integer():
+        scalar = int(scalar)
+    if isinstance(scalar, bool) or not isinstance(scalar, Integral):
         raise wrong(name, value, expected)
-    result = int(found)
+    result = int(scalar)
     if result < least or (most is not None and result > most):
         raise wrong(name, value, expected)
     return result
 
 
-def numbers(name: Name, value: Any, expected: str = "finite real numbers") -> Array:
-    """Finite real numbers of any shape, as an array of their own."""
+def numbers(name: Name, value: object, expected: str = "finite real numbers") -> Array:
+    """Finite real numbers of any shape, as a new array."""
     import numpy as np
 
     try:
@@ -195,20 +209,20 @@ def numbers(name: Name, value: Any, expected: str = "finite real numbers") -> Ar
         raise wrong(name, value, expected) from None
     if array.dtype.kind not in "iuf":
         raise wrong(name, value, expected)
-    own = array.astype(float)
-    if not np.abs(own).max(initial=0.0) <= LARGEST:
+    copy = array.astype(float)
+    if not np.abs(copy).max(initial=0.0) <= LARGEST:
         raise wrong(name, value, _below_largest(expected) if np.all(np.isfinite(array)) else expected)
-    return own
+    return copy
 
 
-def count_or_numbers(name: Name, value: Any, expected: str) -> int | Array:
+def count_or_numbers(name: Name, value: object, expected: str) -> int | Array:
     """A whole number >= 1, or an array with dimensions."""
     if isinstance(value, list | tuple) or (hasattr(value, "shape") and value.shape):
         return numbers(name, value, expected)
     return whole(name, value, 1, MOST_ITEMS)
 
 
-def number_or_numbers(name: Name, value: Any, expected: str = "a finite number, or one for each element") -> Any:
+def number_or_numbers(name: Name, value: object, expected: str = "a finite number, or one for each element") -> Any:
     """A float, or an array (n_elements,) of finite numbers that nothing outside can change."""
     array = numbers(name, value, expected)
     if array.ndim > 1 or array.size == 0:
@@ -229,20 +243,20 @@ def same_length(name: Name, values: Mapping[str, Any]) -> None:
         raise InputError(Fault(path_of(name), "the numbers of elements do not agree", found=listed))
 
 
-def text(name: Name, value: Any, expected: str = "a text") -> str:
+def text(name: Name, value: object, expected: str = "a text") -> str:
     """A text."""
     if not isinstance(value, str) or "\0" in value:
         raise wrong(name, value, expected)
     return str(value)
 
 
-def truth(name: Name, value: Any) -> bool:
+def truth(name: Name, value: object) -> bool:
     """True or False."""
     return one(name, value, bool, "True or False")
 
 
-def path(name: Name, value: Any, expected: str = "the path of a file") -> Path:
-    """A path that the system takes, whether there is something or not."""
+def path(name: Name, value: object, expected: str = "the path of a file") -> Path:
+    """A path that the system accepts, whether there is a file or not."""
     if not isinstance(value, str | PathLike) or value == "" or not isinstance(fspath(value), str):
         raise wrong(name, value, expected)
     try:
@@ -251,33 +265,33 @@ def path(name: Name, value: Any, expected: str = "the path of a file") -> Path:
         pass
     except (OSError, ValueError) as error:  # too long, not permitted, a zero character
         reason = getattr(error, "strerror", None) or str(error)
-        found = f"{shown(fspath(value))}, which cannot be reached ({reason})"
-        raise InputError(Fault(path_of(name), found=found, expected=expected)) from None
+        described = f"{shown(fspath(value))}, which cannot be reached ({reason})"
+        raise InputError(Fault(path_of(name), found=described, expected=expected)) from None
     return Path(value)
 
 
-def one(name: Name, value: Any, kind: type[T], expected: str) -> T:
+def one(name: Name, value: object, kind: type[T], expected: str) -> T:
     """One object of a class."""
     if not isinstance(value, kind):
         raise wrong(name, value, expected)
     return value
 
 
-def listed(name: Name, value: Any, expected: str) -> tuple[Any, ...]:
-    """The items of a list, tuple, array, generator; a text or a table is none."""
+def listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
+    """The items of a list, tuple, array, generator; a text or a table is not a list."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         raise wrong(name, value, expected)
     most = None if isinstance(value, list | tuple) or hasattr(value, "shape") else MOST_ITEMS + 1
     try:
-        found = tuple(islice(value, most))
+        items = tuple(islice(value, most))
     except TypeError:  # such as an array without dimensions
         raise wrong(name, value, expected) from None
-    if len(found) == most:
+    if len(items) == most:
         raise wrong(name, value, f"{expected}, at most {MOST_ITEMS} of them")
-    return found
+    return items
 
 
-def table(name: Name, value: Any, expected: str) -> dict[str, Any]:
+def table(name: Name, value: object, expected: str) -> dict[str, Any]:
     """Values by name, of a dict or another mapping."""
     if not isinstance(value, Mapping):
         raise wrong(name, value, expected)
@@ -286,22 +300,22 @@ def table(name: Name, value: Any, expected: str) -> dict[str, Any]:
     return dict(value)
 
 
-def several(name: Name, value: Any, kind: type[T], expected: str) -> tuple[T, ...]:
+def several(name: Name, value: object, kind: type[T], expected: str) -> tuple[T, ...]:
     """Objects of a class; one alone is taken too. ``expected`` names one of them, such as "an ss.Load"."""
     if isinstance(value, kind):
         return (value,)
-    found = listed(name, value, f"{expected}, or a list of them")
+    items = listed(name, value, f"{expected}, or a list of them")
     faults = [
         Fault((*path_of(name), place), found=shown(item), expected=expected)
-        for place, item in enumerate(found)
+        for place, item in enumerate(items)
         if not isinstance(item, kind)
     ]
     if faults:
         raise InputError(faults[:_LISTED])
-    return found
+    return items
 
 
-def names(name: Name, value: Any, expected: str = "the name of a dof") -> tuple[str, ...]:
+def names(name: Name, value: object, expected: str = "the name of a dof") -> tuple[str, ...]:
     """Texts; one alone is taken too."""
     return tuple(str(item) for item in several(name, value, str, expected))
 
@@ -323,6 +337,6 @@ def _below_largest(expected: str) -> str:
     return f"{expected}, none above {LARGEST:g}: check the units"
 
 
-def _scalar(value: Any) -> Any:
+def _scalar(value: object) -> Any:
     """An array without dimensions as the number it holds; anything else as it is."""
     return value.item() if getattr(value, "shape", None) == () and hasattr(value, "item") else value

@@ -32,6 +32,6 @@ def some(names: Iterable[Any], most: int = MOST_SHOWN) -> str:
     return ", ".join(listed[:most]) + (f", ... ({len(listed)})" if len(listed) > most else "")
 
 
-def _text(value: Any) -> str:
-    """A text on one line for each of its own, without anything a page would obey."""
+def _text(value: object) -> str:
+    """A text line by line, without anything that a page would obey."""
     return "<br>".join(escape(line) for line in str(value).splitlines())

@@ -40,14 +40,14 @@ def pass_on() -> None:
 
 
 def _held_back() -> dict[signal.Signals, Any]:
-    """Put handlers that wait in the place of those that would raise; those before."""
-    found = {}
+    """Put handlers that wait in the place of those that would raise; returns the latter."""
+    before = {}
     for number in _SIGNALS:
         handler = signal.getsignal(number)
         if callable(handler):  # neither ignored nor left to the system
-            found[number] = handler
+            before[number] = handler
             signal.signal(number, _noting(handler))
-    return found
+    return before
 
 
 def _noting(handler: Callable[[int, FrameType | None], Any]) -> Callable[[int, FrameType | None], None]:

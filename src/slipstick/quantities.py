@@ -24,7 +24,7 @@ HIGHEST_HARMONIC = 10_000
 MOST_HARMONICS = 500
 
 
-def read_frequency(value: Any) -> float:
+def read_frequency(value: object) -> float:
     """A frequency in rad/s from a number (rad/s) or a text with its unit: Hz, kHz, rpm or rad/s.
 
     >>> read_frequency(2), round(read_frequency("0.5 Hz"), 4), round(read_frequency("3000 rpm"), 3)
@@ -33,7 +33,7 @@ def read_frequency(value: Any) -> float:
     return _quantity(value, _FREQUENCY, 'a number in rad/s, or text with a unit such as "0.32 Hz" or "3000 rpm"')
 
 
-def frequency_unit(value: Any) -> str | None:
+def frequency_unit(value: object) -> str | None:
     """The unit a frequency is written in, spelt as figures spell it; None for a plain number.
 
     >>> frequency_unit("0.5 hz"), frequency_unit(2.0)
@@ -43,33 +43,33 @@ def frequency_unit(value: Any) -> str | None:
     return next((name for name in FREQUENCIES if match and name.lower() == match[2].lower()), None)
 
 
-def read_angle(value: Any) -> float:
+def read_angle(value: object) -> float:
     """An angle in rad from a number (rad) or a text with its unit: deg or rad.
 
     >>> round(read_angle("90 deg"), 4)
     1.5708
     """
-    found = _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
-    return math.fmod(found, 2.0 * math.pi) if isinstance(value, str) and "rad" not in value.lower() else found
+    angle = _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
+    return math.fmod(angle, 2.0 * math.pi) if isinstance(value, str) and "rad" not in value.lower() else angle
 
 
-def read_duration(value: Any) -> float:
+def read_duration(value: object) -> float:
     """A time in seconds from a number (s) or a text with its unit: s, min or h.
 
     >>> read_duration("90"), read_duration("1.5 h")
     (90.0, 5400.0)
     """
-    given = float(value) if isinstance(value, str) and re.fullmatch(rf"\s*{_NUMBER}\s*", value) else value
-    found = _quantity(given, _DURATION, 'a time such as 3600, "90 s", "45 min" or "1.5 h"')
-    if found <= 0:
+    plain = float(value) if isinstance(value, str) and re.fullmatch(rf"\s*{_NUMBER}\s*", value) else value
+    seconds = _quantity(plain, _DURATION, 'a time such as 3600, "90 s", "45 min" or "1.5 h"')
+    if seconds <= 0:
         raise ValueError("expected a time > 0")
-    return found
+    return seconds
 
 
 def unit_of_time_fault(where: Where, shown: str, time: str, angular: str) -> Fault:
     """A frequency in Hz, rpm or rad/s, shown as it is given, where the unit of time is another than the second."""
-    found = f'{shown}, which counts in seconds, but the unit of time is "{time}"'
-    return Fault(where, found=found, remedy=f"give a plain number in {angular}")
+    described = f'{shown}, which counts in seconds, but the unit of time is "{time}"'
+    return Fault(where, found=described, remedy=f"give a plain number in {angular}")
 
 
 def _unexpected(expected: str) -> InputError:
@@ -77,7 +77,7 @@ def _unexpected(expected: str) -> InputError:
     return InputError(Fault(expected=expected))
 
 
-def _quantity(value: Any, factors: dict[str, float], expected: str) -> float:
+def _quantity(value: object, factors: dict[str, float], expected: str) -> float:
     if isinstance(value, int | float) and not isinstance(value, bool):
         number, factor = float(value), 1.0
     else:
@@ -91,7 +91,7 @@ def _quantity(value: Any, factors: dict[str, float], expected: str) -> float:
     return number * factor
 
 
-def harmonic_orders(value: Any) -> list[int]:
+def harmonic_orders(value: object) -> list[int]:
     """The orders in ``"0..10"``, ``"0, 1, 3..7"`` or a list of whole numbers; refused before any large list is made.
 
     >>> harmonic_orders("0, 1, 3..5"), harmonic_orders([0, 1, 3])
@@ -111,7 +111,7 @@ def harmonic_orders(value: Any) -> list[int]:
     return orders
 
 
-def _ranges(value: Any) -> Iterator[tuple[int, int]]:
+def _ranges(value: object) -> Iterator[tuple[int, int]]:
     items = value.split(",") if isinstance(value, str) else value
     if not isinstance(items, list) or len(items) > MOST_HARMONICS:
         raise _unexpected('text such as "0..10" or "0, 1, 3..7", or a list such as [0, 1, 3, 5]')

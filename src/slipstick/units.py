@@ -60,19 +60,19 @@ class Units:
             raise InputError(faults)
 
     @classmethod
-    def of(cls, given: Any) -> Units:
+    def of(cls, units: object) -> Units:
         """Units from themselves or a table ``{"length": "mm"}``; InputError for any other name in it."""
-        if isinstance(given, cls):
-            return given
-        names = table("units", given, 'names of units such as {"length": "mm", "force": "N", "time": "s"}')
-        found, known = Gathering(), [f.name for f in fields(cls)]
-        found.faults += [
+        if isinstance(units, cls):
+            return units
+        names = table("units", units, 'names of units such as {"length": "mm", "force": "N", "time": "s"}')
+        gathering, known = Gathering(), [f.name for f in fields(cls)]
+        gathering.faults += [
             Fault(("units", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in names if key not in known
         ]
-        units = found.take(cls, **{key: value for key, value in names.items() if key in known})
-        found.end()
-        assert units is not None
-        return units
+        checked = gathering.take(cls, **{key: value for key, value in names.items() if key in known})
+        gathering.end()
+        assert checked is not None
+        return checked
 
     @classmethod
     def of_results(cls, attributes: Mapping[str, Any]) -> Units:
@@ -95,8 +95,8 @@ class Units:
 
     def _part(self, name: str) -> str:
         """A name that can stand beside others."""
-        own = str(getattr(self, name))
-        return f"({own})" if _COMPOUND.search(own) else own
+        label = str(getattr(self, name))
+        return f"({label})" if _COMPOUND.search(label) else label
 
     def after(self, dimension: str) -> str:
         """The unit as it stands after a number, " N mm/s"; nothing where one of its base units has no name."""
@@ -138,8 +138,8 @@ def energy_unit(label: str) -> str:
     ('mJ', 'lbf in')
     """
     size = _JOULES.get(label)
-    found = [prefix for prefix, value in _PREFIXES.items() if size is not None and abs(size / value - 1.0) < 1e-9]
-    return f"{found[0]}J" if found else label
+    prefixes = [prefix for prefix, value in _PREFIXES.items() if size is not None and abs(size / value - 1.0) < 1e-9]
+    return f"{prefixes[0]}J" if prefixes else label
 
 
 def power_unit(label: str) -> str:
@@ -153,7 +153,7 @@ def power_unit(label: str) -> str:
     return f"{joules[:-1]}W" if joules != energy and time in _SECONDS else label
 
 
-def label_faults(value: Any) -> list[Fault]:
+def label_faults(value: object) -> list[Fault]:
     """Why a text cannot name a unit; empty where it can."""
     if isinstance(value, str) and value.strip() and value.isprintable() and len(value) <= LONGEST:
         return []

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.balance.checks import problem_faults, range_faults, requested_faults, requested_values, two_numbers
@@ -78,9 +79,9 @@ def test_numbers_asked_for():
     assert fault.where == ("requested",)
     assert fault.statement == "5 lies outside of the range 1 to 3"
     for bad in ((1.0,), (1.0, 2.0, 3.0), "ab", None):
-        with pytest.raises(InputError, match="omega"):
+        with raises_fault("omega"):
             two_numbers(bad, "omega")
-    with pytest.raises(InputError, match="requested"):
+    with raises_fault("requested, number 1", found="'a'"):
         requested_values(["a"])
 
 

@@ -44,7 +44,7 @@ def test_answer_and_reach_are_sums_over_columns():
         (found.answer, found.value, G[:2]),
         (found.rate, found.slope, G),
     ):
-        expected = BALANCE.real(np.einsum("crn,cn->rn", of[: len(given)], given))
+        expected = BALANCE.layout.real(np.einsum("crn,cn->rn", of[: len(given)], given))
         np.testing.assert_allclose(own(given), expected, atol=1e-14)
     sizes = rng.uniform(size=columns)
     np.testing.assert_allclose(found.reach(sizes), np.einsum("crn,c->rn", np.abs(found.value), sizes), atol=1e-14)

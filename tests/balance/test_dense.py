@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
-from slipstick.balance.dense import dense_jacobian
+from slipstick.balance.kinds import KINDS
 from slipstick.balance.ports import Balance
 
 BALANCE = Balance(random_problem(0))
@@ -18,15 +18,15 @@ def test_the_jacobian_is_one_plus_the_compliance_times_the_tangents(sprung, monk
     compliance = BALANCE.compliance(6.0)
     count, L = BALANCE.n_contacts, BALANCE.L
     tangents = [{key: RNG.normal(size=(count, L, L)) for key in ((0, 0), (0, 1), (1, 1), (1, 0))}]
-    found = dense_jacobian(BALANCE, tangents, compliance).matrix
+    found = KINDS["dense"].jacobian(BALANCE, tangents, compliance).matrix
     for _ in range(5):
         dx = RNG.normal(size=BALANCE.size)
-        moved = BALANCE.spread(dx)[0]
+        moved = BALANCE.layout.spread(dx)[0]
         forces = {}
         for (i, j), tangent in tangents[0].items():
             part = np.einsum("cij,cj->ci", tangent, moved[j])
             forces[i] = forces.get(i, 0.0) + part
-        G = BALANCE.excitation([forces])
+        G = BALANCE.layout.excitation([forces])
         BALANCE.anchoring(dx, G)
         answer = compliance.answer(G)
         np.testing.assert_allclose(found @ dx, dx + answer, atol=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
-from slipstick.balance.elements import Elements
+from slipstick.balance.contact_jacobian import Elements
 from slipstick.balance.ports import Balance
 
 BALANCE = Balance(random_problem(0))
@@ -26,10 +26,11 @@ def test_forces_of_motion_are_those_of_the_derivatives(elements):
     dx = RNG.normal(size=BALANCE.size)
     out = np.zeros((BALANCE.n_ports + 1, L))
     elements.scatter(elements.forces(elements.gather(padded(dx))), out)
-    moved, forces = BALANCE.spread(dx)[0], {}
+    moved, forces = BALANCE.layout.spread(dx)[0], {}
     for (i, j), tangent in TANGENTS.items():
         forces[i] = forces.get(i, 0.0) + np.einsum("cij,cj->ci", tangent, moved[j])
-    np.testing.assert_allclose(out[:-1].reshape(-1), BALANCE.real(BALANCE.excitation([forces])), atol=1e-12)
+    layout = BALANCE.layout
+    np.testing.assert_allclose(out[:-1].reshape(-1), layout.real(layout.excitation([forces])), atol=1e-12)
 
 
 def test_the_transpose_is_adjoint(elements):

@@ -6,6 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.results import corrected
 
 import slipstick as ss
@@ -81,7 +82,7 @@ def test_names_that_stand_for_nothing(name: str, words: str) -> None:
 
 
 def test_an_amplitude_is_not_negative() -> None:
-    with pytest.raises(ss.InputError, match=r"load.x.amplitude: found -1; expected an amplitude >= 0"):
+    with raises_fault("load.x.amplitude", found="-1", expected="an amplitude >= 0"):
         problem(*BOTH).with_parameter("load.x.amplitude", -1.0)
 
 

@@ -49,7 +49,7 @@ def test_forces_change_with_the_motion_as_those_of_each_alone(seed):
     system = FrequencySystem(balance, problem.inputs)
     for own, state, w, change in zip(dx, x, omega, changes, strict=True):
         forces, _ = system.rates(system.evaluate(state, float(w)).detail, float(w), own, 0.0)
-        alone = balance.real(balance.excitation(forces)).reshape(change.shape)
+        alone = balance.layout.real(balance.layout.excitation(forces)).reshape(change.shape)
         assert change == pytest.approx(alone, rel=1e-10, abs=1e-12 * np.abs(alone).max())
 
 

@@ -12,9 +12,9 @@ RNG = np.random.default_rng(0)
 
 def test_motion_is_the_unknowns_and_that_of_the_counter_surface():
     x, given = RNG.normal(size=BALANCE.size), BALANCE.problem.inputs.batches[0]
-    motion = BALANCE.motion(0, x, 6.0, given)
-    still = BALANCE.motion(0, 0 * x, 6.0, given)
-    spread = BALANCE.spread(x)[0]
+    motion = BALANCE.layout.motion(0, x, 6.0, given)
+    still = BALANCE.layout.motion(0, 0 * x, 6.0, given)
+    spread = BALANCE.layout.spread(x)[0]
     for i in range(2):
         np.testing.assert_allclose(motion.Q[i] - still.Q[i], spread.get(i, 0.0), atol=1e-14)
         np.testing.assert_array_equal(still.Q[i], given.motion[i])
@@ -25,16 +25,9 @@ def test_handing_out_and_gathering_are_adjoint():
     x = RNG.normal(size=BALANCE.size)
     count, L = BALANCE.n_contacts, BALANCE.L
     forces = [{i: RNG.normal(size=(count, L)) for i in range(2)}]
-    moved = BALANCE.spread(x)[0]
+    moved = BALANCE.layout.spread(x)[0]
     power = sum(float(np.sum(forces[0][i] * moved[i])) for i in moved)
-    assert power == pytest.approx(float(BALANCE.real(BALANCE.excitation(forces)) @ x))
-
-
-def test_gathering_is_in_the_order_of_the_problem():
-    own = [np.arange(batch.count) + 10.0 for batch in BALANCE.batches]
-    gathered = BALANCE.gather(own)
-    for batch, value in zip(BALANCE.batches, own, strict=True):
-        np.testing.assert_array_equal(gathered[batch.elements], value)
+    assert power == pytest.approx(float(BALANCE.layout.real(BALANCE.layout.excitation(forces)) @ x))
 
 
 def test_springs_are_put_where_there_is_no_damping():

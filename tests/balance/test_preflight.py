@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.oscillator import one_mass
 
 import slipstick as ss
 from slipstick.balance.preflight import problem_warnings
@@ -39,28 +40,35 @@ def problem(
     return ss.Problem(structure, contacts=pair, loads=loads, harmonics=harmonics)
 
 
+def computed(given: ss.Problem) -> ss.Branch:
+    return ss.linear_response(given, omega=[2.0, 3.0])
+
+
 SUSPICIOUS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: problem(normal_load=0.0), "never acts"),
-    (lambda: problem(normal_load=None, gap=1.0), "never acts"),
-    (lambda: problem(normal="y", kn=0.0, normal_load=None, gap=-1.0), "kn = 0"),
-    (lambda: problem(harmonics=[0, 1, 3, 5, 7]), "even harmonics"),
-    (lambda: problem(harmonics=2), "at least 0..5"),
-    (lambda: problem(loads=[], velocity=0.0), "nothing moves"),
-    (lambda: problem(loads=[ss.Load(dof="x", sin=0.0)], velocity=0.0), "nothing moves"),
+    (lambda: computed(problem(normal_load=0.0)), "never acts"),
+    (lambda: computed(problem(normal_load=None, gap=1.0)), "never acts"),
+    (lambda: computed(problem(normal="y", kn=0.0, normal_load=None, gap=-1.0)), "kn = 0"),
+    (lambda: computed(problem(harmonics=[0, 1, 3, 5, 7])), "even harmonics"),
+    (lambda: computed(problem(harmonics=2)), "at least 0..5"),
+    (lambda: computed(problem(loads=[], velocity=0.0)), "nothing moves"),
+    (lambda: computed(problem(loads=[ss.Load(dof="x", sin=0.0)], velocity=0.0)), "nothing moves"),
     (lambda: ss.forced_response(problem(loads=[]), omega=(2.0, 3.0), options=SHORT), "was a load forgotten?"),
     (lambda: ss.linear_response(problem(loads=[ss.Load(dof="x", harmonic=0, cos=1.0)]), omega=2.0), "load forgotten?"),
-    (lambda: problem(loads=[ss.Load(dof="x", sin=1.0)] * 2), "load on 'x', harmonic 1: given 2 times alike"),
-    (lambda: problem(loads=ss.Load(dof="x", amplitude=1.0, phase=90.0)), "load on 'x': a phase of 90 rad is more than"),
+    (lambda: computed(problem(loads=[ss.Load(dof="x", sin=1.0)] * 2)), "load on 'x', harmonic 1: given 2 times alike"),
+    (lambda: ss.Load(dof="x", amplitude=1.0, phase=90.0), "load on 'x': a phase of 90 rad is more than"),
     (
         lambda: ss.parameter_response(problem(), "load.x.phase", (0.0, 90.0), omega=2.0, options=SHORT),
         "load on 'x': a phase of 90 rad is more than",
     ),
-    (lambda: problem(normal="x", kn=1.0), "'damper': normal is the tangential direction"),
-    (lambda: problem(C=-0.4), "feeds energy in (mode 1 at 6.3246 rad/s, damping ratio -0.0316; mode 2 at 6.3246"),
+    (lambda: computed(problem(normal="x", kn=1.0)), "'damper': normal is the tangential direction"),
+    (
+        lambda: computed(problem(C=-0.4)),
+        "feeds energy in (mode 1 at 6.3246 rad/s, damping ratio -0.0316; mode 2 at 6.3246",
+    ),
     (lambda: ss.forced_response(problem(C=400.0), omega=(2.0, 8.0), options=SHORT), "a damping ratio of 31.6"),
     (lambda: ss.linear_response(modal(damping_ratio=2.0), omega=[8.0, 9.0]), "a damping ratio of 2 (1 is critical"),
     (
-        lambda: problem(normal="y", normal_load=None, gap=1.0, kn=1.0),
+        lambda: computed(problem(normal="y", normal_load=None, gap=1.0, kn=1.0)),
         "the gap 1 is open and no load moves the structure across it",
     ),
     (
@@ -71,12 +79,15 @@ SUSPICIOUS: list[tuple[Callable[[], Any], str]] = [
         lambda: ss.forced_response(problem(), omega=(2.0, 2.1)).sensitivity(["friction", "*.normal_load"]),
         "mu N alone",
     ),
-    (lambda: problem(mu=30.0), "mu = 30 is more than"),
-    (lambda: problem(kt=1e9), "kt = 1e+09 is 2.5e+07 times"),
-    (lambda: problem(kt=1e-6), "kt = 1e-06 is only 2.5e-08"),
-    (lambda: problem(normal="y", kn=1e9), "kn = 1e+09 is"),
-    (lambda: problem(normal="y", kn=1e-7, normal_load=None, gap=0.0), "kn = 1e-07 is only"),
-    (lambda: problem(normal="y", normal_load=None, gap=1e4, kn=1, loads=ss.Load(dof="y", cos=1)), "hardly ever close"),
+    (lambda: computed(problem(mu=30.0)), "mu = 30 is more than"),
+    (lambda: computed(problem(kt=1e9)), "kt = 1e+09 is 2.5e+07 times"),
+    (lambda: computed(problem(kt=1e-6)), "kt = 1e-06 is only 2.5e-08"),
+    (lambda: computed(problem(normal="y", kn=1e9)), "kn = 1e+09 is"),
+    (lambda: computed(problem(normal="y", kn=1e-7, normal_load=None, gap=0.0)), "kn = 1e-07 is only"),
+    (
+        lambda: computed(problem(normal="y", normal_load=None, gap=1e4, kn=1, loads=ss.Load(dof="y", cos=1))),
+        "hardly ever close",
+    ),
     (lambda: ss.forced_response(problem(), omega=(0.3, 2.0), options=SHORT), "meant in Hz"),
     (lambda: ss.forced_response(problem(), omega=(30.0, 60.0), options=SHORT), "2 pi applied twice"),
     (lambda: ss.forced_response(problem(C=0.0), omega=(2.0, 3.0), options=SHORT), "no damping"),
@@ -94,9 +105,8 @@ SUSPICIOUS: list[tuple[Callable[[], Any], str]] = [
 ]  # fmt: skip
 
 
-def free(C: Any = ((0.4,),)) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=C, K=[[40.0]], dofs=["x"])
-    return ss.Problem(structure, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
+def free(C: float | None = 0.4) -> ss.Problem:
+    return one_mass(C=C, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
 
 
 def modal(residual: float = 0.01, **damping: float) -> ss.Problem:
@@ -124,23 +134,57 @@ def test_nothing_is_said_where_all_is_well() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert ss.forced_response(problem(), omega=(2.0, 3.0), options=SHORT).warnings == ()
-        problem(normal="y", kn=1e-7)  # a very soft spring under preload: a constant normal load
+        computed(problem(normal="y", kn=1e-7))  # a very soft spring under preload: a constant normal load
         ss.linear_response(modal(residual=0.0), omega=[8.0, 15.0])
-        problem(velocity=0.0, harmonics=[0, 1, 3, 5])
+        computed(problem(velocity=0.0, harmonics=[0, 1, 3, 5]))
         ss.parameter_response(problem(), "damper.mu", (0.0, 0.3), omega=2.0, options=SHORT)
 
 
-def test_a_problem_and_its_copies_say_a_thing_once() -> None:
+def test_what_was_said_of_a_problem_is_not_said_of_its_copies() -> None:
+    p = problem(mu=0.0)
     with pytest.warns(ss.SlipstickWarning, match="mu = 0"):
-        p = problem(mu=0.0)
+        ss.forced_response(p, omega=(2.0, 3.0), options=SHORT)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        replace(p, title="again")
-        p.with_parameter("damper.kt", 50.0)
-        pickle.loads(pickle.dumps(p))
-        assert any("mu = 0" in s for s in ss.forced_response(p, omega=(2.0, 3.0), options=SHORT).warnings)
+        for copy in (replace(p, title="again"), p.with_parameter("damper.kt", 50.0), pickle.loads(pickle.dumps(p))):
+            assert any("mu = 0" in s for s in ss.forced_response(copy, omega=(2.0, 3.0), options=SHORT).warnings)
     with pytest.warns(ss.SlipstickWarning, match="mu = 3"):
-        p.with_parameter("damper.mu", 3.0)
+        computed(p.with_parameter("damper.mu", 3.0))
+
+
+RANGE = {"omega": (4.0, 9.0)}
+ANALYSES: dict[str, Callable[[ss.Problem], Any]] = {
+    "forced_response": lambda p: ss.forced_response(p, omega=(2.0, 3.0), options=SHORT),
+    "parameter_response": lambda p: ss.parameter_response(p, "damper.kt", (90.0, 110.0), omega=2.0, options=SHORT),
+    "steady_response": lambda p: ss.steady_response(p, omega=2.0),
+    "linear_response": lambda p: ss.linear_response(p, omega=2.0),
+    "track_peak": lambda p: ss.track_peak(p, "damper.kt", (99.0, 101.0), **RANGE, options=SHORT),
+    "optimal": lambda p: ss.optimal(p, "damper.normal_load", **RANGE),
+    "nonlinear_modes": lambda p: ss.nonlinear_modes(p, amplitude=(1.0, 1.1), options=SHORT),
+    "transient": lambda p: ss.transient(p, 2.0, periods=1),
+    "study": lambda p: ss.study(p, {"damper.kt": [99.0, 101.0]}, omega=(2.0, 2.1), workers=1),
+}
+
+
+@pytest.mark.parametrize("analysis", ANALYSES)
+def test_each_analysis_says_what_looks_wrong_and_none_says_it_again(analysis: str) -> None:
+    """A problem by itself says nothing; warnings of results (harmonics left out) belong to each computation."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rubbing = {"velocity": 0.0} if analysis == "nonlinear_modes" else {}
+        p = problem(harmonics=2, **rubbing)
+    for expected in (1, 0):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            ANALYSES[analysis](p)
+        assert [w.filename for w in caught if "at least 0..5" in str(w.message)] == [__file__] * expected
+
+
+def test_free_vibration_needs_nothing_that_moves_the_structure() -> None:
+    p = problem(loads=[], velocity=0.0, C=0.04)
+    assert ss.nonlinear_modes(p, amplitude=(1e-3, 2e-3), options=SHORT).warnings == ()
+    with pytest.warns(ss.SlipstickWarning, match="nothing moves"):
+        computed(p)
 
 
 def test_curves_repeat_only_what_belongs_to_them() -> None:
@@ -156,21 +200,17 @@ def test_even_multiples_of_what_moves_count() -> None:
     """Driven on harmonic 2 alone, the even harmonics are 4, 8, ..."""
     p = problem(harmonics=4)
     structure, pair = p.structure, p.contacts[0]
-    with pytest.warns(ss.SlipstickWarning, match="even multiples of 2"):
-        ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", harmonic=2, sin=1.0), harmonics=[0, 2, 6, 10])
-    assert problem_warnings(
-        ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", harmonic=2, sin=1.0), harmonics=[0, 2, 4, 6])
-    ) == []  # fmt: skip
+    load = ss.Load(dof="x", harmonic=2, sin=1.0)
+    (said,) = problem_warnings(ss.Problem(structure, contacts=pair, loads=load, harmonics=[0, 2, 6, 10]))
+    assert "even multiples of 2" in said
+    assert problem_warnings(ss.Problem(structure, contacts=pair, loads=load, harmonics=[0, 2, 4, 6])) == []
 
 
 @pytest.mark.parametrize(("count", "said"), [(16, True), (17, False)])
 def test_of_many_contacts_proportions_are_looked_at_with_the_curve(count: int, said: bool) -> None:
     """The static compliance between their ports is not computed for a problem alone, only where it is needed anyway."""
-    structure = ss.MatrixStructure(M=np.eye(1), C=[[0.4]], K=[[40.0]], dofs=["x"])
     hard = ss.FrictionContact(kt=1e9, mu=0.3, normal_load=1.0)
     pair = ss.ContactPair(name="c", contact=hard, tangential=["x"] * count, rubbing=ss.RubbingMotion(velocity=10.0))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        many = ss.Problem(structure, contacts=[pair], loads=ss.Load(dof="x", sin=1.0), harmonics=10)
+    many = one_mass(pair, force=1.0, harmonics=10)
     assert any("check the units of both" in sentence for sentence in problem_warnings(many)) == said
     assert any("check the units of both" in sentence for sentence in problem_warnings(many, (2.0, 3.0)))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.balance.checks import range_faults
@@ -168,9 +169,7 @@ def test_a_surface_cannot_move_along_a_port_that_is_not_there() -> None:
         name="spring", contact=law, ports={"along": "x"}, rubbing=ss.RubbingMotion(normal_cos={1: 0.1})
     )
     structure = ss.MatrixStructure(M=[[1.0]], K=[[9.0]], dofs=["x"], loss_factor=0.1)
-    with pytest.raises(
-        ss.InputError, match="normal_cos1 moves the surface along a port called 'normal', which its law"
-    ):
+    with raises_fault("contact", "spring", "rubbing", says="a port called 'normal', which its law"):
         ss.Problem(structure, contacts=pair, told=None)
 
 

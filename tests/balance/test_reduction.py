@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.command import slipstick
 from scipy import sparse
-from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.reduction import harmonic_weights, reduction_faults, reduction_warnings, worst_error
 from slipstick.case.case import Case
-from slipstick.cli.main import app
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.structure.modal import ModalStructure
 
@@ -225,7 +224,7 @@ def modal_case(folder: Path, modes: int, more: str = "") -> Path:
 @pytest.mark.parametrize("verb", ["check", "run"])
 def test_check_and_run_refuse_alike(tmp_path: Path, verb: str) -> None:
     path = modal_case(tmp_path, 1)
-    result = CliRunner().invoke(app, [verb, str(path)])
+    result = slipstick(verb, path)
     assert result.exit_code == 2
     with pytest.raises(InputError) as error:
         Case.from_file(path)
@@ -239,7 +238,7 @@ def test_a_forced_case_says_the_same_as_a_warning(tmp_path: Path) -> None:
     assert any("of no use" in sentence for sentence in case.warnings())
     quiet = Case.from_file(modal_case(tmp_path, 90))
     assert not any("reduced structure" in sentence for sentence in quiet.warnings())
-    result = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml")])
+    result = slipstick("check", tmp_path / "case.toml")
     assert result.exit_code == 0, result.output
     assert "error by the modes left out, estimated" in result.stdout
 

@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.balance.ports import Balance
 from slipstick.balance.start import FirstPoint, StrategyTried, first_point
 from slipstick.balance.systems import FrequencySystem
 
-STRUCTURE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-
 
 def oscillator(velocity: float = 0.0, a: float = 0.0, p: float = 100.0) -> ss.Problem:
-    pair = ss.ContactPair(
-        name="damper",
-        contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
-        tangential="x",
-        rubbing=ss.RubbingMotion(velocity=velocity, cos={1: a}),
-    )
-    loads = [ss.Load(dof="x", sin=p)]
-    return ss.Problem(STRUCTURE, contacts=[pair], loads=loads, harmonics=ss.Harmonics(range(11)))
+    return one_mass(damper(velocity, cos={1: a}), force=p, harmonics=range(11))
 
 
 @pytest.mark.parametrize("omega", [2.0, 6.3])

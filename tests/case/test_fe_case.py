@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.command import slipstick
 from typer.testing import CliRunner
 
 import slipstick as ss
@@ -370,7 +371,7 @@ def test_check_tells_of_the_full_model(tmp_path: Path) -> None:
     model_file(tmp_path)
     path = tmp_path / "case.toml"
     path.write_text("\n".join([HEAD, STRUCTURE, LOAD, CONTACT, RESPONSE]))
-    result = CliRunner().invoke(app, ["check", str(path)])
+    result = slipstick("check", path)
     assert result.exit_code == 0, result.output
     for part in (
         "full model: ",
@@ -406,7 +407,7 @@ def test_turbine_blade_through_the_command_line(tmp_path: Path) -> None:
     response = RESPONSE.replace("150", "2000").replace("350", "3300")
     path = tmp_path / "case.toml"
     path.write_text("\n".join([HEAD, structure, LOAD.replace("50.0", "0.1"), contact, response]))
-    result = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "out"), "--no-figures", "-q"])
+    result = slipstick("run", path, "-o", tmp_path / "out", "--no-figures", "-q")
     assert result.exit_code == 0, result.output
     data = load_dataset(tmp_path / "out" / "results.nc")
     at = int(np.argmax(data.amplitude.sel(dof="c1x").values))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.case.script import python_script
@@ -123,5 +124,5 @@ def test_faults(folder: Path, old: str, new: str, said: str) -> None:
 def test_an_axis_that_nothing_goes_by(folder: Path) -> None:
     plain = CONTACT.replace('"circumferential"', "[1, 0, 0]").replace('"radial"', '"surface"')
     plain = "\n".join(line for line in plain.splitlines() if not line.startswith("rotor")) + "\n"
-    with pytest.raises(InputError, match="axis is given, but nothing goes by it"):
+    with raises_fault("contact", "tip", "axis", says="axis is given, but nothing goes by it"):
         ss.Case.from_text(text(plain), path=folder / "case.toml").problem()

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse
+from helpers.cases import BLOCKS
 
 import slipstick as ss
 from slipstick.case.load import LoadTable
 from slipstick.case.script import python_script
-from slipstick.case.script_text import GivenText, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, literal, quantity_text
 from slipstick.cli.examples import examples
 from slipstick.errors import InputError
 from slipstick.fem.box import box
@@ -122,26 +123,6 @@ def test_matrices_in_files(tmp_path: Path) -> None:
     same(tmp_path / "case.toml")
 
 
-BLOCKS = """
-[[contact]]
-name = "pad"
-points = [2, 1]
-direction = [0.0, 1.0, 1.0]
-normal = "surface"
-kt = 1e5
-kn = 2e4
-mu = { table = [[20, 0.4], [200, 0.2]] }
-normal_load_total = 1.0
-rubbing = { velocity = 0.005 }
-thermal = { resistance = 2.0 }
-[[contact]]
-name = "curve"
-points = [3]
-direction = [1.0, 0.0, 0.0]
-kt = 2e5
-mu = 0.3
-normal_load = 0.7
-"""
 SINGLE = """
 [[contact]]
 name = "beside"
@@ -217,7 +198,7 @@ def test_own_resistances_beside_an_influence_matrix(tmp_path: Path) -> None:
 
 
 def test_a_key_without_a_counterpart_is_told() -> None:
-    given = GivenText({"dof": "x", "cos": 1.0}, LoadTable)
+    given = KeysToWrite({"dof": "x", "cos": 1.0}, LoadTable)
     given.take("dof")
     with pytest.raises(InputError, match=r"\[\[load\]\] cos: has no counterpart in a script yet"):
         given.end("[[load]]")

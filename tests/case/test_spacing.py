@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.cli.examples import example
@@ -46,6 +47,6 @@ def test_faults(at: str, words: str) -> None:
 
 def test_a_logarithm_needs_positive_ends() -> None:
     sweep = ("from = 2.0", 'parameter = "damper.velocity"\nomega = 4.0\nfrom = 0.0')
-    with pytest.raises(ss.InputError, match=r'at\.spacing: found "log", which needs from and to > 0'):
+    with raises_fault("response", "at", "spacing", found='"log", which needs from and to > 0'):
         case('at = { count = 3, spacing = "log" }', sweep)
     assert case("at = { count = 3 }", sweep).requested == (0.0, 2.5, 5.0)

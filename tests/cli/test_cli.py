@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 import xarray
 from helpers.cases import oscillator
-from typer.testing import CliRunner, Result
+from helpers.command import slipstick
+from typer.testing import Result
 
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.cli.examples import examples
@@ -28,10 +29,6 @@ GOOD = "\n" + oscillator(
     response="output_step = 1.0\nfrom = 4.0\nto = 8.0\n",
 )
 SLOW = GOOD.replace("to = 8.0", "to = 8.0\nmax_step = 1e-5\nfirst_step = 1e-5\nmax_points = 1000000")
-
-
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def case(folder: Path, text: str = GOOD, name: str = "case.toml") -> Path:
@@ -520,7 +517,7 @@ def test_help_shows_every_word_of_the_verbs() -> None:
     for command in app.registered_commands:
         callback = command.callback
         assert callback is not None
-        shown = " ".join(CliRunner().invoke(app, [command.name or callback.__name__, "--help"]).stdout.split())
+        shown = " ".join(slipstick(command.name or callback.__name__, "--help").stdout.split())
         sentence = " ".join((callback.__doc__ or "").split("\n\n")[0].split())
         assert sentence in shown
 
@@ -553,7 +550,7 @@ def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
-    from slipstick.cli.terminal.prepare import prepare_kernel
+    from slipstick.cli.terminal.guard import prepare_kernel
 
     monkeypatch.setattr("slipstick.contact.kernel.compilation.is_compiled", lambda: False)
     monkeypatch.setattr("slipstick.balance.kernel.compilation.compile_all", lambda: 12.3)
@@ -565,6 +562,6 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_states_are_averaged_over_the_contacts() -> None:
     record = {"stick_fraction": [0.5, 0.0], "slip_fraction": [0.5, 0.5], "separation_fraction": [0.0, 0.5]}
-    from slipstick.cli.stored import states_text
+    from slipstick.cli.terminal.display import states_text
 
     assert states_text(record) == "stick 25 % slip 50 % separation 25 %"

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.abaqus import skewed, write_input
-from typer.testing import CliRunner, Result
+from helpers.command import slipstick as command
+from typer.testing import Result
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.io.model_file import load_model
 
 
 def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["import", *(str(a) for a in arguments)])
+    return command("import", *arguments)
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_a_model_comes_into_metres(millimetres: Path, options: tuple[str, ...]) 
 def test_a_material_given_holds_after_scaling(millimetres: Path) -> None:
     """A mesh in mm with a material in SI: what the file says of material is not taken."""
     given = ss.Material(young=1.1e11, poisson=0.3, density=4430.0)
-    with pytest.warns(SlipstickWarning, match="is used for the whole mesh, not the file's own"):
+    with pytest.warns(SlipstickWarning, match="is used for the whole mesh"):
         model = ss.import_model(millimetres, scale={"length": 1e-3}, material=given)
     (titanium,) = model.materials.values()
     assert (titanium.young, titanium.density) == pytest.approx((1.1e11, 4430.0))

@@ -6,18 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from helpers.command import slipstick
 
-from slipstick.cli.main import app
 from slipstick.fem.box import box
 from slipstick.io.model_file import load_model
 
 SIZE, DIVISIONS = (0.2, 0.02, 0.01), (4, 2, 1)
 MATERIAL = ("--young", "2e11", "--poisson", "0.3", "--density", "7800")
-
-
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def write_beam(folder: Path) -> Path:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from helpers.command import slipstick
+from helpers.faults import raises_fault
 
 from slipstick.case.case import Case
-from slipstick.cli.main import app
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
@@ -68,7 +68,7 @@ def tip() -> int:
 
 
 def warned(*arguments: object) -> list[str]:
-    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    result = slipstick(*arguments)
     assert result.exit_code == 0, result.output
     return [line.removeprefix("warning: ") for line in result.stderr.splitlines() if line.startswith("warning: ")]
 
@@ -122,9 +122,7 @@ def test_solids_of_higher_order_are_refused(tmp_path: Path) -> None:
     points = np.random.default_rng(0).random((24, 3))
     cells = [("tetra", np.array([[0, 1, 2, 3]])), ("tetra20", np.arange(4, 24)[None, :])]
     meshio.Mesh(points, cells).write(tmp_path / "m.msh", file_format="gmsh22", binary=False)
-    with pytest.raises(
-        InputError, match=r"m\.msh: has elements of Gmsh type 29, which are not read; mesh with order 1 or 2"
-    ):
+    with pytest.raises(InputError, match=r"m\.msh: has elements of Gmsh type 29"):
         read_model(tmp_path / "m.msh", ImportOptions(material=STEEL))
 
 
@@ -141,7 +139,7 @@ def test_a_coupling_ends_every_road_with_the_same_sentence(tmp_path: Path) -> No
         ["check", tmp_path / "case.toml"],
         ["run", tmp_path / "case.toml", "-o", tmp_path / "out"],
     ):
-        result = CliRunner().invoke(app, [str(a) for a in arguments])
+        result = slipstick(*arguments)
         assert result.exit_code == 2
         assert said in result.stderr
         assert "Traceback" not in result.output
@@ -152,10 +150,10 @@ def test_files_and_options_without_effect_are_refused(tmp_path: Path) -> None:
     mesh = write_mesh(tmp_path)
     save_model(read_model(mesh, ImportOptions(material=STEEL, fixed=["ROOT"]), quiet=True), tmp_path / "model.h5")
     (tmp_path / "other.inp").write_text(mesh.read_text())
-    with pytest.raises(InputError, match=r"other\.inp: what it is for does not show; leave it out"):
+    with raises_fault("other.inp", statement="what it is for does not show"):
         read_model([mesh, tmp_path / "other.inp"], ImportOptions(material=STEEL))
     for options in (ImportOptions(material=STEEL), ImportOptions(quadratic=True)):
-        with pytest.raises(InputError, match=r"model\.h5: holds matrices; a material or quadratic has no effect"):
+        with raises_fault("model.h5", statement="holds matrices"):
             read_model(tmp_path / "model.h5", options)
     np.savez(tmp_path / "bare.npz", K=np.eye(2), M=np.eye(2), dof_nodes=[1, 1], dof_components=[1, 2])
     with pytest.raises(InputError, match="conductivity: without a mesh it has no effect"):

@@ -36,7 +36,7 @@ def exact(problem, branch, points):
             scale=np.linalg.norm(X) or 1.0,
             options=DOWN_TO_ROUNDING,
         )
-        force = balance.real(balance.excitation(found.evaluation.detail.forces)).reshape(1, *X.shape)
+        force = balance.layout.real(balance.layout.excitation(found.evaluation.detail.forces)).reshape(1, *X.shape)
         far = outputs.motion(found.x[None], force, balance.problem.inputs.P[None], np.array([omega]), [{}])[0]
         solved.append(
             np.vstack([found.x.reshape(X.shape), far]) if found.converged else np.full(stored[-1].shape, np.nan)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.analysis.curve.response import forced_response, parameter_response
@@ -19,16 +20,7 @@ DATA = Path(__file__).parents[2] / "examples" / "blade_reduced" / "blade_reduced
 
 
 def oscillator(velocity: float, thermal: ThermalModel | None, normal_load: float = 800.0) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(
-        name="damper",
-        contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-normal_load),
-        tangential="x",
-        rubbing=ss.RubbingMotion(velocity=velocity),
-    )
-    return ss.Problem(
-        structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(11), thermal=thermal
-    )
+    return one_mass(damper(velocity, normal_load=normal_load), harmonics=range(11), thermal=thermal)
 
 
 def test_curve_balances_heat_at_every_point() -> None:
@@ -120,7 +112,7 @@ def test_a_branch_without_points_says_why() -> None:
     thermal = ThermalModel(curve=short, background=25.0, resistance=0.02)
     branch = forced_response(oscillator(50.0, thermal), omega=(2.0, 15.0))
     assert len(branch) == 0
-    with pytest.raises(InputError, match="no points; its outcome is: stopped early: a contact temperature left"):
+    with pytest.raises(InputError, match="a contact temperature left"):
         branch.at(5.0)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from marching import basis, march
+from structured import rotation
 
 from slipstick.contact.forces import element_forces
 from slipstick.trig.harmonics import Harmonics
@@ -27,15 +28,6 @@ def elements(draw):
 
 def scale(state):
     return 1e-9 + float(state["kn"][0] * (np.abs(state["Y"]).sum() + abs(state["gap"][0])))
-
-
-def rotation(orders, s):
-    """Coefficients of f(tau + s) from those of f(tau)."""
-    R = np.eye(2 * len(orders) - 1)
-    for k, m in enumerate(orders[1:]):
-        c, d = np.cos(m * s), np.sin(m * s)
-        R[1 + 2 * k : 3 + 2 * k, 1 + 2 * k : 3 + 2 * k] = [[c, d], [-d, c]]
-    return R
 
 
 @common

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 
@@ -75,5 +76,5 @@ def test_components_are_followed() -> None:
 
 
 def test_orders_must_be_kept() -> None:
-    with pytest.raises(ss.InputError, match="'tip', rubbing, normal_cos: harmonic 7 is not among the harmonics kept"):
+    with raises_fault("contact", "tip", "rubbing", "normal_cos", says="harmonic 7 is not among the harmonics kept"):
         rubbed(normal=True, harmonics=range(5), normal_cos={7: 0.1})

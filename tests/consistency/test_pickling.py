@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.oscillator import one_mass
 from scipy import sparse
 
 import slipstick as ss
@@ -27,8 +28,7 @@ THERMAL = ss.ThermalModel(curve=ss.FrictionCurve(mu=[[25, 0.5], [90000, 0.4]]), 
 
 
 def problem(**more: Any) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    return ss.Problem(structure, contacts=[CONTACT], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(4), **more)
+    return one_mass(CONTACT, **more)
 
 
 def modal() -> ss.ModalStructure:

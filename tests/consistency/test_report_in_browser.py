@@ -18,12 +18,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from helpers import blocks
+from helpers.command import slipstick
+from helpers.oscillator import UNITS, damper, one_mass
 from helpers.reports import branch
 from helpers.study_case import CASE
-from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.io.loading import load_dataset
 from slipstick.report.writing import write_report, write_study_report
 
@@ -236,7 +236,7 @@ def test_nothing_is_wider_than_the_window(browser: Any, tmp_path: Path, width: i
 def test_a_study_is_chosen_from_in_map_curves_and_table(browser: Any, tmp_path: Path, width: int, scheme: str) -> None:
     (tmp_path / "case.toml").write_text(GRID)
     arguments = ["study", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "--no-figures", "--workers", "1"]
-    assert CliRunner().invoke(app, arguments).exit_code == 1  # one case is stopped early
+    assert slipstick(*arguments).exit_code == 1  # one case is stopped early
     found = Opened(browser, tmp_path / "out" / "report.html", color_scheme=scheme)
     found.page.set_viewport_size({"width": width, "height": 900})
     found.page.wait_for_timeout(300)
@@ -281,11 +281,7 @@ def kinds() -> dict[str, Any]:
 
 
 def oscillator_with(velocity: float) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
-    units = {"length": "mm", "force": "N", "time": "s"}
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(6), units=units)
+    return one_mass(damper(velocity), harmonics=range(6), units=UNITS)
 
 
 def heated() -> ss.Branch:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.cases import BLOCKS
 
 import slipstick as ss
 from slipstick.case.case import Case, load_case
@@ -33,26 +34,6 @@ cos = 500.0
 from = "150 Hz"
 to = "350 Hz"
 {more}
-"""
-BLOCKS = """
-[[contact]]
-name = "pad"
-points = [2, 1]
-direction = [0.0, 1.0, 1.0]
-normal = "surface"
-kt = 1e5
-kn = 2e4
-mu = { table = [[20, 0.4], [200, 0.2]] }
-normal_load_total = 1.0
-rubbing = { velocity = 0.005 }
-thermal = { resistance = 2.0 }
-[[contact]]
-name = "skid"
-points = [3]
-direction = [1.0, 0.0, 0.0]
-kt = 2e5
-mu = 0.3
-normal_load = 0.7
 """
 
 
@@ -109,16 +90,16 @@ def test_two_laws_on_one_surface_with_heat(tmp_path: Path) -> None:
         shared=True,
         rubbing=ss.RubbingMotion(velocity=0.005),
     )
-    skid = ss.surface_contacts(
+    curve = ss.surface_contacts(
         body,
-        "skid",
+        "curve",
         points=[3],
         contact=ss.FrictionContact(kt=2e5, mu=0.3, normal_load=0.7),
         direction=[1.0, 0.0, 0.0],
     )
     problem = ss.Problem(
         body.structure,
-        contacts=[*pads, *skid],
+        contacts=[*pads, *curve],
         loads=[ss.Load(shape="push", cos=500.0)],
         harmonics=ss.Harmonics(range(4)),
         thermal=ss.ThermalModel(
@@ -224,7 +205,7 @@ def test_load_case_warns_of_the_model(tmp_path: Path) -> None:
     damped = model.__class__(**{**vars(model), "C": model.K})
     save_model(damped, tmp_path / "model.h5")
     structure = 'file = "model.h5"\nsurface = "y1"\ncontacts = 3\npressure = { push = "z1" }\nmodes = 6'
-    contact = BLOCKS[BLOCKS.index('[[contact]]\nname = "skid"') :]
+    contact = BLOCKS[BLOCKS.index('[[contact]]\nname = "curve"') :]
     (tmp_path / "case.toml").write_text(CASE.format(structure=structure, contacts=contact, more=""))
     with pytest.warns(SlipstickWarning, match="holds a damping matrix") as caught:
         problem = load_case(tmp_path / "case.toml")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass
 from helpers.results import corrected
 
 import slipstick as ss
@@ -12,12 +13,7 @@ STIFFNESS = 40.0
 
 
 def oscillator(ratio, velocity=0.0):
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[STIFFNESS]], dofs=["x"])
-    contact = ss.FrictionContact(kt=ratio * STIFFNESS, mu=0.3, kn=1.0, gap=-800.0)
-    pair = ss.ContactPair(
-        name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity)
-    )  # fmt: skip
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=400.0)], harmonics=range(11))
+    return one_mass(damper(velocity, kt=ratio * STIFFNESS), force=400.0, harmonics=range(11))
 
 
 def opening(ratio):

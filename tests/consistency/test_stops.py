@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
@@ -120,15 +121,15 @@ def test_two_stops_and_a_friction_contact_in_one_problem() -> None:
 
 
 def test_what_a_stop_may_not_be_given() -> None:
-    with pytest.raises(ss.InputError, match="kt and mu are missing"):
+    with raises_fault("contact", "s", statement="kt and mu are missing"):
         oscillator(ss.ContactPair(name="s", contact=ss.FrictionContact(kn=KN, gap=GAP), tangential="x"))
-    with pytest.raises(ss.InputError, match="tangential has no direction"):
+    with raises_fault("contact", "s", "tangential", statement="has no direction"):
         oscillator(ss.ContactPair(name="s", contact=ss.FrictionContact(kt=1.0, mu=0.1, kn=KN, gap=GAP), normal="x"))
-    with pytest.raises(ss.InputError, match="normal has no direction"):
+    with raises_fault("contact", "s", "normal", statement="has no direction"):
         oscillator(ss.ContactPair(name="s", contact=ss.FrictionContact(kn=KN, gap=GAP)))
-    with pytest.raises(ss.InputError, match="velocity slides along 'tangential'"):
+    with raises_fault("contact", "stop", "rubbing", says="velocity slides along 'tangential'"):
         oscillator(stop(rubbing=ss.RubbingMotion(velocity=1.0)))
-    with pytest.raises(ss.InputError, match="mu"):
+    with raises_fault("mu", found="None"):
         ss.FrictionContact(kt=1.0, kn=KN, gap=GAP)
 
 

@@ -124,7 +124,7 @@ def test_superelement_in_a_case_file(full, boundary, model, delivery):
     case = Case.from_file(delivery / "case.toml")
     np.testing.assert_array_equal(case.body.structure.K, model.K.toarray())
     assert case.body.structure.C is not None
-    with pytest.warns(SlipstickWarning, match="a damping matrix, which a reduction to real modes does not use"):
+    with pytest.warns(SlipstickWarning, match="a damping matrix"):
         body = ss.reduced_body(model, keep=[f"n{labels[0]}y", f"n{labels[-1]}y"])
     exact = np.sqrt(eigh(full.K.toarray(), full.M.toarray(), eigvals_only=True)[:10])
     np.testing.assert_allclose(body.structure.natural_frequencies[:10], exact, rtol=1e-6)

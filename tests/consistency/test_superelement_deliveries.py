@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.nastran import write_text
 from helpers.superelement import Frame, pairs_of, write_delivery
 
@@ -45,9 +46,7 @@ def test_rows_points_and_damping(tmp_path, free, points, form):
     k, m = free + np.eye(11), np.diag(np.arange(1.0, 12.0))
     frame = {7: Frame(number=4, origin=np.array([-1.0, -0.5, 0.0]))}
     write_delivery(tmp_path, points, frame, {"KAA": k, "MAA": m, "BAA": 0.1 * k, "K4AA": 0.03 * k}, form=form)
-    with pytest.warns(
-        SlipstickWarning, match=r"K4AA is not used: it is 0\.03 times the stiffness, so give loss_factor"
-    ):
+    with pytest.warns(SlipstickWarning, match=r"K4AA is not used: it is 0\.03 times the stiffness"):
         model = read_model([tmp_path / "se.op4", tmp_path / "se.pch"])
     assert model.dofs == (*(f"n{n}{a}" for n in (3, 7, 12) for a in "xyz"), "n995001s", "n995002s")
     np.testing.assert_allclose(model.K.toarray(), k, atol=1e-7)
@@ -87,7 +86,7 @@ def test_rows_that_do_not_ascend_are_told(tmp_path, free, points):
     (tmp_path / "se.pch").write_text(
         punch.replace(pairs_of("EXTRN", boundary + modes), pairs_of("EXTRN", modes + boundary))
     )
-    with pytest.warns(SlipstickWarning, match="in the order of its EXTRN card, which does not ascend by point"):
+    with pytest.warns(SlipstickWarning, match="in the order of its EXTRN card"):
         model = read_model([tmp_path / "se.op4", tmp_path / "se.pch"])
     assert model.dofs[:3] == ("n995001s", "n995002s", "n3x")
 
@@ -158,7 +157,7 @@ def test_holding_points_by_name(tmp_path, free, points):
     model = read_model(files, ImportOptions(fixed=("n3", "n7x")))
     assert model.dofs[:3] == ("n7y", "n7z", "n12x")
     assert [3, 2] in model.constrained.tolist()
-    with pytest.raises(InputError, match="no free dof 'n4'"):
+    with raises_fault("fixed", says="no free dof 'n4'"):
         read_model(files, ImportOptions(fixed=("n4",)))
 
 

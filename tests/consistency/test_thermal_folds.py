@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
@@ -24,15 +25,8 @@ FALLING = FrictionCurve(temperature=[25, 94, 131, 279, 483, 1200], mu=[0.56, 0.3
 
 
 def oscillator(curve: FrictionCurve, load: float, velocity: float, resistance: float) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(
-        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-load), tangential="x",
-        rubbing=ss.RubbingMotion(velocity=velocity),
-    )  # fmt: skip
-    return ss.Problem(
-        structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(4),
-        thermal=ThermalModel(curve=curve, background=BACKGROUND, resistance=resistance),
-    )  # fmt: skip
+    thermal = ThermalModel(curve=curve, background=BACKGROUND, resistance=resistance)
+    return one_mass(damper(velocity, normal_load=load), thermal=thermal)
 
 
 def jumps(branch: Branch) -> list[tuple[float, float, float]]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass
 from helpers.results import corrected
 
 import slipstick as ss
@@ -14,12 +15,7 @@ NATURAL = np.sqrt(40.0)
 
 
 def oscillator(*, load, velocity=0.0, C=0.0):
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[C]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
-    pair = ss.ContactPair(
-        name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity)
-    )  # fmt: skip
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=load)], harmonics=range(11))
+    return one_mass(damper(velocity), C=C, force=load, harmonics=range(11))
 
 
 def assert_solved_within(branch, low, high):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from numpy.typing import NDArray
 
 import slipstick as ss
@@ -178,7 +179,7 @@ def test_a_speed_that_sweeps_is_the_same_at_each_frequency():
     )
     np.testing.assert_array_equal(back.velocity_per_omega, 0.5 * turned.velocity)
     np.testing.assert_array_equal(back.normal_sin[1], turned.normal_sin[1])
-    with pytest.raises(InputError, match="backward is given with a speed"):
+    with raises_fault("backward", statement="is given with a speed"):
         ss.casing_motion(profile, **places, speed=3.0, backward=True)
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
-from slipstick.errors import InputError
 from slipstick.fem.contact_points import ContactPoints
 
 NORMALS = np.array([[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [1.0, 0.0, 0.0]])
@@ -36,12 +36,12 @@ def test_a_total_is_shared_by_area(points, rows):
 
 @pytest.mark.parametrize("points", [[], [1, 1], [0], [4], "some", [1.5]])
 def test_points_that_are_not_there(points):
-    with pytest.raises(InputError, match="points"):
+    with raises_fault("points"):
         POINTS.chosen(points)
 
 
 def test_resistance_needs_an_influence_matrix():
-    with pytest.raises(InputError, match="the body has no influence matrix"):
+    with raises_fault("influence", says="the body has no influence matrix"):
         POINTS.resistance()
     R = np.array([[3.0, 1.0, 0.5], [1.0, 2.0, 0.2], [0.5, 0.2, 4.0]])
     hot = ContactPoints(positions=POINTS.positions, normals=NORMALS, areas=POINTS.areas, influence=R)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.imported import STEEL
 
 from slipstick.errors import InputError
@@ -27,7 +28,7 @@ def test_fixing_later_equals_fixing_at_once(cantilever):
     later = free.fix("x0")
     assert later.dofs == cantilever.dofs
     assert abs(later.K - cantilever.K).max() == 0.0
-    with pytest.raises(InputError, match="fixed: there is no node set 'root' in the model; there are x0, x1"):
+    with raises_fault("fixed", says="there is no node set 'root' in the model; there are x0, x1"):
         free.fix("root")
     partly = free.fix("x0", "x")
     assert partly.n_dofs == free.n_dofs - len(free.nodes_of("x0"))
@@ -47,7 +48,7 @@ def test_nodes_and_dofs_are_held_by_name():
     assert set(free.dofs) == {f"n{n}{a}" for n in range(1, 9) for a in "xyz"} - gone
     assert free.fix(["n3x"]).n_dofs == free.n_dofs - 1
     for wrong in ("n1", "n99", "n3y"):
-        with pytest.raises(InputError, match=f"no free dof '{wrong}'"):
+        with raises_fault("fixed", says=f"no free dof '{wrong}'"):
             free.fix([wrong])
 
 
@@ -64,5 +65,5 @@ def test_places_are_those_of_the_labels():
         mesh_of(replace(model, mesh=None), "shapes")
     with pytest.raises(InputError, match="node 99 of the matrices is not in the mesh"):
         rows_in_mesh(model, mesh, np.array([99]), np.array([0]), "shapes")
-    with pytest.raises(InputError, match="shapes need solid elements; the model has rotations"):
+    with pytest.raises(InputError, match="the model has rotations"):
         rows_in_mesh(model, mesh, np.array([12]), np.array([3]), "shapes")

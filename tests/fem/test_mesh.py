@@ -35,7 +35,7 @@ def test_what_is_wrong_is_said_when_it_is_made(change, said):
 def test_labels_lead_to_nodes_in_any_order():
     labels = np.array([50, 7, 100, 3])
     np.testing.assert_array_equal(node_indices(labels, np.array([[3, 50], [7, 7]]), "x"), [[3, 0], [1, 1]])
-    with pytest.raises(InputError, match="an element uses node 4, which is not in the mesh"):
+    with pytest.raises(InputError, match="node 4, which is not in the mesh"):
         node_indices(labels, np.array([3, 4]), "an element")
 
 

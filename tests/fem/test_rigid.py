@@ -61,6 +61,6 @@ def test_forces_on_a_mean_node_are_shared_out_with_the_same_resultant():
 
 def test_nodes_on_a_line_tell_no_rotation_about_it():
     line = {n: (np.array([float(n), 0.0, 0.0]), 1.0, (0, 1, 2)) for n in (2, 3, 4)}
-    with pytest.raises(InputError, match="m: the nodes do not determine the motion of the reference node"):
+    with pytest.raises(InputError, match="m: the nodes do not determine"):
         list(mean_equations(Reference.of(1, np.zeros(3)), line, "m"))
     assert len(list(mean_equations(Reference.of(1, np.zeros(3)), line, "m", (0, 1, 2)))) == 3

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.imported import STEEL
 from scipy.linalg import eigh
 
@@ -37,7 +38,7 @@ def test_the_note_says_what_was_done(blade):
     assert "at 500 rad/s about (0, 0, 1) through (-0.1, 0, 0): largest static displacement" in found.notes[-1]
     assert "Coriolis forces are left out" in found.notes[-1]
     assert blade.speed == 0.0
-    with pytest.raises(InputError, match="blade is a model at 500 rad/s already"):
+    with raises_fault("speed", says="blade is a model at 500 rad/s already"):
         at_speed(found, 600.0, axis=ABOUT)
 
 
@@ -83,16 +84,16 @@ def test_matrices_between_speeds(blade):
     for speed in (0.0, 20.0, 50.0, 80.0, 100.0):
         found = at_speed(blade, speed, others=at)
         assert abs(found.K - (1.0 + speed**2 / 1e4) * blade.K).max() < 1e-12 * abs(blade.K).max()
-    with pytest.raises(InputError, match="expected at most 100, the highest speed with matrices"):
+    with raises_fault("speed", found="101", expected="at most 100, the highest speed with matrices"):
         at_speed(blade, 101.0, others=at)
-    with pytest.raises(InputError, match="have different mass; matrices at speeds are of one model"):
+    with pytest.raises(InputError, match="have different mass"):
         at_speed(blade, 10.0, others={100.0: replace(blade, M=2.0 * blade.M)})
     with pytest.raises(InputError, match="have different dofs"):
         at_speed(blade, 10.0, others={100.0: replace(blade, dof_nodes=blade.dof_nodes + 1)})
 
 
 def test_what_looks_wrong_is_warned_of(blade):
-    with pytest.warns(SlipstickWarning, match=r"the strain at speed is 0\.\d+, beyond what metals bear"):
+    with pytest.warns(SlipstickWarning, match=r"the strain at speed is 0\.\d+"):
         at_speed(blade, 9000.0, axis=ABOUT)
     heavy = replace(blade, M=1.5 * blade.M)
     with pytest.warns(SlipstickWarning, match="centrifugal forces are those of the mesh"):

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.meshes import nodal_normals
 
-from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
 from slipstick.fem.box import box
 from slipstick.fem.elements import ELEMENTS
@@ -65,7 +65,7 @@ def test_contact_nodes_are_uniform_and_the_same_each_time():
     assert len(set(nodes.tolist())) == 9
     assert distance.min() > 0.2
     assert len(set(spread_nodes(mesh, top, len(top.nodes)).tolist())) == len(top.nodes)
-    with pytest.raises(InputError, match="ask for 1 to"):
+    with raises_fault("contacts", says="ask for 1 to"):
         spread_nodes(mesh, top, len(top.nodes) + 1)
 
 
@@ -84,15 +84,15 @@ def test_patches():
     np.testing.assert_allclose(patches.points.tangents([3.0, 4.0, 7.0]), np.tile([0.6, 0.8, 0.0], (4, 1)), atol=1e-14)
     moved = np.tile([1.0, 2.0, 3.0], mesh.n_nodes)
     np.testing.assert_allclose(patches.directions(patches.points.tangents([3.0, 4.0, 0.0])).T @ moved, 2.2)
-    with pytest.raises(InputError, match="is normal to the surface"):
+    with raises_fault("direction", says="is normal to the surface"):
         patches.points.tangents([0.0, 0.0, 1.0])
-    with pytest.raises(InputError, match="not on the surface"):
+    with raises_fault("contacts", says="not on the surface"):
         contact_patches(mesh, top, mesh.surface("z0").nodes[:2])
-    with pytest.raises(InputError, match="given twice"):
+    with raises_fault("contacts", statement="a contact node is given twice"):
         contact_patches(mesh, top, [top.nodes[0], top.nodes[0]])
-    with pytest.raises(InputError, match="too little of the surface"):
+    with raises_fault("contact patch at [0.0, 0.0, 0.5]", says="too little of the surface"):
         contact_patches(mesh, top, [top.nodes[0]], radius=1e-4)
-    with pytest.raises(InputError, match="expected node indices"):
+    with raises_fault("contacts", found="float64 of shape (2,)", expected="node indices (n,) or positions (n, 3)"):
         contact_patches(mesh, top, [0.5, 0.7])
 
 

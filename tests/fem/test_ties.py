@@ -90,7 +90,7 @@ def test_motions_alike_in_all_sectors_pass_from_side_to_side(faces, swapped):
 def test_a_wrong_number_of_sectors_is_refused():
     mesh = ring_sector(9)
     sector = Sector(start=np.zeros(3), end=np.array([0.0, 0.0, 1.0]), count=8)
-    with pytest.raises(InputError, match=r"c: node \d+ of one side is .* away .* check the number of sectors"):
+    with pytest.raises(InputError, match=r"c: node \d+ of one side is"):
         list(cyclic_equations(mesh, sector, mesh.surfaces["y0"].nodes, mesh.surfaces["y1"], tolerance=0.05, where="c"))
 
 

@@ -1,4 +1,4 @@
-"""The text of the case that most tests begin with: an oscillator with a rubbing friction contact."""
+"""Texts of cases: the oscillator with a rubbing friction contact that most tests begin with, contacts on a surface."""
 
 OSCILLATOR = """\
 format = 1
@@ -25,3 +25,25 @@ rubbing = {{ {rubbing} }}
 def oscillator(*, head: str, rubbing: str, response: str, load: str = "") -> str:
     """The case with these lines in its head, its load and its range, each ended."""
     return OSCILLATOR.format(head=head, load=load, rubbing=rubbing, response=response)
+
+
+BLOCKS = """
+[[contact]]
+name = "pad"
+points = [2, 1]
+direction = [0.0, 1.0, 1.0]
+normal = "surface"
+kt = 1e5
+kn = 2e4
+mu = { table = [[20, 0.4], [200, 0.2]] }
+normal_load_total = 1.0
+rubbing = { velocity = 0.005 }
+thermal = { resistance = 2.0 }
+[[contact]]
+name = "curve"
+points = [3]
+direction = [1.0, 0.0, 0.0]
+kt = 2e5
+mu = 0.3
+normal_load = 0.7
+"""

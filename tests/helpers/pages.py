@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from slipstick.report.assembly import SCRIPTS, STUDY_SCRIPTS, part
 from slipstick.report.encoding import gathered
+from slipstick.report.writing import SCRIPTS, STUDY_SCRIPTS, part
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the scripts, is not installed")

@@ -11,15 +11,6 @@ from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import SteadySliding
 
 
-def oscillator(velocity, harmonics=11, **parts):
-    """The paper's oscillator with a rubbing contact."""
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    rubbing = ss.RubbingMotion(velocity=velocity, **parts)
-    pair = ss.ContactPair(name="damper", tangential="x", contact=contact, rubbing=rubbing)
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(harmonics))
-
-
 def two_dofs(rubbing, *, gap=0.1, harmonics=11, **options):
     """A contact that opens and closes, with friction."""
     structure = ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=[[60.0, -15.0], [-15.0, 45.0]], dofs=["x", "y"])

@@ -21,7 +21,7 @@ import xarray
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from helpers.cases import oscillator
 
-from slipstick.cli.run_options import RunOptions
+from slipstick.cli.options import RunOptions
 from slipstick.cli.verbs.resume import resume_run
 from slipstick.cli.verbs.run import run_case
 from slipstick.io.loading import load_dataset

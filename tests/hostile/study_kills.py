@@ -17,9 +17,10 @@ import xarray
 from kills import CASE, QUIET, killed, same
 
 from slipstick.cli.verbs.resume import resume_run
-from slipstick.cli.verbs.study import Spread, holds_study, run_study
+from slipstick.cli.verbs.study import run_study
 from slipstick.io.journal import read_journal
 from slipstick.io.loading import load_dataset
+from slipstick.runs.study import Spread, holds_study
 from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, StudyFolder
 
 STUDY = (

@@ -11,9 +11,7 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
-from slipstick.cli.main import app
+from helpers.command import slipstick
 
 SOUND = """\
 format = 1
@@ -307,7 +305,7 @@ def told(folder: Path, row: Row) -> tuple[dict, str]:
     """The answer of ``check`` as data, and what it says to people."""
     path = folder / "case.toml"
     path.write_bytes(changed(row[1], row[2]))
-    result = CliRunner().invoke(app, ["check", str(path), "--json"])
+    result = slipstick("check", path, "--json")
     assert result.exception is None or isinstance(result.exception, SystemExit)
     assert not any(word in result.output for word in ("Traceback", "fault of slipstick", "datetime", "pydantic"))
     answer = json.loads(result.stdout)
@@ -335,7 +333,7 @@ def test_a_mistake_is_refused_at_its_key(tmp_path: Path, row: Row) -> None:
     assert answer["exit_code"] == 2
     assert sorted(".".join(map(str, fault["where"])) for fault in answer["faults"]) == sorted(keys.split(","))
     assert [word for word in words if word not in said] == []
-    run = CliRunner().invoke(app, ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "-q"])
+    run = slipstick("run", tmp_path / "case.toml", "-o", tmp_path / "out", "-q")
     assert run.exit_code == 2
     assert " ".join(run.stderr.split()) == said
     assert not (tmp_path / "out").exists()
@@ -361,6 +359,6 @@ def test_marks_and_line_ends_of_other_systems_are_no_mistake(tmp_path: Path, con
 )
 def test_a_file_that_is_none(tmp_path: Path, name: str, words: str) -> None:
     for verb in ("check", "run"):
-        result = CliRunner().invoke(app, [verb, str(tmp_path / name) if name else ""])
+        result = slipstick(verb, tmp_path / name if name else "")
         assert result.exit_code == 2
         assert words in " ".join(result.output.split())

@@ -9,11 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers.command import slipstick
 from helpers.gmsh import beam, write_inp, write_msh
 from helpers.study_case import CASE
-from typer.testing import CliRunner, Result
-
-from slipstick.cli.main import app
+from typer.testing import Result
 
 MATERIAL = ("--young", "2e11", "--poisson", "0.3", "--density", "7800")
 
@@ -221,10 +220,6 @@ MISTAKES: dict[str, tuple[tuple[object, ...], tuple[str, ...]]] = {
 }
 
 
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
-
-
 @pytest.fixture(scope="module")
 def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a run, a study, and files of many kinds."""
@@ -269,7 +264,7 @@ def stopped(folder: Path, name: str) -> None:
     add = StudyFolder.add
 
     def interrupted(self: StudyFolder, solved: object) -> None:
-        if self.found:
+        if self.cases:
             raise KeyboardInterrupt
         add(self, solved)  # type: ignore[arg-type]
 
@@ -362,7 +357,7 @@ def test_what_the_system_refuses_is_a_sentence(workshop: Path, monkeypatch: pyte
 
 def test_a_study_killed_before_its_first_case_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It had no journal until then: what was resumed was called complete."""
-    from slipstick.cli.verbs import study
+    from slipstick.runs.study import StudyRun
 
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace("[20, 30, 40]", "[20]"))
@@ -372,7 +367,7 @@ def test_a_study_killed_before_its_first_case_goes_on(tmp_path: Path, monkeypatc
         raise SystemExit(137)
 
     with monkeypatch.context() as patch:
-        patch.setattr(study.Study, "_solve", killed)
+        patch.setattr(StudyRun, "_solve", killed)
         assert slipstick("study", path, "-o", tmp_path / "out", *bare).exit_code == 137
     assert not (tmp_path / "out" / "study.nc").exists()
     result = slipstick("resume", tmp_path / "out", *bare)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from scipy.sparse import coo_array, csc_array, csr_matrix, diags_array
 
 import slipstick as ss
@@ -129,9 +130,9 @@ def test_modal_arrays(tmp_path: Path, change: dict[str, Any], words: str) -> Non
 
 def test_complex_load_shapes() -> None:
     shape = LoadShape(participation=[1.0, 1j], static_response=[1.0, 1.0])
-    with pytest.raises(InputError, match="load shape 'p', participation is complex"):
+    with raises_fault("load shape", "p", "participation", expected="real numbers"):
         ModalStructure(omega=[1.0, 2.0], mode_shapes=np.eye(2), dofs=["a", "b"], load_shapes={"p": shape})
-    with pytest.raises(InputError, match="load shape 'p' is complex"):
+    with raises_fault("load shape", "p", expected="real numbers"):
         ss.MatrixStructure(M=np.eye(3), K=CHAIN, dofs=list("abc"), load_shapes={"p": [1j, 0.0, 0.0]})
 
 
@@ -224,7 +225,7 @@ def test_reduce_refuses_indefinite_stiffness_with_every_solver(solver: str | Non
     n = 30
     K = np.diag(np.r_[np.linspace(1.0, 2.0, n - 1), -1e6])
     K[0, 1] = K[1, 0] = 0.1
-    with pytest.raises(InputError, match="negative eigenvalues, so the structure is unstable"):
+    with pytest.raises(InputError, match="negative eigenvalues"):
         ss.reduce(K, np.eye(n), dofs=[f"u{k}" for k in range(n)], keep=["u3"], modes=3, solver=solver)
 
 
@@ -241,5 +242,5 @@ def test_values_that_are_not_finite(name: str, bad: float, store: Callable[..., 
 def test_an_array_of_complex_zeros_is_read(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", a=np.ones(2, dtype=complex), b=np.array([1.0, 1j]))
     assert read_arrays(tmp_path / "a.npz", {"a": 1})["a"].dtype == float
-    with pytest.raises(InputError, match=r"a\.npz: 'b' is complex"):
+    with raises_fault("a.npz: 'b'", expected="real numbers"):
         read_arrays(tmp_path / "a.npz", {"b": 1})

@@ -11,7 +11,7 @@ from slipstick.importers import extras
 
 
 def test_a_missing_extra_says_how_to_get_it():
-    with pytest.raises(InputError, match=r"package mapdl-archive, which is not installed: pip install slipstick\[fe\]"):
+    with pytest.raises(InputError, match=r"mapdl-archive, .* slipstick\[fe\]"):
         extras.require("no_such_module_at_all", "mapdl-archive")
 
 

@@ -23,7 +23,7 @@ def test_every_way_of_storing_a_symmetric_matrix_gives_the_same(stored):
 def test_an_asymmetric_matrix_is_refused_with_the_worst_entry():
     matrix = spd(5)
     matrix[3, 1] = matrix[1, 3] + 7.0
-    with pytest.raises(InputError, match=r"K is not symmetric: entry \((4, 2|2, 4)\).*export a symmetric model"):
+    with pytest.raises(InputError, match=r"K is not symmetric: entry \((4, 2|2, 4)\)"):
         full_symmetric(matrix, "K")
 
 

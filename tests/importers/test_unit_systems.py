@@ -1,8 +1,8 @@
 """Systems of units stated as texts, and materials that do not go with them."""
 
 import pytest
+from helpers.faults import raises_fault
 
-from slipstick.errors import InputError
 from slipstick.fem.materials import Material
 from slipstick.importers.unit_systems import conversion, factors_of, material_doubts, system, system_like
 
@@ -37,18 +37,18 @@ def test_systems(text, length, force, mass):
     ],
 )
 def test_what_is_no_system(text, sentence):
-    with pytest.raises(InputError, match=sentence):
+    with raises_fault("units", says=sentence):
         system(text)
 
 
 def test_factors_follow():
     assert factors_of({"length": 25.4e-3}, "scale").mass == pytest.approx(1.0 / 25.4e-3)
     assert factors_of({"length": 2.0, "mass": 3.0, "time": 5.0}, "scale").force == pytest.approx(6.0 / 25.0)
-    with pytest.raises(InputError, match="scale: mass, length and time"):
+    with raises_fault("scale", says="mass, length and time"):
         factors_of({"mass": 2.0, "force": 3.0}, "scale")
     found = conversion("N, mm, t, s", "lbf, in")
     assert found.length == pytest.approx(1.0 / 25.4)
-    with pytest.raises(InputError, match="to: found 'here'"):
+    with raises_fault("to", found="'here'"):
         conversion("SI", "here")
 
 

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from helpers.faults import raises_fault
 from scipy import sparse
 
 import slipstick as ss
@@ -144,7 +145,7 @@ def test_a_law_that_is_code_is_told_and_can_be_given_again(tmp_path: Path) -> No
     assert ss.load(again.save(tmp_path / "twice.nc")).without == again.without
     whole = ss.load(path, problem=problem)
     assert np.array_equal(whole.guess(0), branch.guess(0))
-    with pytest.raises(ss.InputError, match="results of another problem: its contact labels are damper"):
+    with pytest.raises(ss.InputError, match="its contact labels are damper"):
         ss.load(path, problem=oscillator())
 
 
@@ -222,9 +223,9 @@ def test_other_readers_see_the_problem(tmp_path: Path) -> None:
 
 
 def test_where_nothing_can_be_written(tmp_path: Path) -> None:
-    with pytest.raises(ss.InputError, match=r"r\.nc: cannot be written .*; choose another place"):
+    with pytest.raises(ss.InputError, match=r"r\.nc: cannot be written"):
         saved(oscillator(), tmp_path / "none")
-    with pytest.raises(ss.InputError, match="save: found 5; expected the path of a results file"):
+    with raises_fault("save", found="5"):
         ss.linear_response(oscillator(), omega=3.0).save(5)
 
 

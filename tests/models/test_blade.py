@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
-from slipstick.errors import InputError
 from slipstick.fem.materials import Material
 from slipstick.models.blade import BLADE_STEEL, INCONEL_718, BladeModel, finite_element_blade, reduced_blade
 from slipstick.models.blade_mesh import blade_shape
@@ -50,7 +50,7 @@ def test_blade_directions_areas_and_influence(full, reduced):
     assert np.all(np.diag(reduced.points.influence) > 3.0)
     assert np.linalg.eigvalsh(reduced.points.influence).min() > 0.0
     np.testing.assert_array_equal(reduced.points.influence, full.points.influence)
-    with pytest.raises(InputError, match="normal to the surface"):
+    with raises_fault("direction", says="normal to the surface"):
         reduced.points.tangential((0.0, 0.0, 1.0))
 
 
@@ -99,5 +99,5 @@ def test_blade_converges_with_the_mesh():
 
 
 def test_modes_are_counted_or_found_by_a_range_not_both():
-    with pytest.raises(InputError, match="blade, modes: both modes and up_to are given; keep one"):
+    with raises_fault("blade, modes", statement="both modes and up_to are given"):
         reduced_blade("small", modes=3, up_to=5.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.fem.elements import FACES
-from slipstick.models.blade_plan import plan_of
+from slipstick.models.blade_mesh import plan_of
 
 
 def section(u, v):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.errors import InputError
@@ -77,18 +78,18 @@ def test_points_need_a_surface(body: ReducedBody) -> None:
     mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (4, 2, 1), "hex20"))
     model = assemble_mesh(mesh, source="beam", material=STEEL, fixed=["x0"])
     kept = ss.reduced_body(model, keep=[model.dofs[-1]], modes=4)
-    with pytest.raises(InputError, match="the body has no contact points"):
+    with raises_fault("points", statement="the body has no contact points"):
         ss.surface_contacts(kept, contact=LAW, direction=(1, 0, 0))
-    with pytest.raises(InputError, match=r"model: found 'blade\.cdb'; expected what ss\.import_model returns"):
+    with raises_fault("model", found="'blade.cdb'", expected="what ss.import_model returns"):
         ss.reduced_body("blade.cdb", surface="y1")
-    with pytest.raises(InputError, match=r"body: found ModalStructure.*; expected what ss\.reduced_body"):
+    with raises_fault("body", found="ModalStructure(4 modes, 1 dofs)", says=r"expected what ss\.reduced_body"):
         ss.surface_contacts(kept.structure, contact=LAW, direction=(1, 0, 0))
-    with pytest.raises(InputError, match="nothing is kept"):
+    with raises_fault("surface", statement="nothing is kept"):
         ss.reduced_body(model)
     with pytest.raises(InputError) as raised:
         ss.reduced_body(model, keep=[model.dofs[-1]], pressure="z1", radius=1e-3, films={"boundary": 1.0})
     assert [fault.where for fault in raised.value.faults] == [("radius",), ("pressure",), ("films",)]
-    with pytest.raises(InputError, match="no influence matrix"):
+    with raises_fault("influence", says="no influence matrix"):
         body.points.resistance()
 
 

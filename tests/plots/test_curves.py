@@ -94,7 +94,7 @@ def test_results_say_in_which_unit() -> None:
         assert ax.get_xlabel() == "Omega [Hz]"
         assert draw(data, frequency="rpm").get_xlabel() == "Omega [rpm]"
     assert plots.abscissa_text(data, 0) == "0.31831 Hz"
-    with pytest.raises(InputError, match=r"frequency: found 'herz'; expected one of rad/s, Hz, kHz, rpm"):
+    with pytest.raises(InputError, match="frequency: found 'herz'"):
         plots.response(data, frequency="herz")
 
 
@@ -177,7 +177,7 @@ def test_no_motion_has_no_phase() -> None:
 
 
 def test_names_that_do_not_exist() -> None:
-    with pytest.raises(InputError, match="there is no dof 'y' in the results; there are x, z"):
+    with pytest.raises(InputError, match="there is no dof 'y' in the results"):
         plots.response(dataset(), "y")
     with pytest.raises(InputError, match="there is no contact 'tipp' in the results; did you mean 'tip'"):
         plots.power(dataset(), ["root", "tipp"])
@@ -191,7 +191,7 @@ def test_names_that_do_not_exist() -> None:
 def test_what_does_not_fit_in_one_figure_is_refused() -> None:
     other = dataset()
     other["amplitude"].attrs["units"] = "mm"
-    with pytest.raises(InputError, match=r"different units .* Amplitude \[m\], Amplitude \[mm\]"):
+    with pytest.raises(InputError, match=r"Amplitude \[m\], Amplitude \[mm\]"):
         plots.response([dataset(), other])
     with pytest.raises(InputError, match=r"branches over Omega \[rad/s\] and over damper.velocity \[mm/s\]"):
         plots.response([dataset(), over_velocity()])

@@ -5,7 +5,7 @@ import pytest
 from helpers.figures import drawn, named
 
 import slipstick as ss
-from slipstick.plots.smooth import BETWEEN
+from slipstick.plots.overlay import BETWEEN
 from slipstick.verify.cases import oscillator
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from helpers.faults import raises_fault
 from helpers.figures import branch, title
 
 from slipstick.errors import InputError
-from slipstick.plots.places import branch_of, point_number, point_titled
+from slipstick.plots.points import branch_of, point_number, point_titled
 from slipstick.plots.style import styled
 
 
@@ -15,7 +16,7 @@ def test_points_count_from_both_ends() -> None:
     count = data.sizes["point"]
     assert (point_number(data, 0), point_number(data, -1), point_number(data, 2.0)) == (0, -1, 2)
     for point in (count, -count - 1, 0.5, "0", None):
-        with pytest.raises(InputError, match=f"point: found .* from -{count} to {count - 1}"):
+        with raises_fault("point", says=f"point: found .* from -{count} to {count - 1}"):
             point_number(data, point)
     with pytest.raises(InputError, match="the branch has no points to draw"):
         point_number(data.isel(point=slice(0, 0)), 0)

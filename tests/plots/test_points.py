@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.figures import branch, drawn, named, title
+from helpers.oscillator import one_mass
 
 import slipstick as ss
 from slipstick import plots
@@ -64,9 +66,8 @@ def test_a_history_is_the_motion_in_time() -> None:
 
 
 def test_motion_relative_to_a_support_says_so() -> None:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
     load = ss.Load(base={"x": 1.0}, motion="displacement", amplitude=1.0)
-    problem = ss.Problem(structure, loads=[load], harmonics=[0, 1, 2], units={"length": "mm"})
+    problem = one_mass(loads=[load], harmonics=[0, 1, 2], units={"length": "mm"})
     data = ss.linear_response(problem, omega=[5.0, 6.0]).dataset
     assert plots.response(data).get_ylabel() == "Amplitude, relative to the moving support [mm]"
     assert plots.history(data, 0).get_ylabel() == "Motion, relative to the moving support [mm]"
@@ -109,7 +110,7 @@ def test_linear_results_have_motion_and_no_loops() -> None:
 @pytest.mark.parametrize("draw", [plots.loop, plots.loops, plots.states, plots.history, plots.spectrum])
 def test_points_that_are_not_there(draw: object) -> None:
     for point in (10**6, -(10**6), "a", 1.5, None):
-        with pytest.raises(InputError, match="point: found"):
+        with raises_fault("point", expected="a whole number from -128 to 127"):
             draw(branch(), point)  # type: ignore[operator]
     with pytest.raises(InputError, match="nothing to draw"):
         draw(3, 0)  # type: ignore[operator]

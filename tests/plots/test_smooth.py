@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.plots.smooth import BETWEEN, smooth
+from slipstick.plots.overlay import BETWEEN, smooth
 from slipstick.verify.cases import oscillator
 
 

@@ -7,7 +7,7 @@ import re
 from base64 import b64encode
 from hashlib import sha256
 
-from slipstick.report.assembly import page, part
+from slipstick.report.writing import page, part
 
 HOSTILE = "</title></script><script>alert(1)</script><img src=x onerror=alert(2)> {{script}} & \" '"
 

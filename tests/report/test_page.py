@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers import blocks
+from helpers.oscillator import damper, one_mass
 from helpers.reports import branch
 
 import slipstick as ss
-from slipstick.report.assembly import part
 from slipstick.report.content import content_of
 from slipstick.report.encoding import gathered
+from slipstick.report.writing import part
 from slipstick.results.deflection import deflection_of
 
 node = shutil.which("node")
@@ -64,10 +65,8 @@ def test_the_loop_of_the_page_is_that_of_python() -> None:
 
 def stuck(gap: float = -800.0, velocity: float = 0.0, kt: float = 100.0) -> ss.Branch:
     """An oscillator whose contact never slips, or always does, or is always open."""
-    contact = ss.FrictionContact(kt=kt, mu=0.3, kn=1.0, gap=gap)
-    pair = ss.ContactPair(name="c", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=20.0)], harmonics=range(4))
+    pair = damper(velocity, name="c", law=ss.FrictionContact(kt=kt, mu=0.3, kn=1.0, gap=gap))
+    problem = one_mass(pair, force=20.0)
     return ss.forced_response(problem, omega=(2.0, 3.0), options={"max_step": 0.5})
 
 
@@ -157,10 +156,7 @@ def test_every_quantity_is_drawn_as_it_is() -> None:
 
 
 def oscillator(velocity: float = 0.0) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1, 2, 3])
+    return one_mass(damper(velocity))
 
 
 @pytest.mark.filterwarnings("ignore:the damping ratio of the mode")

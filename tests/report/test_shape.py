@@ -8,7 +8,7 @@ from helpers.blocks import branch
 from helpers.reports import branch as masses
 from helpers.reports import decoded, decoded_coefficients
 
-from slipstick.report.shape import shape_of
+from slipstick.report.content import shape_of
 from slipstick.results.deflection import deflection_of
 
 

@@ -10,21 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.command import slipstick
 from helpers.reports import branch, decoded
 from helpers.study_case import CASE
-from typer.testing import CliRunner, Result
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.io.loading import load_dataset
 from slipstick.report.study import study_content
 from slipstick.report.writing import write_study_report
 
 GRID = CASE.replace('"damper.velocity" = [20, 30, 40]', '"damper.velocity" = [20, 30, 40]\n"load" = [0.5, 1.0]')
-
-
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,7 @@ from helpers.figures import branch
 from helpers.reports import decoded
 
 from slipstick.analysis.sensitivity.tolerances import amplitude_band
-from slipstick.report.content import content_of
-from slipstick.report.tolerances import bands_of, what_matters
+from slipstick.report.content import bands_of, content_of, what_matters
 
 SHARES = {"c0.mu": 0.2, "load": 0.05}
 

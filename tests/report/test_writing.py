@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 from helpers.reports import branch
 
 import slipstick as ss
-from slipstick.report import assembly
+from slipstick.report import writing
 from slipstick.report.writing import labelled, write_report
 
 
@@ -41,10 +43,7 @@ def test_results_with_other_axes_or_units_are_refused(made: ss.Branch, tmp_path:
     units = {"length": "mm", "force": "N", "time": "s"}
 
     def oscillator(**more: Any) -> ss.Problem:
-        structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-        contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=300.0)
-        pair = ss.ContactPair(name="damper", contact=contact, tangential="x")
-        return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1, 3], **more)
+        return one_mass(damper(normal_load=300.0), harmonics=[0, 1, 3], **more)
 
     problem = oscillator(units=units)
     response = ss.forced_response(problem, omega=(5.0, 6.0))
@@ -53,7 +52,7 @@ def test_results_with_other_axes_or_units_are_refused(made: ss.Branch, tmp_path:
     peaks = ss.track_peak(problem, "damper.normal_load", (300.0, 310.0), omega=(2.0, 15.0))
     plain = ss.forced_response(oscillator(), omega=(5.0, 6.0))
     for one, other in ((response, load), (load, friction), (load, peaks), (response, plain)):
-        with pytest.raises(ss.InputError, match=r"results with the same axes and units; write a report of each"):
+        with raises_fault("report", expected="results with the same axes and units"):
             write_report({"one": one, "other": other}, tmp_path / "r.html")
     assert not (tmp_path / "r.html").exists()
     free = ss.Problem(problem.structure, loads=problem.loads, harmonics=[0, 1], units=units)
@@ -65,7 +64,7 @@ def test_results_with_other_axes_or_units_are_refused(made: ss.Branch, tmp_path:
 def test_another_file_is_not_replaced(made: ss.Branch, tmp_path: Path) -> None:
     path = tmp_path / "results.nc"
     path.write_bytes(b"numbers")
-    with pytest.raises(ss.InputError, match=r"results\.nc: there is a file that is no report; choose another name"):
+    with pytest.raises(ss.InputError, match=r"results\.nc: .* a file that is no report"):
         made.report(path)
     assert path.read_bytes() == b"numbers"
 
@@ -78,7 +77,7 @@ def test_a_failure_leaves_the_earlier_report(made: ss.Branch, tmp_path: Path, mo
         raise OSError(28, "No space left on device", str(self))
 
     monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(ss.InputError, match=r"r\.html: the report cannot be written \(no space left on device\)"):
+    with pytest.raises(ss.InputError, match=r"r\.html: .* \(no space left on device\)"):
         made.report(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["r.html"]
@@ -104,12 +103,12 @@ def test_labels_are_told_apart(made: ss.Branch) -> None:
     assert [label for label, _ in labelled({"v = 0": made, "v = 1": made})] == ["v = 0", "v = 1"]
     with pytest.raises(ss.InputError, match="no branch was given"):
         labelled([])
-    with pytest.raises(ss.InputError, match=r"expected an ss\.Branch"):
+    with raises_fault("report, branch", expected="an ss.Branch"):
         write_report(made.dataset, "r.html")
 
 
 def test_every_file_of_the_page_is_used() -> None:
-    folder = Path(assembly.__file__).parent / "page"
+    folder = Path(writing.__file__).parent / "page"
     own = {path.name for path in folder.iterdir() if path.is_file()}
-    used = {*assembly.STYLES, *assembly.SCRIPTS, *assembly.STUDY_STYLES, *assembly.STUDY_SCRIPTS}
+    used = {*writing.STYLES, *writing.SCRIPTS, *writing.STUDY_STYLES, *writing.STUDY_SCRIPTS}
     assert own == {name for name in used if "/" not in name} | {"page.html", "study.html"}

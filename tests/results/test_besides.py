@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from helpers.cases import oscillator
+from helpers.command import slipstick
+from helpers.oscillator import with_law
 
 import slipstick as ss
 from slipstick.analysis.curve import request
@@ -19,7 +21,6 @@ from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.modes import nonlinear_modes as modes_module
 from slipstick.analysis.peaks import events as peaks_module
 from slipstick.analysis.stability import floquet, subharmonics
-from slipstick.cli.main import app
 from slipstick.results import record
 from slipstick.results.besides import Besides
 
@@ -27,9 +28,7 @@ FRICTION = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=200.0)
 
 
 def problem(contact: Any = FRICTION, port: str = "tangential") -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="damper", contact=contact, ports={port: "x"})
-    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=range(4))
+    return with_law(contact, name="damper", port=port, force=100.0)
 
 
 def fails(*_: Any, **__: Any) -> Any:
@@ -212,34 +211,13 @@ def test_a_curve_stays_where_its_subharmonics_fail(monkeypatch: pytest.MonkeyPat
     assert branch.subharmonics == ()
 
 
-CASE = """
-format = 1
-harmonics = "0..3"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 200.0
-[response]
-from = 8.0
-to = 9.0
-"""
+CASE = oscillator(head='harmonics = "0..3"\n', rubbing="", response="from = 8.0\nto = 9.0\n").replace("800", "200")
 
 
 def test_a_run_goes_on_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(record, "truncation", fails)
     (tmp_path / "case.toml").write_text(CASE)
-    done = CliRunner().invoke(app, ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "--no-report"])
+    done = slipstick("run", tmp_path / "case.toml", "-o", tmp_path / "out", "--no-report")
     assert done.exit_code == 0, done.output
     assert "warning: truncation is not known at" in done.output
     data = ss.load(tmp_path / "out" / "results.nc").dataset

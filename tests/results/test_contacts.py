@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.contact.law import Law, Motion
@@ -218,11 +219,11 @@ def test_time_integration_and_stability_name_the_law_they_do_not_know() -> None:
     both = ss.Problem(plain.structure, contacts=[pair, *plain.contacts], loads=plain.loads, harmonics=H)
     found = ss.forced_response(both, omega=(OMEGA, OMEGA + 0.05))
     said = "contact 'silent' follows a law that does not tell its rate in time"
-    with pytest.raises(ss.InputError, match=said):
+    with raises_fault("time integration", says=said):
         ss.transient(found.problem, OMEGA)
-    with pytest.raises(ss.InputError, match=said):
+    with raises_fault("time integration", says=said):
         found.check_in_time(0)
-    with pytest.raises(ss.InputError, match=said):
+    with raises_fault("stability", says=said):
         ss.forced_response(both, omega=(OMEGA, OMEGA + 0.05), stability=True)
 
 

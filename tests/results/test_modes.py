@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slipstick.results.modes import mode_values
+from slipstick.analysis.modes.nonlinear_modes import mode_values
 
 
 def test_values_of_a_mode():

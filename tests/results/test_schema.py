@@ -10,7 +10,7 @@ import xarray
 
 import slipstick as ss
 from slipstick.case.case import Case
-from slipstick.cli.run_options import RunOptions
+from slipstick.cli.options import RunOptions
 from slipstick.cli.verbs.run import run_case
 from slipstick.results.schema import POINT_KINDS, VARIABLES
 

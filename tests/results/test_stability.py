@@ -1,7 +1,7 @@
 """What is recorded of stability: padded, with what is not known as such."""
 
 import numpy as np
-from helpers.stability import oscillator
+from helpers.oscillator import oscillator
 
 from slipstick.results.stability import (
     UNKNOWN,

@@ -1,8 +1,8 @@
 """A table answers as the dataset does that it makes."""
 
 import numpy as np
-import pytest
 import xarray
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.results.table import ResultColumn, ResultTable
@@ -49,5 +49,5 @@ def test_a_branch_has_both_and_what_is_changed_in_one_is_seen_in_the_other() -> 
     branch.dataset.attrs["title"] = "after"
     assert branch.table.attrs["title"] == "after"
     assert len(branch) == 3
-    with pytest.raises(ss.InputError, match=r"branch, dataset.*an xarray\.Dataset"):
+    with raises_fault("branch, dataset", expected="an xarray.Dataset"):
         ss.Branch(lambda: table(), ss.Outcome.COMPLETED)

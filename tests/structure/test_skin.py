@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.structure.modal import LoadShape
@@ -36,9 +37,9 @@ def test_shapes_and_places_are_checked() -> None:
 def test_a_skin_of_another_structure() -> None:
     modal: dict[str, Any] = {"omega": [1.0, 2.0], "mode_shapes": [[1.0, 1.0]], "dofs": ["x"]}
     assert ss.ModalStructure(**modal, skin=Skin(**arrays())).changed(loss_factor=0.1).skin is not None
-    with pytest.raises(ss.InputError, match=r"skin: found modes and dofs \(3, 1\); expected \(2, 1\)"):
+    with raises_fault("skin", found="modes and dofs (3, 1)", expected="(2, 1)"):
         ss.ModalStructure(**modal, skin=Skin(**arrays(modes=np.ones((9, 3)))))
-    with pytest.raises(ss.InputError, match=r"skin: found 3; expected a structure\.skin\.Skin"):
+    with raises_fault("skin", found="3", expected="a structure.skin.Skin, or None"):
         ss.ModalStructure(**modal, skin=3)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.studies.ranges import box_of, given_values
+from slipstick.studies.ranges import parameter_values, sampled_range
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ from slipstick.studies.ranges import box_of, given_values
     ],
 )
 def test_values(given: Any, expected: list[float]) -> None:
-    assert given_values(("mu",), given) == pytest.approx(expected)
+    assert parameter_values(("mu",), given) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -47,13 +47,13 @@ def test_values(given: Any, expected: list[float]) -> None:
 )
 def test_what_is_no_value(given: Any, sentence: str) -> None:
     with pytest.raises(InputError) as caught:
-        given_values(("mu",), given)
+        parameter_values(("mu",), given)
     assert sentence in str(caught.value)
 
 
 def test_boxes_of_samples() -> None:
-    assert box_of(("mu",), [0.1, 0.4]) == (0.1, 0.4, "linear")
-    assert box_of(("mu",), {"from": 1, "to": 9, "spacing": "log"}) == (1.0, 9.0, "log")
+    assert sampled_range(("mu",), [0.1, 0.4]) == (0.1, 0.4, "linear")
+    assert sampled_range(("mu",), {"from": 1, "to": 9, "spacing": "log"}) == (1.0, 9.0, "log")
     for given, sentence in (([1, 2, 3], "the two ends"), ({"from": 1, "to": 2, "count": 9}, "samples are counted")):
         with pytest.raises(InputError, match=sentence):
-            box_of(("mu",), given)
+            sampled_range(("mu",), given)

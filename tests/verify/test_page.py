@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from slipstick.verify import run
-from slipstick.verify.page import SECTIONS, table_page
-from slipstick.verify.table import Row, all_checks
+from slipstick.verify.table import SECTIONS, Row, all_checks, table_page
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "validation.md"
 

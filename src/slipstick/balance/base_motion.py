@@ -115,8 +115,8 @@ def _factors(motions: Sequence[str | None], w: Array) -> tuple[Array, Array]:
     """Force over load for each column at frequencies ``w`` (...), (..., n_columns), and its derivative by ``w``."""
     square = np.array([motion in (DISPLACEMENT, UNBALANCE) for motion in motions])
     constant = np.array([-1.0 if motion == ACCELERATION else 1.0 for motion in motions])
-    own = w[..., None]
-    return np.where(square, own**2, constant), np.where(square, 2.0 * own, 0.0)
+    frequency = w[..., None]
+    return np.where(square, frequency**2, constant), np.where(square, 2.0 * frequency, 0.0)
 
 
 class BaseReceptance:
@@ -143,8 +143,8 @@ class BaseReceptance:
 
     def by_parameter(self, name: str, orders: Array, omega: float) -> ComplexArray:
         """Derivative by a parameter of the structure."""
-        found: ComplexArray = self._plain.by_parameter(name, orders, omega) * self._factor(orders, omega)[0]
-        return found
+        rate: ComplexArray = self._plain.by_parameter(name, orders, omega) * self._factor(orders, omega)[0]
+        return rate
 
     @property
     def factors(self) -> Callable[..., Factors] | None:

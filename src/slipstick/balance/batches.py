@@ -70,8 +70,8 @@ class Batch:
     def couplings(self) -> Mapping[tuple[int, int], PortPair]:
         """For each pair of ports ``(i, j)``: where a force along i may depend on motion along j."""
         rows = np.full((len(self.ports), self.count), -1, dtype=np.int64)
-        for own, port in zip(rows, self.ports, strict=True):
-            own[port.members] = _indices(port.rows)
+        for numbers, port in zip(rows, self.ports, strict=True):
+            numbers[port.members] = _indices(port.rows)
         return {
             (i, j): PortPair(both := np.flatnonzero((felt >= 0) & (moving >= 0)), felt[both], moving[both])
             for i, felt in enumerate(rows)
@@ -88,16 +88,16 @@ def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Di
     number = {member: e for e, member in enumerate(members)}
     batches: list[Batch] = []
     directions: list[Direction] = []
-    for own in kinds.values():
-        law, ports = pairs[own[0][0]].contact, []
+    for members_of_kind in kinds.values():
+        law, ports = pairs[members_of_kind[0][0]].contact, []
         for name in law.ports:
-            given = [pairs[p].direction(name, k) for p, k in own]
-            have = [e for e, direction in enumerate(given) if direction is not None]
+            of_port = [pairs[p].direction(name, k) for p, k in members_of_kind]
+            have = [e for e, direction in enumerate(of_port) if direction is not None]
             rows = np.arange(len(directions), len(directions) + len(have))
-            directions += [direction for direction in given if direction is not None]
+            directions += [direction for direction in of_port if direction is not None]
             ports.append(Port(places(rows), places(np.array(have, dtype=int)), len(have)))
-        numbers = tuple(number[member] for member in own)
-        batches.append(Batch(law=law, members=tuple(own), numbers=numbers, ports=tuple(ports)))
+        numbers = tuple(number[member] for member in members_of_kind)
+        batches.append(Batch(law=law, members=tuple(members_of_kind), numbers=numbers, ports=tuple(ports)))
     return tuple(batches), directions
 
 

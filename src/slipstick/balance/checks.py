@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
     from slipstick.structure.protocol import Structure
+    from slipstick.typing import Numbers
     from slipstick.units import Units
 
 
@@ -44,10 +45,12 @@ class Known:
             return
         factor = common_period(*self.period_ratio)[side]
         if order * factor not in self.orders:
-            own = f"harmonic {order}" + (
+            harmonic = f"harmonic {order}" + (
                 f" (harmonic {order * factor} of the fundamental frequency)" if factor > 1 else ""
             )
-            yield Fault(statement=f"{own} is not among the harmonics kept, {list(self.orders)}", remedy="keep it too")
+            yield Fault(
+                statement=f"{harmonic} is not among the harmonics kept, {list(self.orders)}", remedy="keep it too"
+            )
 
 
 def problem_faults(problem: Problem, wrong: Collection[str] = ()) -> Iterator[Fault]:
@@ -183,7 +186,7 @@ def _across(pair: ContactPair) -> list[str]:
     return [name for name, value in pair.rubbing.components() if name.startswith("normal_") and np.any(value)]
 
 
-def motion_faults(parts: Mapping[str, Mapping[int, Any]], known: Known) -> Iterator[Fault]:
+def motion_faults(parts: Mapping[str, Mapping[int, Numbers]], known: Known) -> Iterator[Fault]:
     """Orders of a rubbing motion, by part, that are not kept."""
     for part, amplitudes in parts.items():
         for order, value in amplitudes.items():
@@ -217,22 +220,22 @@ def two_frequencies(value: Any, units: Units | None = None) -> tuple[float, floa
     return two_numbers(value, name, expected)
 
 
-def requested_frequencies(given: Any, units: Units | None = None) -> tuple[float, ...]:
+def requested_frequencies(requested: Any, units: Units | None = None) -> tuple[float, ...]:
     """Frequencies at which points are wanted, rad/s, from numbers or texts; one alone is taken too."""
-    if isinstance(given, str):
-        return (in_radians("requested", given, units),)
-    if isinstance(given, Real):
-        return requested_values(given)
-    values = listed("requested", given, "a frequency, or a list of them")
+    if isinstance(requested, str):
+        return (in_radians("requested", requested, units),)
+    if isinstance(requested, Real):
+        return requested_values(requested)
+    values = listed("requested", requested, "a frequency, or a list of them")
     return requested_values([in_radians(("requested", i), value, units) for i, value in enumerate(values)])
 
 
-def requested_values(given: Any) -> tuple[float, ...]:
+def requested_values(requested: Any) -> tuple[float, ...]:
     """Values at which points are wanted; one alone is taken too."""
     expected = "a finite number, or a list of them"
-    if isinstance(given, Real):
-        return (number("requested", given, expected),)
-    values = listed("requested", given, expected)
+    if isinstance(requested, Real):
+        return (number("requested", requested, expected),)
+    values = listed("requested", requested, expected)
     return tuple(number(f"requested, number {i + 1}", value) for i, value in enumerate(values))
 
 

@@ -47,13 +47,13 @@ class Compliance:
 
     def diagonal(self) -> ComplexArray:
         """``conj(A)`` of the ports over themselves, (n_rows, n + 1)."""
-        own = np.arange(self.value.shape[1])
-        return np.asarray(self.value[own, own])
+        ports = np.arange(self.value.shape[1])
+        return np.asarray(self.value[ports, ports])
 
     def reach(self, forces: Array) -> Array:
         """``|A| forces`` (n_rows, n + 1) of the first columns' sizes (any,)."""
-        own = np.abs(self.value[: forces.size])
-        return np.asarray((forces @ own.reshape(forces.size, -1)).reshape(own.shape[1:]))
+        size = np.abs(self.value[: forces.size])
+        return np.asarray((forces @ size.reshape(forces.size, -1)).reshape(size.shape[1:]))
 
     def anchor(self, springs: Array) -> None:
         """From ``A`` to ``B = A (1 + i k A)^-1`` for ``k`` (n_rows,), the receptance with springs ``i k`` at the rows.
@@ -71,9 +71,9 @@ class Compliance:
 @cache
 def sums() -> ModuleType:
     """The compiled sums, loaded when they are first asked for: reading and checking a case needs none."""
-    from slipstick.balance.kernel import sums as found
+    from slipstick.balance.kernel import sums as compiled
 
-    return found
+    return compiled
 
 
 def _times(value: ComplexArray, G: ComplexArray) -> Array:
@@ -88,8 +88,8 @@ def _conjugates(receptance: Receptance, orders: Array, omega: float) -> ComplexA
     out = np.zeros((2, static.shape[1], static.shape[0], orders.size + 1), dtype=complex)
     out[0, :, :, 0] = static.T
     if orders.size:
-        for own, found in zip(out, receptance.at(orders, omega), strict=True):
-            np.conjugate(found.transpose(2, 1, 0), out=own[:, :, 1:])
+        for conjugate, value in zip(out, receptance.at(orders, omega), strict=True):
+            np.conjugate(value.transpose(2, 1, 0), out=conjugate[:, :, 1:])
     return out
 
 

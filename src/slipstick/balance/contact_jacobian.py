@@ -1,26 +1,240 @@
-"""``I + A dF/dX`` of many contacts, never written out.
+"""``I + A dF/dX`` of many contacts, never written out, and what stands for it while it is solved.
 
 The forces of an element answer to its own motion only, so ``dF/dX`` is a block for each element, and ``A`` is a few
-modes and residuals.
+modes and residuals. The preconditioner is ``P = D + U W``: ``D = I + A_own dF/dX`` of the single elements, as blocks,
+and, exactly, the modes that carry most from one element to another: ``U`` their motion at the ports, ``W`` what moves
+them (inverted by Woodbury's formula).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lu_factor, lu_solve
 
-from slipstick.balance.elements import Elements
 from slipstick.balance.factored import FactoredCompliance, coefficients
-from slipstick.balance.preconditioner import Preconditioner
 from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.ports import Balance, Tangents
     from slipstick.state.contact_state import Carried
+
+MOST_APART = 264
+"""Coefficients of modes that are held exactly: 24 modes with the harmonics 0 to 5."""
+
+_MATTERS = 0.03
+"""A mode with less gain through all contacts is left out: it hardly moves an eigenvalue from 1."""
+
+
+class Elements:
+    """The elements of one batch: their port numbers (n, p), -1 where there is none, and ``dF/dX`` (n, p L, p L)."""
+
+    def __init__(self, balance: Balance, k: int, tangents: Mapping[tuple[int, int], Array]) -> None:
+        batch, L = balance.batches[k], balance.L
+        n, p = batch.count, len(batch.ports)
+        self.shape = n, p, L
+        self.rows = np.full((n, p), -1)
+        for i, port in enumerate(batch.ports):
+            self.rows[port.members, i] = np.arange(balance.n_ports)[port.rows]
+        tangent = np.zeros((n, p, L, p, L))
+        for (i, j), part in tangents.items():
+            tangent[:, i, :, j, :] = part * self._here(i, j)
+        self.tangent = tangent.reshape(n, p * L, p * L)
+        self.local = self.tangent  # as far as an element answers to its own motion
+        self.fed_back: tuple[Array, Array, Array] | None = None
+
+    def _here(self, *ports: int) -> Array:
+        return np.asarray(np.all(self.rows[:, list(ports)] >= 0, axis=1), dtype=float)[:, None, None]
+
+    def feed_back(self, carried: Carried) -> None:
+        """Add what a state does: powers by motion (n, p L), gain (n, n), forces by the state (n, p L)."""
+        n, p, L = self.shape
+        power, force = np.zeros((n, p, L)), np.zeros((n, p, L))
+        for j, part in carried.power.by_motion.items():
+            power[:, j] = part * self._here(j)[:, 0]
+        for i, part in carried.force_by_value.items():
+            force[:, i] = part * self._here(i)[:, 0]
+        rows, columns, gain = power.reshape(n, -1), force.reshape(n, -1), carried.gain
+        self.fed_back = rows, gain, columns
+        self.local = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
+
+    def gather(self, X: Array) -> Array:
+        """Values (n, p L) of the elements from those of all ports (n_ports + 1, L), whose last row is zero."""
+        return X[self.rows].reshape(len(self.rows), -1)
+
+    def at_ports(self, shapes: Array) -> Array:
+        """Mode shapes (n_ports, q) at the ports of the elements, (n, p, q); zero where there is none."""
+        return np.asarray(shapes[self.rows] * (self.rows >= 0)[:, :, None])
+
+    def stiffness(self) -> Array:
+        """Largest stiffness at each port, (n, p)."""
+        return np.asarray(np.abs(self.local).max(axis=2).reshape(self.shape).max(axis=2))
+
+    def scatter(self, values: Array, out: Array) -> None:
+        """Values (n, p L) of the elements into those of all ports (n_ports + 1, L)."""
+        out[self.rows] = values.reshape(self.shape)
+
+    def forces(self, q: Array, *, transposed: bool = False) -> Array:
+        """``dF/dX q`` for motion (n, p L) of the elements, or with the transpose."""
+        tangent = self.tangent.transpose(0, 2, 1) if transposed else self.tangent
+        forces = (tangent @ q[:, :, None])[:, :, 0]
+        if self.fed_back is not None:
+            rows, gain, columns = self.fed_back
+            if transposed:
+                forces += (gain.T @ np.einsum("nk,nk->n", columns, q))[:, None] * rows
+            else:
+                forces += (gain @ np.einsum("nk,nk->n", rows, q))[:, None] * columns
+        return forces
+
+
+class _Apart(NamedTuple):
+    """Modes held exactly at one coefficient of the motion: where they stand among all of them, and their shapes."""
+
+    coefficient: int
+    at: slice
+    left: Array
+    right: Array
+
+
+class Preconditioner:
+    """Made once for a Jacobian; numpy's LinAlgError where it is singular.
+
+    Parameters
+    ----------
+    elements
+        Tangents of all batches.
+    """
+
+    def __init__(self, elements: Sequence[Elements], compliance: FactoredCompliance) -> None:
+        self._elements = elements
+        apart = _modes_apart(elements, compliance)
+        self._set_apart(apart, compliance)
+        self._inverse, self._moved, sign = [], [], 1
+        for batch in elements:
+            D = _answered(compliance.local(batch.rows, apart), batch.local)
+            sign *= int(np.prod(np.linalg.slogdet(D)[0]))
+            inverse = np.asarray(np.linalg.inv(D), dtype=float)
+            self._inverse.append(inverse)
+            self._moved.append(self._along_modes(batch, inverse))
+        C = self._weighted(self._modal([o.local @ m for o, m in zip(elements, self._moved, strict=True)]))
+        C.reshape(-1)[:: len(C) + 1] += 1.0
+        self._lu = lu_factor(C, check_finite=False)
+        swaps = np.count_nonzero(self._lu[1] != np.arange(len(C)))
+        negative = np.count_nonzero(self._lu[0].diagonal() < 0.0)
+        self.sign: int = 0 if np.any(self._lu[0].diagonal() == 0.0) else (-sign if (swaps + negative) % 2 else sign)
+
+    def _set_apart(self, apart: NDArray[np.bool_], compliance: FactoredCompliance) -> None:
+        """Order by order: the cosines of its modes, then their sines; harmonic 0 has one coefficient."""
+        f, n = compliance.factors, compliance.n_rows
+        self._apart: list[_Apart] = []
+        self._weights: list[tuple[tuple[slice, ...], ComplexArray]] = []
+        end = 0
+        for order, chosen in enumerate(apart):
+            count, places = int(np.count_nonzero(chosen)), []
+            left, right = (np.ascontiguousarray(shapes[:, chosen]) for shapes in (f.left, f.right[:n]))
+            for coefficient in (2 * order - 1, 2 * order) if order else (0,):
+                places.append(slice(end, end + count))
+                self._apart.append(_Apart(coefficient, places[-1], left, right))
+                end += count
+            self._weights.append((tuple(places), f.weight[order, chosen].conj()))
+        self._size = end
+
+    def _along_modes(self, elements: Elements, inverse: Array) -> Array:
+        """``D^-1 U`` (n, p L, q) of the elements."""
+        n, p, L = elements.shape
+        columns = inverse.reshape(n, p * L, p, L)
+        out = np.empty((n, p * L, self._size))
+        for coefficient, at, left, _ in self._apart:
+            out[:, :, at] = columns[:, :, :, coefficient] @ elements.at_ports(left)
+        return out
+
+    def _modal(self, forces: Sequence[Array]) -> Array:
+        """Forces (n, p L, k) of the elements on the modes set apart, (q, k)."""
+        total = np.zeros((self._size, forces[0].shape[2] if forces else 1))
+        for elements, force in zip(self._elements, forces, strict=True):
+            n, p, L = elements.shape
+            F = force.reshape(n, p, L, -1)
+            for coefficient, at, _, right in self._apart:
+                shapes = elements.at_ports(right).reshape(n * p, -1)
+                total[at] += shapes.T @ F[:, :, coefficient].reshape(n * p, -1)
+        return total
+
+    def _weighted(self, f: Array, *, transposed: bool = False) -> Array:
+        """What modal forces (q, ...) move the modes by, or with the transpose."""
+        out = np.empty_like(f)
+        for places, weight in self._weights:
+            w = weight.reshape(-1, *(1,) * (f.ndim - 1))
+            if len(places) == 1:
+                out[places[0]] = w.real * f[places[0]]
+            else:
+                cosine, sine = places
+                z = (w.conj() if transposed else w) * (f[cosine] + 1j * f[sine])
+                out[cosine], out[sine] = z.real, z.imag
+        return out
+
+    def solve(self, X: Array) -> Array:
+        """``P^-1 X`` for values (n_ports + 1, L) of all ports, the last row of no meaning."""
+        out, forces, moved = np.zeros_like(X), np.zeros_like(X), []
+        for elements, inverse in zip(self._elements, self._inverse, strict=True):
+            moved.append((inverse @ elements.gather(X)[:, :, None])[:, :, 0])
+            elements.scatter((elements.local @ moved[-1][:, :, None])[:, :, 0], forces)
+        f = np.empty(self._size)
+        for coefficient, at, _, right in self._apart:
+            f[at] = forces[:-1, coefficient] @ right
+        a = lu_solve(self._lu, self._weighted(f), check_finite=False)
+        for elements, along, y in zip(self._elements, self._moved, moved, strict=True):
+            elements.scatter(y - along @ a, out)
+        return out
+
+    def solve_transposed(self, X: Array) -> Array:
+        """``P^-T X = D^-T (X - W^T C^-T U^T D^-T X)``, ``C = I + W D^-1 U``."""
+        out, forces = np.zeros_like(X), np.zeros_like(X)
+        t = np.zeros(self._size)
+        for elements, along in zip(self._elements, self._moved, strict=True):
+            t += elements.gather(X).ravel() @ along.reshape(-1, self._size)
+        g = self._weighted(lu_solve(self._lu, t, trans=1, check_finite=False), transposed=True)
+        for coefficient, at, _, right in self._apart:
+            forces[:-1, coefficient] = right @ g[at]
+        for elements, inverse in zip(self._elements, self._inverse, strict=True):
+            pulled = (elements.local.transpose(0, 2, 1) @ elements.gather(forces)[:, :, None])[:, :, 0]
+            elements.scatter((inverse.transpose(0, 2, 1) @ (elements.gather(X) - pulled)[:, :, None])[:, :, 0], out)
+        return out
+
+
+def _modes_apart(elements: Sequence[Elements], compliance: FactoredCompliance) -> NDArray[np.bool_]:
+    """Which modes of which orders carry most between the ports, (n + 1, n_modes)."""
+    f, n = compliance.factors, compliance.n_rows
+    stiffness = np.zeros(n + 1)
+    for batch in elements:
+        stiffness[batch.rows] = batch.stiffness()
+    through = np.einsum("rm,rm,r->m", np.abs(f.left), np.abs(f.right[:n]), stiffness[:-1])
+    gain = np.abs(f.weight) * through
+    likeliest = np.argsort(-gain, axis=None, kind="stable")
+    places = np.where(likeliest >= gain.shape[1], 2, 1)  # harmonic 0 has no sine
+    chosen = likeliest[(np.cumsum(places) <= MOST_APART) & (gain.ravel()[likeliest] > _MATTERS)]
+    apart = np.zeros(gain.shape, dtype=bool)
+    apart.reshape(-1)[chosen] = True
+    return apart
+
+
+def _answered(local: ComplexArray, tangent: Array) -> Array:
+    """``I + A_own dF/dX`` (n, p L, p L) of single elements."""
+    n, p, _, orders = local.shape
+    L = 2 * orders - 1
+    F = tangent.reshape(n, p, L, p * L)
+    out = np.empty((n, p, L, p * L))
+    out[:, :, 0] = local[..., 0].real @ F[:, :, 0]
+    z = (F[:, :, 1::2] + 1j * F[:, :, 2::2]).transpose(0, 2, 1, 3)
+    moved = (local[..., 1:].transpose(0, 3, 1, 2) @ z).transpose(0, 2, 1, 3)
+    out[:, :, 1::2], out[:, :, 2::2] = moved.real, moved.imag
+    whole = out.reshape(n, p * L, p * L)
+    whole[:, np.arange(p * L), np.arange(p * L)] += 1.0
+    return whole
 
 
 class ContactJacobian(IterativeJacobian):
@@ -36,7 +250,7 @@ class ContactJacobian(IterativeJacobian):
         self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, states: Sequence[Carried] = ()
     ) -> None:
         self._n_ports, self._L, self._compliance = balance.n_ports, balance.L, compliance
-        self._elements = [Elements(balance, k, given) for k, given in enumerate(tangents)]
+        self._elements = [Elements(balance, k, tangent) for k, tangent in enumerate(tangents)]
         for carried in states:
             if not carried.state.slow:
                 self._elements[carried.batch].feed_back(carried)
@@ -49,8 +263,8 @@ class ContactJacobian(IterativeJacobian):
     def _forces(self, x: Array, *, transposed: bool = False) -> Array:
         """``dF/dX x`` on all ports, (n_ports, L), or with the transpose."""
         X, out = self._rows(x), self._rows(None)
-        for own in self._elements:
-            own.scatter(own.forces(own.gather(X), transposed=transposed), out)
+        for elements in self._elements:
+            elements.scatter(elements.forces(elements.gather(X), transposed=transposed), out)
         return out[:-1]
 
     def _rows(self, x: Array | None) -> Array:
@@ -72,12 +286,12 @@ class ContactJacobian(IterativeJacobian):
     def bound(self, x: Array) -> Array:
         """``|J| @ |x|``, or more: both coefficients of a harmonic get the sum of their sizes."""
         X, sizes = self._rows(np.abs(x)), self._rows(None)
-        for own in self._elements:
-            moved = (np.abs(own.tangent) @ own.gather(X)[:, :, None])[:, :, 0]
-            if own.fed_back is not None:
-                rows, gain, columns = map(np.abs, own.fed_back)
-                moved += (gain @ np.einsum("nk,nk->n", rows, own.gather(X)))[:, None] * columns
-            own.scatter(moved, sizes)
+        for elements in self._elements:
+            moved = (np.abs(elements.tangent) @ elements.gather(X)[:, :, None])[:, :, 0]
+            if elements.fed_back is not None:
+                rows, gain, columns = map(np.abs, elements.fed_back)
+                moved += (gain @ np.einsum("nk,nk->n", rows, elements.gather(X)))[:, None] * columns
+            elements.scatter(moved, sizes)
         G = _complex(sizes[:-1], self._L).real + _complex(sizes[:-1], self._L).imag
         by_order = self._compliance.reach_by_order(G)
         return np.abs(x) + np.hstack([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)]).ravel()
@@ -108,7 +322,7 @@ class ContactJacobian(IterativeJacobian):
 
 def _complex(X: Array, L: int) -> ComplexArray:
     """Coefficients (rows, L), or flat, as complex numbers (rows, n + 1)."""
-    given = X.reshape(-1, L)
-    out = np.zeros((len(given), L + 1))
-    out[:, 0], out[:, 2:] = given[:, 0], given[:, 1:]
+    coefficients = X.reshape(-1, L)
+    out = np.zeros((len(coefficients), L + 1))
+    out[:, 0], out[:, 2:] = coefficients[:, 0], coefficients[:, 1:]
     return out.view(complex)

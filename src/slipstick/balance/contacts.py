@@ -71,22 +71,25 @@ class ContactPair:
         ports: Mapping[str, DirectionLike] | None = None,
         rubbing: RubbingMotion | None = None,
     ) -> None:
-        found = Gathering()
-        values: dict[str, Any] = {"name": found.take(text, "name", name, 'a name such as "damper"'), "contact": contact}
+        checks = Gathering()
+        values: dict[str, Any] = {
+            "name": checks.take(text, "name", name, 'a name such as "damper"'),
+            "contact": contact,
+        }
         if not isinstance(contact, Law) or isinstance(contact, type):
             expected = "contact=ss.FrictionContact(...), or a law (a subclass of slipstick.contact.law.Law)"
-            found.faults.append(Fault("contact", found=shown(contact), expected=expected))
-        values["tangential"] = found.take(_one_or_many, ("tangential",), tangential)
-        values["normal"] = found.take(_one_or_many, ("normal",), normal)
+            checks.faults.append(Fault("contact", found=shown(contact), expected=expected))
+        values["tangential"] = checks.take(_one_or_many, ("tangential",), tangential)
+        values["normal"] = checks.take(_one_or_many, ("normal",), normal)
         values["ports"] = ports
         if ports is not None:
-            checked = found.take(table, "ports", ports, "directions by the names of ports")
+            checked = checks.take(table, "ports", ports, "directions by the names of ports")
             values["ports"] = checked and {
-                port: found.take(_one_or_many, ("ports", port), given) for port, given in checked.items()
+                port: checks.take(_one_or_many, ("ports", port), direction) for port, direction in checked.items()
             }
         moved = RubbingMotion() if rubbing is None else rubbing
-        values["rubbing"] = found.take(one, "rubbing", moved, RubbingMotion, "ss.RubbingMotion(...)")
-        found.end(*(("contact", name) if isinstance(name, str) else ()))
+        values["rubbing"] = checks.take(one, "rubbing", moved, RubbingMotion, "ss.RubbingMotion(...)")
+        checks.end(*(("contact", name) if isinstance(name, str) else ()))
         for key, value in values.items():
             object.__setattr__(self, key, value)
 
@@ -108,17 +111,17 @@ class ContactPair:
     @cached_property
     def given(self) -> dict[str, tuple[Direction | None, ...]]:
         """Direction cosines of each port: one for all contacts, or one for each."""
-        given = dict(self.ports or {})
-        given |= {side: d for side in ("tangential", "normal") if (d := getattr(self, side)) is not None}
-        return {port: value if isinstance(value, tuple) else (value,) for port, value in given.items()}
+        directions = dict(self.ports or {})
+        directions |= {side: d for side in ("tangential", "normal") if (d := getattr(self, side)) is not None}
+        return {port: value if isinstance(value, tuple) else (value,) for port, value in directions.items()}
 
     @cached_property
     def _count(self) -> int:
         """Number of contacts; raises InputError where arrays and directions do not agree on one."""
         several = sorted({size for size in (*map(len, self.given.values()), *self._array_sizes()) if size != 1})
         if len(several) > 1 or 0 in several:
-            found = f"{several} contacts in its arrays"
-            raise InputError(Fault(("contact", self.name), found=found, expected="one number"))
+            arrays = f"{several} contacts in its arrays"
+            raise InputError(Fault(("contact", self.name), found=arrays, expected="one number"))
         return several[0] if several else 1
 
     def _array_sizes(self) -> list[int]:
@@ -135,14 +138,14 @@ class ContactPair:
 
     def direction(self, port: str, k: int = 0) -> Direction | None:
         """Direction cosines of a port of the k-th contact, from 0; None where it has none."""
-        found = self.directions.get(port)
-        return None if found is None else found[k]
+        directions = self.directions.get(port)
+        return None if directions is None else directions[k]
 
     @property
     def first_direction(self) -> Direction:
         """Direction cosines of the first port that its first contact has."""
-        given = (self.direction(port) for port in self.contact.ports)
-        return next((direction for direction in given if direction is not None), {})
+        directions = (self.direction(port) for port in self.contact.ports)
+        return next((direction for direction in directions if direction is not None), {})
 
     @property
     def n_ports(self) -> int:
@@ -152,8 +155,8 @@ class ContactPair:
     @property
     def dofs(self) -> tuple[str, ...]:
         """Every dof along which a port moves."""
-        given = (direction for directions in self.directions.values() for direction in directions)
-        return tuple(dict.fromkeys(dof for direction in given for dof in direction or ()))
+        every = (direction for directions in self.directions.values() for direction in directions)
+        return tuple(dict.fromkeys(dof for direction in every for dof in direction or ()))
 
     @property
     def elements(self) -> tuple[str, ...]:
@@ -168,12 +171,12 @@ class ContactPair:
     def values(self, name: str) -> Array:
         """A parameter of the law, a derived one, or a component of the rubbing motion, (n,)."""
         if name in self.contact.values:
-            found: ArrayLike = self.contact.values[name]
+            value: ArrayLike = self.contact.values[name]
         elif name in self.contact.derived_parameters:
-            found = getattr(self.contact, name)
+            value = getattr(self.contact, name)
         else:
-            found = self.rubbing.component(name)
-        return np.broadcast_to(np.asarray(found, dtype=float), (len(self),))
+            value = self.rubbing.component(name)
+        return np.broadcast_to(np.asarray(value, dtype=float), (len(self),))
 
     def with_value(self, name: str, value: float, k: int | None = None) -> ContactPair:
         """A copy with one of ``quantities`` changed, of the k-th contact or of all."""
@@ -207,26 +210,26 @@ def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> It
     """What is wrong with the directions of the ports, within the contact; ``dofs`` of the structure, if known."""
     law = pair.contact
     try:
-        given = pair.directions
+        by_port = pair.directions
     except InputError as error:
         yield from (fault.below("contact", pair.name) for fault in error.faults)
         return
     for port in set(pair.ports or ()) & {"tangential", "normal"}:
         if getattr(pair, port) is not None:
             yield Fault(("ports", port), f"is given together with {port}", remedy="keep one of them")
-    for port in given:
+    for port in by_port:
         if port not in law.ports:
             yield Fault(pair.place(port), f"its law has no port '{port}'", remedy=f"it has {', '.join(law.ports)}")
     for port in law.ports:
-        if port not in law.optional_ports and not all(d is not None for d in given.get(port, (None,))):
+        if port not in law.optional_ports and not all(d is not None for d in by_port.get(port, (None,))):
             yield Fault(pair.place(port), "has no direction", remedy="give the dofs along which the port moves")
     if law.ports and set(law.ports) <= set(law.optional_ports):  # it may go without any of them, but not without all
         at = pair.place(law.ports[-1])
         for k in range(len(pair)):
-            if all(directions[k] is None for directions in given.values()):
+            if all(directions[k] is None for directions in by_port.values()):
                 where = at if len(pair) == 1 else (*at, k)
                 yield Fault(where, "has no direction", remedy="give the dofs along which the port moves")
-    for port, directions in given.items():
+    for port, directions in by_port.items():
         for k, cosines in enumerate(directions):
             at = pair.place(port) if len(directions) == 1 else (*pair.place(port), k)
             yield from (fault.inside(*at) for fault in cosine_faults(cosines or {}, dofs))
@@ -267,22 +270,22 @@ def _said(direction: Directions) -> Any:
     return next(iter(direction)) if direction and list(direction.values()) == [1.0] else direction
 
 
-def _cosines(name: Where, given: Any) -> dict[str, float]:
+def _cosines(name: Where, direction: Any) -> dict[str, float]:
     """Direction cosines by dof; a name alone means cosine 1."""
-    if isinstance(given, str):
-        return {str(given): 1.0}
+    if isinstance(direction, str):
+        return {str(direction): 1.0}
     expected = 'the name of a dof such as "x", or cosines by dof such as {"x": 1.0, "y": -1.0}'
-    if not isinstance(given, Mapping):
-        raise wrong(name, given, expected)
-    return {text(name, dof, expected): number((*name, dof), cosine) for dof, cosine in given.items()}
+    if not isinstance(direction, Mapping):
+        raise wrong(name, direction, expected)
+    return {text(name, dof, expected): number((*name, dof), cosine) for dof, cosine in direction.items()}
 
 
-def _one_or_many(name: Where, given: Any) -> Any:
+def _one_or_many(name: Where, directions: Any) -> Any:
     """The direction of one contact (None: it has none), or a tuple of them for many."""
-    if given is None or isinstance(given, str | Mapping):
-        return None if given is None else _cosines(name, given)
+    if directions is None or isinstance(directions, str | Mapping):
+        return None if directions is None else _cosines(name, directions)
     expected = 'the name of a dof such as "x", cosines by dof such as {"x": 1.0, "y": -1.0}, or a list of such'
-    found = listed(name, given, expected)
-    if not found:
-        raise wrong(name, given, expected)
-    return tuple(None if g is None else _cosines((*name, i), g) for i, g in enumerate(found))
+    many = listed(name, directions, expected)
+    if not many:
+        raise wrong(name, directions, expected)
+    return tuple(None if g is None else _cosines((*name, i), g) for i, g in enumerate(many))

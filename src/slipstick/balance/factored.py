@@ -33,25 +33,25 @@ class FactoredCompliance:
     def answer(self, G: ComplexArray) -> Array:
         """``conj(A) G`` as coefficients (n_rows * L,) of the first columns' numbers ``G`` (any, n + 1)."""
         f = self.factors
-        given = G if f.columns is None else G * f.columns[: len(G)]
-        return self._sum(given, f.weight, f.part_weight)
+        delayed = G if f.columns is None else G * f.columns[: len(G)]
+        return self._sum(delayed, f.weight, f.part_weight)
 
     def rate(self, G: ComplexArray) -> Array:
         """The same of the derivative."""
         f = self.factors
         if f.columns is None or f.columns_slope is None:
             return self._sum(G, f.slope, f.part_slope)
-        own = self._sum(G * f.columns[: len(G)], f.slope, f.part_slope)
-        return own + self._sum(G * f.columns_slope[: len(G)], f.weight, f.part_weight)
+        explicit = self._sum(G * f.columns[: len(G)], f.slope, f.part_slope)
+        return explicit + self._sum(G * f.columns_slope[: len(G)], f.weight, f.part_weight)
 
     def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray) -> Array:
         f, count = self.factors, len(G)
         pairs = np.ascontiguousarray(G).view(float)  # real matrices times real numbers: half the work
         modal = (f.right[:count].T @ pairs).view(complex) * weight.conj().T
         out: ComplexArray = (f.left @ modal.view(float)).view(complex)
-        for part, own in zip(f.parts, part_weight, strict=True):
-            if own.any():
-                out += (part[:, :count] @ pairs).view(complex) * own.conj()
+        for part, share in zip(f.parts, part_weight, strict=True):
+            if share.any():
+                out += (part[:, :count] @ pairs).view(complex) * share.conj()
         return coefficients(out)
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
@@ -59,8 +59,8 @@ class FactoredCompliance:
         f = self.factors
         pairs = np.ascontiguousarray(Z).view(float)
         out: ComplexArray = (f.right @ ((f.left.T @ pairs).view(complex) * f.weight.T).view(float)).view(complex)
-        for part, own in zip(f.parts, f.part_weight, strict=True):
-            out += (part.T @ pairs).view(complex) * own
+        for part, share in zip(f.parts, f.part_weight, strict=True):
+            out += (part.T @ pairs).view(complex) * share
         return out if f.columns is None else out * f.columns
 
     def diagonal(self) -> ComplexArray:
@@ -76,8 +76,8 @@ class FactoredCompliance:
         """``|A| forces`` of sizes (any, n + 1) that differ from order to order."""
         f, count = self.factors, len(forces)
         out = np.abs(f.left) @ (np.abs(f.weight).T * (np.abs(f.right[:count]).T @ forces))
-        for part, own in zip(f.parts, f.part_weight, strict=True):
-            out += (np.abs(part[:, :count]) @ forces) * np.abs(own)
+        for part, share in zip(f.parts, f.part_weight, strict=True):
+            out += (np.abs(part[:, :count]) @ forces) * np.abs(share)
         return np.asarray(out)
 
     def local(self, rows: NDArray[np.intp], apart: NDArray[np.bool_]) -> ComplexArray:
@@ -91,8 +91,8 @@ class FactoredCompliance:
         weight = np.where(apart, 0.0, f.weight).conj()
         both = left[:, :, None, :] * right[:, None, :, :]
         n, p = rows.shape
-        found = (both.reshape(n * p * p, -1) @ weight.T).reshape(n, p, p, -1)
-        for part, own in zip(f.parts, f.part_weight, strict=True):
+        value = (both.reshape(n * p * p, -1) @ weight.T).reshape(n, p, p, -1)
+        for part, share in zip(f.parts, f.part_weight, strict=True):
             entries = part[rows[:, :, None], rows[:, None, :]] * (here[:, :, None] & here[:, None, :])
-            found += entries[..., None] * own.conj()
-        return np.asarray(found, dtype=complex)
+            value += entries[..., None] * share.conj()
+        return np.asarray(value, dtype=complex)

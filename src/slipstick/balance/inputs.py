@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,10 +46,10 @@ class Given:
         """That velocity over omega, (n_ports, n), length per rad."""
         return self.velocity / omega + self.velocity_per_omega
 
-    def changed(self, /, **arrays: Any) -> Given:
+    def changed(self, /, **arrays: Array) -> Given:
         """A copy with other arrays: "velocity", "velocity_per_omega", "motion", or parameters by name."""
-        own = {name: arrays.pop(name, getattr(self, name)) for name in SURFACE}
-        return Given(values={**self.values, **arrays}, **own)
+        surface = {name: arrays.pop(name, getattr(self, name)) for name in SURFACE}
+        return Given(values={**self.values, **arrays}, **surface)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,24 +70,24 @@ class Inputs:
 
     def moved(self, direction: Inputs, step: float) -> Inputs:
         """``self + step * direction``."""
-        return self.map(lambda _, own, other: own + step * other, direction)
+        return self.map(lambda _, array, other: array + step * other, direction)
 
     def scaled(self, factor: float) -> Inputs:
         """All multiplied by a factor."""
-        return self.map(lambda _, own: factor * own)
+        return self.map(lambda _, array: factor * array)
 
     def only(self, *names: str) -> Inputs:
         """Zero but for "load", "velocity", "motion" or parameters by name."""
-        return self.map(lambda name, own: own if name in names else np.zeros_like(own))
+        return self.map(lambda name, array: array if name in names else np.zeros_like(array))
 
     def any(self, name: str) -> bool:
         """Whether "load", "velocity", "motion" or a parameter is anywhere other than zero."""
-        found = [self.P] if name == "load" else []
+        arrays = [self.P] if name == "load" else []
         for batch in self.batches:
-            found.append(getattr(batch, name) if name in SURFACE else batch.values.get(name, np.zeros(0)))
-        return any(bool(np.any(array)) for array in found)
+            arrays.append(getattr(batch, name) if name in SURFACE else batch.values.get(name, np.zeros(0)))
+        return any(bool(np.any(array)) for array in arrays)
 
-    def with_batch(self, k: int, /, **arrays: Any) -> Inputs:
+    def with_batch(self, k: int, /, **arrays: Array) -> Inputs:
         """A copy with other arrays in one batch."""
         changed = tuple(b.changed(**arrays) if i == k else b for i, b in enumerate(self.batches))
         return replace(self, batches=changed)

@@ -75,24 +75,24 @@ class LoadPart:
 
 def load_parts(problem: Loaded) -> list[LoadPart]:
     """The loads of a problem by target and harmonic."""
-    found: dict[tuple[Hashable, ...], LoadPart] = {}
+    parts: dict[tuple[Hashable, ...], LoadPart] = {}
     names = _names(problem)
     for i, load in enumerate(problem.loads):
         key = (*load.place, load.harmonic)
-        old = found.get(key) or LoadPart(first=load, target=names[load.place], places=(), cos=0.0, sin=0.0)
-        found[key] = replace(old, places=(*old.places, i), cos=old.cos + load.cos, sin=old.sin + load.sin)
-    return list(found.values())
+        old = parts.get(key) or LoadPart(first=load, target=names[load.place], places=(), cos=0.0, sin=0.0)
+        parts[key] = replace(old, places=(*old.places, i), cos=old.cos + load.cos, sin=old.sin + load.sin)
+    return list(parts.values())
 
 
 def _names(problem: Loaded) -> dict[tuple[Hashable, ...], str]:
     """Name of each target; several motions of supports that are called the same are numbered: "base 1", "base 2"."""
-    found = {load.place: load.target for load in problem.loads}
+    names = {load.place: load.target for load in problem.loads}
     bases = [load.place for load in problem.loads if load.base is not None]
-    for name in {found[place] for place in bases}:
-        same = [place for place in dict.fromkeys(bases) if found[place] == name]
+    for name in {names[place] for place in bases}:
+        same = [place for place in dict.fromkeys(bases) if names[place] == name]
         if len(same) > 1:
-            found |= {place: f"{name} {i}" for i, place in enumerate(same, 1)}
-    return found
+            names |= {place: f"{name} {i}" for i, place in enumerate(same, 1)}
+    return names
 
 
 def load_names(problem: Loaded) -> Iterator[str]:
@@ -116,12 +116,12 @@ def find_load(problem: Loaded, name: str) -> tuple[LoadPart, str] | None:
     if not name.startswith(PREFIX):
         return None
     parts = [part for part in load_parts(problem) if quantity in part.quantities]
-    found = [part for part in parts if part.target == where]
-    found = found or [part for part in parts if f"{part.target}.{part.first.harmonic}" == where]
-    if len(found) > 1:
-        names = ", ".join(f"'{PREFIX}{where}.{part.first.harmonic}.{quantity}'" for part in found)
+    meant = [part for part in parts if part.target == where]
+    meant = meant or [part for part in parts if f"{part.target}.{part.first.harmonic}" == where]
+    if len(meant) > 1:
+        names = ", ".join(f"'{PREFIX}{where}.{part.first.harmonic}.{quantity}'" for part in meant)
         raise InputError(Fault(statement=f"'{name}' could be one of {names}", remedy="say which"))
-    return (found[0], quantity) if found else None
+    return (meant[0], quantity) if meant else None
 
 
 def load_path(problem: Problem, part: LoadPart, quantity: str) -> Path:

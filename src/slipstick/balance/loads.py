@@ -84,21 +84,21 @@ class Load:
         amplitude: float | None = None,
         phase: float | None = None,
     ) -> None:
-        found = Gathering()
-        given = {"cos": cos, "sin": sin, "amplitude": amplitude, "phase": phase}
-        force = {k: found.take(number, k, v) for k, v in given.items() if v is not None}
-        values: dict[str, Any] = {"harmonic": found.take(whole, "harmonic", harmonic)}
+        checks = Gathering()
+        parts = {"cos": cos, "sin": sin, "amplitude": amplitude, "phase": phase}
+        force = {k: checks.take(number, k, v) for k, v in parts.items() if v is not None}
+        values: dict[str, Any] = {"harmonic": checks.take(whole, "harmonic", harmonic)}
         for key, value in (("dof", dof), ("shape", shape)):
-            values[key] = None if value is None else found.take(text, key, value, "a name")
-        values["base"] = None if base is None else found.take(_pattern, base)
-        values["motion"] = None if motion is None else found.take(_motion, motion)
+            values[key] = None if value is None else checks.take(text, key, value, "a name")
+        values["base"] = None if base is None else checks.take(_pattern, base)
+        values["motion"] = None if motion is None else checks.take(_motion, motion)
         turning = motion == UNBALANCE and base is None
-        present = {"base": base, "motion": None if turning else motion, **given}
-        found.faults += way_faults({name for name, value in present.items() if value is not None})
+        present = {"base": base, "motion": None if turning else motion, **parts}
+        checks.faults += way_faults({name for name, value in present.items() if value is not None})
         if turning and dof is None and shape is None:
-            found.faults.append(Fault("motion", "an unbalance is on no dof", remedy="give dof"))
+            checks.faults.append(Fault("motion", "an unbalance is on no dof", remedy="give dof"))
         on = next((name for name in (dof, shape, base) if isinstance(name, str)), None)
-        found.end(*(("load", on) if on is not None else ()))
+        checks.end(*(("load", on) if on is not None else ()))
         values |= _parts(force)
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -154,40 +154,40 @@ def phase_warnings(name: str, phase: float | None) -> Iterator[str]:
 _TURN = 2.0 * pi * (1.0 + 1e-12)
 
 
-def place_faults(given: Container[str]) -> Iterator[Fault]:
-    """What is acted on is said once; ``given`` are the names of what is given."""
-    first, *others = [name for name in ("dof", "shape", "base") if name in given] or [""]
+def place_faults(present: Container[str]) -> Iterator[Fault]:
+    """What is acted on is said once; ``present`` are the names of what is given."""
+    first, *others = [name for name in ("dof", "shape", "base") if name in present] or [""]
     if not first:
         yield Fault(statement="where it acts is missing", remedy="give dof, shape or base, one of them alone")
     for name in others:
         yield Fault(name, f"is given together with {first}", remedy="keep one of them")
 
 
-def way_faults(given: Container[str]) -> Iterator[Fault]:
-    """What is said in two ways, or in half of one; ``given`` are the names of what is given."""
+def way_faults(present: Container[str]) -> Iterator[Fault]:
+    """What is said in two ways, or in half of one; ``present`` are the names of what is given."""
     for one, other in (("base", "motion"), ("motion", "base")):
-        if one in given and other not in given:
+        if one in present and other not in present:
             yield Fault(one, f"is given without {other}", remedy="give both for a support that moves")
-    if "amplitude" in given and ("cos" in given or "sin" in given):
+    if "amplitude" in present and ("cos" in present or "sin" in present):
         yield Fault("amplitude", "is given together with cos or sin", remedy="keep one form of the force")
-    if "phase" in given and "amplitude" not in given:
+    if "phase" in present and "amplitude" not in present:
         yield Fault("phase", "is given without amplitude", remedy="give both")
 
 
-def _pattern(given: Any) -> Mapping[str, float] | str:
+def _pattern(base: Any) -> Mapping[str, float] | str:
     """Motion of the dofs for a unit motion of the support."""
     expected = 'dofs with their motion such as {"x1": 1.0, "x2": 1.0}, or a name such as "x"'
-    if isinstance(given, str) and given:
-        return text("base", given, expected)
-    moved = {dof: number(("base", dof), c) for dof, c in table("base", given, expected).items()}
+    if isinstance(base, str) and base:
+        return text("base", base, expected)
+    moved = {dof: number(("base", dof), c) for dof, c in table("base", base, expected).items()}
     if not any(moved.values()):
-        raise wrong("base", given, expected)
+        raise wrong("base", base, expected)
     return moved
 
 
-def _motion(given: Any) -> str:
+def _motion(motion: Any) -> str:
     """What is given of the support."""
     expected = '"displacement" or "acceleration", what is given of the support, or "unbalance" on a dof'
-    if not isinstance(given, str) or given not in (*MOTIONS, UNBALANCE):
-        raise wrong("motion", given, expected)
-    return given
+    if not isinstance(motion, str) or motion not in (*MOTIONS, UNBALANCE):
+        raise wrong("motion", motion, expected)
+    return motion

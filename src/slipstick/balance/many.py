@@ -35,34 +35,34 @@ def respond(
 
     With other ``harmonics`` that hold those of the balance, forces are given in these.
     """
-    batch, own = balance.batches[k], balance.harmonics
-    given = _joined([one.batches[k] for one in inputs])
+    batch, kept = balance.batches[k], balance.harmonics
+    contact_inputs = _joined([one.batches[k] for one in inputs])
     X = x.reshape(len(x), balance.n_ports, balance.L)
     moved = []
-    for port, Q in zip(batch.ports, given.motion, strict=True):
+    for port, Q in zip(batch.ports, contact_inputs.motion, strict=True):
         if port.size:
             Q.reshape(len(x), batch.count, -1)[:, port.members] += X[:, port.rows]
-        moved.append(_in(harmonics or own, own, Q))
+        moved.append(_in(harmonics or kept, kept, Q))
     each = np.repeat(omega, batch.count)
-    law = batch.law if harmonics is None else batch.law.widened(own, harmonics)
-    return law.respond(Motion(harmonics or own, each, tuple(moved), given.drift(each)), given.values)
+    law = batch.law if harmonics is None else batch.law.widened(kept, harmonics)
+    return law.respond(Motion(harmonics or kept, each, tuple(moved), contact_inputs.drift(each)), contact_inputs.values)
 
 
-def _joined(given: Sequence[Given]) -> Given:
+def _joined(states: Sequence[Given]) -> Given:
     """The elements of all in one, the motion in a new array."""
-    if len(given) == 1:
-        return given[0].changed(motion=given[0].motion.copy())
-    surface = {name: np.concatenate([getattr(g, name) for g in given], axis=1) for name in SURFACE}
-    values = {name: np.concatenate([g.values[name] for g in given]) for name in given[0].values}
+    if len(states) == 1:
+        return states[0].changed(motion=states[0].motion.copy())
+    surface = {name: np.concatenate([getattr(g, name) for g in states], axis=1) for name in SURFACE}
+    values = {name: np.concatenate([g.values[name] for g in states]) for name in states[0].values}
     return Given(values=values, **surface)
 
 
-def _in(wide: Harmonics, own: Harmonics, Q: Array) -> Array:
+def _in(wide: Harmonics, narrow: Harmonics, Q: Array) -> Array:
     """Coefficients (k, L) in a set that holds their own."""
-    if wide is own:
+    if wide is narrow:
         return Q
     out = np.zeros((len(Q), wide.size))
-    out[:, [wide.index(0), *(wide.index(m, part) for m in own.orders[1:] for part in ("c", "s"))]] = Q
+    out[:, [wide.index(0), *(wide.index(m, part) for m in narrow.orders[1:] for part in ("c", "s"))]] = Q
     return out
 
 
@@ -91,9 +91,9 @@ class Together:
 
         def change(k: int, i: int) -> Array:
             batch, total = balance.batches[k], np.zeros_like(self.responses[k].force[i])
-            for (own, j), tangent in self.responses[k].by_motion.items():
+            for (felt, j), tangent in self.responses[k].by_motion.items():
                 port = batch.ports[j]
-                if own == i and port.size:
+                if felt == i and port.size:
                     dQ = np.zeros((len(dx), batch.count, balance.L))
                     dQ[:, port.members] = dX[:, port.rows]
                     total += np.einsum("cij,cj->ci", tangent, dQ.reshape(-1, balance.L))
@@ -126,7 +126,7 @@ class Together:
         reach = np.empty_like(self.forces)
         for receptance, at in self._receptances():
             reach[at] = _reach(receptance, balance.orders, self._omega[at], stiffness[at])
-        motion = np.array([norm(own) for own in x])
+        motion = np.array([norm(unknowns) for unknowns in x])
         terms = motion[:, None, None] + reach * (motion + np.sqrt(prescribed))[:, None, None]
         residual = self.residuals().reshape(terms.shape)
         return np.sqrt(np.sum((residual / np.where(terms > 0, terms, 1.0)) ** 2, axis=(1, 2)))

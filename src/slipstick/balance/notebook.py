@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.html import html_table, some
 
 if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
 
 
@@ -18,14 +19,14 @@ def problem_html(problem: Problem) -> str:
     return html_table(f"Problem{': ' if problem.title else ''}{problem.title}", _rows(problem))
 
 
-def _rows(problem: Problem) -> Iterator[tuple[str, Any]]:
+def _rows(problem: Problem) -> Iterator[tuple[str, object]]:
     structure, units = problem.structure, problem.units
     yield "structure", f"{type(structure).__name__}, {len(structure.dofs)} dofs: {some(structure.dofs)}"
     natural = np.asarray(structure.natural_frequencies, dtype=float)
     if natural.size:
         yield "natural frequencies", f"{some((f'{w:.5g}' for w in natural), 4)} {units.angular}"
     for pair in problem.contacts[:1]:
-        kinds = dict.fromkeys(type(own.contact).__name__ for own in problem.contacts)
+        kinds = dict.fromkeys(type(each.contact).__name__ for each in problem.contacts)
         yield "contacts", f"{some(problem.elements)} ({some(kinds)}); first: {_numbers(pair)}"
     for state in problem.contact_states:
         yield state.has, some(state.names)
@@ -38,7 +39,7 @@ def _rows(problem: Problem) -> Iterator[tuple[str, Any]]:
     yield "outputs", some(problem.outputs or ())
 
 
-def _numbers(pair: Any) -> str:
+def _numbers(pair: ContactPair) -> str:
     """The parameters of a contact, those of its rubbing motion included."""
     values = {name: float(np.asarray(pair.values(name))[0]) for name in pair.quantities}
     return ", ".join(f"{name} {value:g}" for name, value in values.items())

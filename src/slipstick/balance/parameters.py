@@ -74,9 +74,9 @@ def parameter_target(problem: Parts, name: str) -> Target:
     members = _members(problem, owner, quantity)
     if members:
         return Target(quantity=quantity, members=members)
-    found = find_load(problem, name)
-    if found is not None:
-        return Target(quantity=found[1], load=found[0])
+    load = find_load(problem, name)
+    if load is not None:
+        return Target(quantity=load[1], load=load[0])
     if name in structure_values(problem.structure):
         return Target(quantity=name, structure=True)
     raise InputError(Fault(statement=f"there is no parameter '{name}'", remedy=_meant(problem, name)))
@@ -98,10 +98,10 @@ def _meant(problem: Parts, name: str) -> str:
     known = [*known_parameters(problem)]
     owner, _, quantity = name.rpartition(".")
     quantity = _OTHER_WORDS.get(quantity, quantity)
-    own = [other.rpartition(".")[2] for other in known if owner and other.rpartition(".")[0] == owner]
-    if own:
-        close = get_close_matches(quantity, own, n=1, cutoff=0.5)
-        return f"did you mean '{owner}.{close[0]}'?" if close else f"{owner} has {', '.join(own)}"
+    of_owner = [other.rpartition(".")[2] for other in known if owner and other.rpartition(".")[0] == owner]
+    if of_owner:
+        close = get_close_matches(quantity, of_owner, n=1, cutoff=0.5)
+        return f"did you mean '{owner}.{close[0]}'?" if close else f"{owner} has {', '.join(of_owner)}"
     owners = [other for other in known if other.rpartition(".")[2] == quantity]
     owners = [other for other in owners if other.partition(".")[0] not in (ALL, RUBBING)] or owners
     if len(owners) > 1:
@@ -194,8 +194,8 @@ def parameter_units(problem: Problem, name: str) -> str:
         return "rad/s" if target.quantity == SPEED else FACTOR_UNITS
     if RubbingMotion.is_component(target.quantity):
         return "length"
-    own = {problem.contacts[p].contact.unit(target.quantity) for p, _ in target.members}
-    return next((units for units in sorted(own) if units != "1"), "1")
+    named = {problem.contacts[p].contact.unit(target.quantity) for p, _ in target.members}
+    return next((units for units in sorted(named) if units != "1"), "1")
 
 
 def _has(pair: object, quantity: str) -> bool:
@@ -224,7 +224,7 @@ def parameter_path(problem: Problem, name: str) -> Path:
 def _factor(problem: Problem, base: Inputs, name: str, parameters: Mapping[int, Mapping[str, str]]) -> Line:
     change: dict[str, Any] = {name: 1.0, "told": None}
     unit = replace(problem, **change).inputs
-    touched = {(b, own[name]) for b, own in parameters.items() if name in own}
+    touched = {(b, by_name[name]) for b, by_name in parameters.items() if name in by_name}
     if name == "load":
         return Line(replace(base, P=np.zeros_like(base.P)), replace(base.scaled(0.0), P=unit.P))
     start, slope = base, base.scaled(0.0)
@@ -238,15 +238,15 @@ def _moved(
     problem: Problem, b: int, rows: list[int], quantity: str, base: Inputs, zero: Inputs
 ) -> tuple[Inputs, Inputs]:
     """Base and derivative for one quantity of some elements of a batch."""
-    batch, given = problem.batches[b], base.batches[b]
-    found = batch.law.stands_for(quantity, given.values)
-    if found is not None:
-        parameter, factor = found
-        start, slope = given.values[parameter].copy(), np.zeros(batch.count)
+    batch, contact_inputs = problem.batches[b], base.batches[b]
+    meaning = batch.law.stands_for(quantity, contact_inputs.values)
+    if meaning is not None:
+        parameter, factor = meaning
+        start, slope = contact_inputs.values[parameter].copy(), np.zeros(batch.count)
         start[rows] = 0.0
         slope[rows] = np.broadcast_to(factor, batch.count)[rows]
         return base.with_batch(b, **{parameter: start}), zero.with_batch(b, **{parameter: slope})
-    surface = {name: getattr(given, name) for name in SURFACE}
+    surface = {name: getattr(contact_inputs, name) for name in SURFACE}
     arrays = {name: (array.copy(), np.zeros_like(array)) for name, array in surface.items()}
     for e in rows:
         pair, k = problem.contacts[batch.members[e][0]], batch.members[e][1]

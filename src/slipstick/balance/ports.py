@@ -34,6 +34,79 @@ _UNDAMPED = 1e-5
 """Imaginary part of a receptance over itself, below which there is as good as no damping."""
 
 
+class PortLayout:
+    """Where the ports of a problem's contacts stand among the unknowns, at the problem's harmonics.
+
+    Attributes
+    ----------
+    batches
+        The contacts, one ``Batch`` for each kind of law.
+    orders
+        Harmonics above 0, as floats.
+    n_ports, n_contacts, L, size
+        Numbers of ports, of contacts, of coefficients of each port, and of unknowns ``N = n_ports L``.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.harmonics, self.batches = problem.harmonics, problem.batches
+        self.orders, self.L = self.harmonics.m.astype(float), self.harmonics.size
+        self.n_ports, self.n_contacts = len(problem.port_directions), len(problem.elements)
+        self.size = self.n_ports * self.L
+
+    def motion(self, k: int, x: Array, omega: float, contact_inputs: Given) -> Motion:
+        """Motion of batch ``k`` at unknowns (N,), the rubbing motion included."""
+        batch, X = self.batches[k], x.reshape(self.n_ports, self.L)
+        moved = []
+        for port, rubbing in zip(batch.ports, contact_inputs.motion, strict=True):
+            if port.size == batch.count:
+                moved.append(X[port.rows] + rubbing)
+            else:
+                Q = rubbing.copy()
+                if port.size:
+                    Q[port.members] += X[port.rows]
+                moved.append(Q)
+        return Motion(
+            self.harmonics, omega, tuple(moved), contact_inputs.drift(omega), contact_inputs.velocity_per_omega
+        )
+
+    def spread(self, dx: Array) -> list[dict[int, Array]]:
+        """Changes of the motion (n, L) by batch and port, of changes (N,) of the unknowns."""
+        dX = dx.reshape(self.n_ports, self.L)
+        by_batch: list[dict[int, Array]] = []
+        for batch in self.batches:
+            moved: dict[int, Array] = {}
+            for i, port in enumerate(batch.ports):
+                if port.size == batch.count:
+                    moved[i] = dX[port.rows]
+                elif port.size:
+                    moved[i] = np.zeros((batch.count, self.L))
+                    moved[i][port.members] = dX[port.rows]
+            by_batch.append(moved)
+        return by_batch
+
+    def excitation(self, forces: Forces, P: Array | None = None) -> ComplexArray:
+        """``F - P`` on all columns as complex numbers (n_columns, n + 1); without loads, on the ports alone."""
+        G = np.zeros((self.n_ports + (0 if P is None else len(P)), 2 * self.orders.size + 2))
+        for batch, by_port in zip(self.batches, forces, strict=True):
+            for i, force in by_port.items():
+                port = batch.ports[i]
+                if port.size:
+                    F = force if port.size == batch.count else force[port.members]
+                    G[port.rows, 2:], G[port.rows, 0] = F[:, 1:], F[:, 0]
+        if P is not None and len(P):
+            loads = G[self.n_ports :]
+            np.negative(P[:, 1:], out=loads[:, 2:])
+            np.negative(P[:, 0], out=loads[:, 0])
+        return G.view(complex)
+
+    def real(self, z: ComplexArray) -> Array:
+        """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
+        pairs = z.view(float)
+        out = np.empty((len(z), self.L))
+        out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
+        return out.reshape(-1)
+
+
 class Balance:
     """A problem made ready for the balance.
 
@@ -46,44 +119,42 @@ class Balance:
 
     Attributes
     ----------
-    batches
-        The contacts, one ``Batch`` for each kind of law.
-    n_ports, size
-        Numbers of ports and of unknowns ``N = n_ports L``.
+    layout
+        Where its ports stand; its numbers (``batches``, ``harmonics``, ``orders``, ``n_ports``, ``n_contacts``, ``L``,
+        ``size``) are those of the balance.
+    receptance
+        From the contact forces and loads to the contact ports.
     springs
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
     """
 
     def __init__(self, problem: Problem, *, kind: Kind | str = "auto") -> None:
-        self.problem, self.harmonics = problem, problem.harmonics
-        self.batches, directions = problem.batches, problem.port_directions
-        self.directions = problem.direction_matrix(directions)
+        self._take(problem)
+        self.directions = problem.direction_matrix(problem.port_directions)
         self.n_loads = len(problem.load_columns.places)
-        self.n_ports, self.n_contacts = len(directions), sum(batch.count for batch in self.batches)
-        self.orders = self.harmonics.m.astype(float)
-        self.L = self.harmonics.size
-        self.size = self.n_ports * self.L
         self.receptance = self.rows_to(self.directions)
         self._asked, self.kind = kind, kind_of(kind, self.receptance, self.size)
         self.springs: Array | None = None
-        self.states = problem.contact_states
+
+    def _take(self, problem: Problem) -> None:
+        self.problem, self.states, self.layout = problem, problem.contact_states, PortLayout(problem)
+        self.harmonics, self.orders, self.batches = self.layout.harmonics, self.layout.orders, self.layout.batches
+        self.n_ports, self.n_contacts = self.layout.n_ports, self.layout.n_contacts
+        self.L, self.size = self.layout.L, self.layout.size
 
     def narrowed(self, harmonics: Harmonics) -> Balance:
         """The same with some of the harmonics; the structure is not projected again."""
-        own = copy(self)
-        own.problem = replace(self.problem, harmonics=harmonics, told=None)
-        own.harmonics, own.orders, own.L = harmonics, harmonics.m.astype(float), harmonics.size
-        own.batches, own.states = own.problem.batches, own.problem.contact_states
-        own.size = own.n_ports * own.L
+        narrow = copy(self)
+        narrow._take(replace(self.problem, harmonics=harmonics, told=None))
         if self.springs is None:
-            own.kind = kind_of(self._asked, self.receptance, own.size)
-        return own
+            narrow.kind = kind_of(self._asked, self.receptance, narrow.size)
+        return narrow
 
     def holding(self) -> Balance:
         """The same with every contact state held where it is handed on."""
-        own = copy(self)
-        own.states = tuple(state.held() for state in self.states)
-        return own
+        held = copy(self)
+        held.states = tuple(state.held() for state in self.states)
+        return held
 
     @property
     def n_states(self) -> int:
@@ -109,7 +180,7 @@ class Balance:
         ``R = X + B (F - i k X - P)`` with ``B = A (1 + i k A)^-1`` has the same solutions as ``X + A (F - P)`` and goes
         smoothly through the resonances at which an undamped ``A`` is infinite.
         """
-        own = np.arange(self.n_ports)
+        ports = np.arange(self.n_ports)
         compliance = self.kind.compliance(self.receptance, self.orders, omega, None)
         value = compliance.diagonal()[:, 1:]
         if not np.any(np.all(lossless(value, _UNDAMPED), axis=1)):
@@ -117,7 +188,7 @@ class Balance:
         if self._asked == "auto" and self.size <= MOST_UNKNOWNS["dense"]:
             self.kind = KINDS["dense"]
         if self.kind.name != "iterative":
-            static = np.abs(self.receptance.static[own, own])
+            static = np.abs(self.receptance.static[ports, ports])
             self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
 
     def compliance(
@@ -145,68 +216,10 @@ class Balance:
             X[:, 2:] = x.reshape(self.n_ports, -1)[:, 1:]
             G[: self.n_ports] += 1j * self.springs[:, None] * X.view(complex)
 
-    def motion(self, k: int, x: Array, omega: float, given: Given) -> Motion:
-        """Motion of batch ``k`` at unknowns (N,), the rubbing motion included."""
-        batch, X = self.batches[k], x.reshape(self.n_ports, self.L)
-        moved = []
-        for port, own in zip(batch.ports, given.motion, strict=True):
-            if port.size == batch.count:
-                moved.append(X[port.rows] + own)
-            else:
-                Q = own.copy()
-                if port.size:
-                    Q[port.members] += X[port.rows]
-                moved.append(Q)
-        return Motion(self.harmonics, omega, tuple(moved), given.drift(omega), given.velocity_per_omega)
-
-    def spread(self, dx: Array) -> list[dict[int, Array]]:
-        """Changes of the motion (n, L) by batch and port, of changes (N,) of the unknowns."""
-        dX = dx.reshape(self.n_ports, self.L)
-        found: list[dict[int, Array]] = []
-        for batch in self.batches:
-            own: dict[int, Array] = {}
-            for i, port in enumerate(batch.ports):
-                if port.size == batch.count:
-                    own[i] = dX[port.rows]
-                elif port.size:
-                    own[i] = np.zeros((batch.count, self.L))
-                    own[i][port.members] = dX[port.rows]
-            found.append(own)
-        return found
-
-    def excitation(self, forces: Forces, P: Array | None = None) -> ComplexArray:
-        """``F - P`` on all columns as complex numbers (n_columns, n + 1); without loads, on the ports alone."""
-        G = np.zeros((self.n_ports + (0 if P is None else len(P)), 2 * self.orders.size + 2))
-        for batch, own in zip(self.batches, forces, strict=True):
-            for i, force in own.items():
-                port = batch.ports[i]
-                if port.size:
-                    F = force if port.size == batch.count else force[port.members]
-                    G[port.rows, 2:], G[port.rows, 0] = F[:, 1:], F[:, 0]
-        if P is not None and len(P):
-            loads = G[self.n_ports :]
-            np.negative(P[:, 1:], out=loads[:, 2:])
-            np.negative(P[:, 0], out=loads[:, 0])
-        return G.view(complex)
-
-    def real(self, z: ComplexArray) -> Array:
-        """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
-        pairs = z.view(float)
-        out = np.empty((len(z), self.L))
-        out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
-        return out.reshape(-1)
-
     def moved_by(self, forces: Forces, P: Array, compliance: AnyCompliance) -> Array:
         """``A (F - P)`` (N,)."""
-        return compliance.answer(self.excitation(forces, P))
+        return compliance.answer(self.layout.excitation(forces, P))
 
     def jacobian(self, tangents: Tangents, compliance: AnyCompliance, states: Sequence[Carried] = ()) -> Jacobian:
         """``I + A dF/dX``, with what contact states add."""
         return self.kind.jacobian(self, tangents, compliance, states)
-
-    def gather(self, own: Sequence[Array], shape: tuple[int, ...] = ()) -> Array:
-        """Values (n, ...) by batch, in the order of the problem's elements (n_contacts, ...)."""
-        out = np.empty((self.n_contacts, *shape))
-        for batch, value in zip(self.batches, own, strict=True):
-            out[batch.elements] = value
-        return out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from math import gcd, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,9 +32,14 @@ _WIDE_GAP = 100.0
 
 
 def problem_warnings(
-    problem: Problem, omega: Sequence[float] = (), static: Array | None = None, *, steady: bool = False
+    problem: Problem,
+    omega: Sequence[float] = (),
+    static: Array | None = None,
+    *,
+    steady: bool = False,
+    free: bool = False,
 ) -> list[str]:
-    """What can be computed but is suspicious.
+    """What can be computed but is suspicious: said by every analysis before it computes, and by ``check``.
 
     Parameters
     ----------
@@ -45,24 +50,26 @@ def problem_warnings(
         where it is known (``Balance.receptance.static``).
     steady
         Steady sliding is looked at for its own sake: nothing need vary in time.
+    free
+        It vibrates freely: nothing need move it.
     """
-    found = [
-        *_motion_warnings(problem, still=bool(len(omega)) and not steady),
+    sentences = [
+        *([] if free else _motion_warnings(problem, still=bool(len(omega)) and not steady)),
         *_fed_warnings(problem),
         *_sum_warnings(problem),
     ]
-    found += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
+    sentences += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
     if static is None and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
         static = _static(problem)
     if static is not None:
-        found += _proportion_warnings(problem, static)
-    if len(omega):
+        sentences += _proportion_warnings(problem, static)
+    if len(omega) and static is not None:
         low, high = float(min(omega)), float(max(omega))
         natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
-        found += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
-        found += [*reduction_warnings(problem, omega)]
-        found += _unit_warnings(problem, natural, low, high, static)
-    return list(dict.fromkeys(found))
+        sentences += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
+        sentences += [*reduction_warnings(problem, omega)]
+        sentences += _unit_warnings(problem, natural, low, high, static)
+    return list(dict.fromkeys(sentences))
 
 
 def parameter_warnings(
@@ -72,10 +79,10 @@ def parameter_warnings(
     """The same of a problem whose parameter is followed over a range at one frequency."""
     start, stop = (float(value) for value in span)
     inside = problem.at_parameter(parameter, start + INSIDE * (stop - start))
-    load, found = problem.parameter_target(parameter).load, list[str]()
+    load, sentences = problem.parameter_target(parameter).load, list[str]()
     if load is not None and parameter.endswith("phase"):
-        found += phase_warnings(load.target, max(span, key=abs))
-    return [*found, *problem_warnings(inside, (omega, omega), static, steady=steady)]
+        sentences += phase_warnings(load.target, max(span, key=abs))
+    return [*sentences, *problem_warnings(inside, (omega, omega), static, steady=steady)]
 
 
 def _static(problem: Problem) -> Array:
@@ -147,9 +154,9 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
     base = gcd(*driven) or 1
     multiples = [m // base for m in orders[1:] if m % base == 0]
     pairs = list(zip(problem.batches, problem.inputs.batches, strict=True))
-    kinked = [(batch.law.kinked(given.values), given) for batch, given in pairs]
+    kinked = [(batch.law.kinked(contact_inputs.values), contact_inputs) for batch, contact_inputs in pairs]
     acting = any(mask.any() for mask, _ in kinked)
-    one_sided = any((mask & given.slides).any() for mask, given in kinked)
+    one_sided = any((mask & contact_inputs.slides).any() for mask, contact_inputs in kinked)
     if one_sided and driven and not any(m % 2 == 0 for m in multiples):
         even = f"even multiples of {base}" if base > 1 else "even harmonics"
         yield (
@@ -164,21 +171,23 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
 
 
 def _contact_warnings(problem: Problem) -> Iterator[str]:
-    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+    for batch, contact_inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         for e, (p, k) in enumerate(batch.members):
             pair = problem.contacts[p]
             ports = {port for port in batch.law.ports if pair.direction(port, k) is not None}
-            approach = sum(_approach(given.motion[batch.law.ports.index(port), e]) for port in _normal(batch.law))
-            own = {name: float(pair.values(name)[k]) for name in given.values}
+            approach = sum(
+                _approach(contact_inputs.motion[batch.law.ports.index(port), e]) for port in _normal(batch.law)
+            )
+            values = {name: float(pair.values(name)[k]) for name in contact_inputs.values}
             along, across = (pair.direction(port, k) if port in ports else None for port in ("tangential", "normal"))
-            if along and across and own.get("mu", 0.0) > 0.0 and same_direction(along, across):
+            if along and across and values.get("mu", 0.0) > 0.0 and same_direction(along, across):
                 yield (
                     f"contact '{pair.elements[k]}': normal is the tangential direction, so that one motion presses and "
                     "slides: give the direction across the contact, or leave normal out for a constant normal load"
                 )
             for name, parameter in batch.law.factors.items():
-                own[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
-            for sentence in batch.law.warnings(own, ports, approach):
+                values[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
+            for sentence in batch.law.warnings(values, ports, approach):
                 yield f"contact '{pair.elements[k]}': {sentence}"
 
 
@@ -197,23 +206,23 @@ def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
 
     A very soft normal spring under preload is the common way to a constant normal load, and no slip of the pen.
     """
-    own, springs = np.diag(static[:, : len(static)]), list(_springs(problem))
-    apart = {where for _, where, name, given in springs if name == "kn" and given["gap"] > 0}
+    compliance, springs = np.diag(static[:, : len(static)]), list(_springs(problem))
+    apart = {where for _, where, name, values in springs if name == "kn" and values["gap"] > 0}
     acting = len(apart) < len(problem.elements)
-    for port, where, name, given in springs:
-        stiffness = given[name]
-        ratio = stiffness * own[port]
-        soft = 0 < ratio < 1 / _STIFFNESS_RATIO and not (name == "kn" and given["gap"] < 0)
+    for port, where, name, values in springs:
+        stiffness = values[name]
+        ratio = stiffness * compliance[port]
+        soft = 0 < ratio < 1 / _STIFFNESS_RATIO and not (name == "kn" and values["gap"] < 0)
         if soft or ratio > _STIFFNESS_RATIO:
             much = f"{ratio:.2g} times" if ratio > 1 else f"only {ratio:.2g} of"
             yield (
-                f"{where}: {name} = {stiffness:g} is {much} the static stiffness {1 / own[port]:.3g} of the structure "
-                "in its direction: check the units of both"
+                f"{where}: {name} = {stiffness:g} is {much} the static stiffness {1 / compliance[port]:.3g} of the "
+                "structure in its direction: check the units of both"
             )
-        gap = given.get("gap", 0.0)
+        gap = values.get("gap", 0.0)
         if name == "kn" and gap > 0:
             reach = float(np.abs(static[port, len(static) :]) @ np.abs(problem.load_coefficients()).sum(axis=1))
-            reach += given["approach"]
+            reach += values["approach"]
             if not reach and not acting:
                 yield (
                     f"{where}: the gap {gap:g} is open and no load moves the structure across it, so that it never "
@@ -231,14 +240,14 @@ def _springs(problem: Problem) -> Iterator[tuple[int, str, str, dict[str, float]
 
     "approach" is how far the opposing surface itself may come.
     """
-    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+    for batch, contact_inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         for i, name in batch.law.stiffness_names.items():
             port = batch.ports[i]
             rows, members = np.arange(len(problem.port_directions))[port.rows], np.arange(batch.count)[port.members]
             for row, e in zip(rows, members, strict=True):
-                own = {key: float(value[e]) for key, value in given.values.items()}
-                own["approach"] = float(np.abs(given.motion[i, e]).sum())
-                yield int(row), f"contact '{problem.elements[batch.numbers[e]]}'", name, own
+                values = {key: float(value[e]) for key, value in contact_inputs.values.items()}
+                values["approach"] = float(np.abs(contact_inputs.motion[i, e]).sum())
+                yield int(row), f"contact '{problem.elements[batch.numbers[e]]}'", name, values
 
 
 def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterator[str]:
@@ -256,7 +265,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
         )
 
 
-def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Array | None) -> Iterator[str]:
+def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Array) -> Iterator[str]:
     factor = problem.load_order
     low, high = low * factor, high * factor
     if not problem.units.in_seconds or natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
@@ -276,10 +285,10 @@ def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, st
         )
 
 
-def _stuck_limit(problem: Problem, first: float, static: Any) -> float:
+def _stuck_limit(problem: Problem, first: float, static: Array) -> float:
     """Highest first natural frequency the contact stiffnesses can make, a crude bound by static compliance."""
-    own = np.diag(static[:, : len(static)])
-    given = np.zeros(len(own))
+    compliance = np.diag(static[:, : len(static)])
+    stiffness = np.zeros(len(compliance))
     for port, _, name, values in _springs(problem):
-        given[port] = values[name]
-    return first * float(np.prod(np.sqrt(1.0 + np.maximum(own, 0.0) * given)))
+        stiffness[port] = values[name]
+    return first * float(np.prod(np.sqrt(1.0 + np.maximum(compliance, 0.0) * stiffness)))

@@ -18,7 +18,6 @@ from slipstick.balance.inputs import SURFACE, Given, Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
-from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.states import pairs_at_start
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
@@ -79,19 +78,14 @@ class Problem:
     states
         What contacts carry besides: models of your own, each a ``slipstick.state.contact_state.StateModel``.
     told
-        Warnings that were given already, here or by the problem this one is a copy of. None: none is given, neither
-        here nor for a curve; who builds it so shows ``slipstick.balance.preflight.problem_warnings``.
+        Warnings that analyses of this problem gave already, or of the one it is a copy of: none is given twice. None:
+        none is given at all; who builds it so shows ``slipstick.balance.preflight.problem_warnings``.
 
     Raises
     ------
     InputError
-        With one sentence for each fault.
-
-    Warns
-    -----
-    SlipstickWarning
-        For what can be computed but is suspicious, one sentence each. A copy (``with_parameter``,
-        ``dataclasses.replace``) says only what the original did not.
+        With one sentence for each fault: what is of another kind, or names what is not there. What can be computed but
+        is suspicious is reported by each analysis, before it computes; a problem by itself warns of nothing.
     """
 
     structure: Structure
@@ -125,12 +119,12 @@ class Problem:
         states: StateModel | Iterable[StateModel] = (),
         told: Iterable[str] | None = frozenset(),
     ) -> None:
-        given = {
+        arguments = {
             "structure": structure, "contacts": contacts, "loads": loads, "harmonics": harmonics, "outputs": outputs,
             "period_ratio": period_ratio, "title": title, "units": units, "load": load, "friction": friction,
             "thermal": thermal, "states": states, "told": told,
         }  # fmt: skip
-        for name, value in given.items():
+        for name, value in arguments.items():
             object.__setattr__(self, name, value)
         values, faults = _right_kinds(self)
         for name, value in values.items():
@@ -143,14 +137,12 @@ class Problem:
             raise InputError(faults)
         for state in self.contact_states if self.batches else ():
             object.__setattr__(self, "contacts", pairs_at_start(self.contacts, self.batches[state.batch], state))
-        if self.told is not None:
-            self.warn(problem_warnings(self))
 
     def _repr_html_(self) -> str:
         return problem_html(self)
 
     def warn(self, sentences: Sequence[str]) -> None:
-        """Give those warnings that were not given yet."""
+        """Give those warnings of an analysis that were not given yet."""
         if self.told is not None:
             new = [sentence for sentence in dict.fromkeys(sentences) if sentence not in self.told]
             object.__setattr__(self, "told", self.told | set(new))
@@ -187,8 +179,8 @@ class Problem:
         models = [*([] if self.thermal is None else [self.thermal]), *self.states]
         laws = [batch.law for batch in self.batches]
         names = [[self.elements[e] for e in batch.numbers] for batch in self.batches]
-        found = [state for model in models for state in model.of(laws, names)]
-        return tuple(sorted(found, key=lambda state: not state.slow))
+        states = [state for model in models for state in model.of(laws, names)]
+        return tuple(sorted(states, key=lambda state: not state.slow))
 
     @cached_property
     def orders(self) -> tuple[int, int]:
@@ -241,9 +233,9 @@ class Problem:
     def contact_values(self, name: str) -> Array:
         """A parameter of every contact, (n_contacts,), with the factor on it; nan for laws that do not have it."""
         out = np.full(len(self.elements), np.nan)
-        for batch, given in zip(self.batches, self.inputs.batches, strict=True):
-            if name in given.values:
-                out[batch.elements] = given.values[name]
+        for batch, contact_inputs in zip(self.batches, self.inputs.batches, strict=True):
+            if name in contact_inputs.values:
+                out[batch.elements] = contact_inputs.values[name]
         return out
 
     @property
@@ -273,8 +265,8 @@ class Problem:
             return structure_values(self.structure)[target.quantity]
         if not target.members:
             return float(getattr(self, target.quantity))
-        found = [self.contacts[p].values(target.quantity) for p, k in target.members]
-        return float(np.mean([v[k] for v, (_, k) in zip(found, target.members, strict=True)]))
+        values = [self.contacts[p].values(target.quantity) for p, k in target.members]
+        return float(np.mean([v[k] for v, (_, k) in zip(values, target.members, strict=True)]))
 
     def with_parameter(self, name: str, value: float) -> Problem:
         """A copy with a named parameter changed; raises InputError where the value is not allowed."""
@@ -290,40 +282,40 @@ class Problem:
 
 def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
     """The fields in the form that is computed with, and what is of another kind; of lists, what is right stays."""
-    found, structure = Gathering(), problem.structure
+    checks, structure = Gathering(), problem.structure
     missing = [m for m in _MEMBERS if not hasattr(type(structure), m) and not hasattr(structure, m)]
     if missing or isinstance(structure, type):
         expected = "one such as ss.MatrixStructure(M=..., K=..., dofs=...)"
-        found.faults.append(Fault("structure", found=shown(structure), expected=expected))
+        checks.faults.append(Fault("structure", found=shown(structure), expected=expected))
     values: dict[str, Any] = {
-        "contacts": found.take(several, "contacts", problem.contacts, ContactPair, "an ss.ContactPair"),
-        "loads": found.take(several, "loads", problem.loads, Load, "an ss.Load"),
-        "harmonics": found.take(Harmonics.of, problem.harmonics),
-        "period_ratio": found.take(_ratio, problem.period_ratio),
-        "title": found.take(text, "title", problem.title),
-        "units": found.take(Units.of, problem.units),
+        "contacts": checks.take(several, "contacts", problem.contacts, ContactPair, "an ss.ContactPair"),
+        "loads": checks.take(several, "loads", problem.loads, Load, "an ss.Load"),
+        "harmonics": checks.take(Harmonics.of, problem.harmonics),
+        "period_ratio": checks.take(_ratio, problem.period_ratio),
+        "title": checks.take(text, "title", problem.title),
+        "units": checks.take(Units.of, problem.units),
     }
-    values |= {factor: found.take(number, factor, getattr(problem, factor)) for factor in FACTORS}
+    values |= {factor: checks.take(number, factor, getattr(problem, factor)) for factor in FACTORS}
     if problem.outputs is not None:
-        values["outputs"] = found.take(names, "outputs", problem.outputs)
+        values["outputs"] = checks.take(names, "outputs", problem.outputs)
     if problem.thermal is not None:
-        found.take(one, "thermal", problem.thermal, ThermalModel, "an ss.ThermalModel or None")
-    states = found.take(several, "states", problem.states, StateModel, "a StateModel")
+        checks.take(one, "thermal", problem.thermal, ThermalModel, "an ss.ThermalModel or None")
+    states = checks.take(several, "states", problem.states, StateModel, "a StateModel")
     values["states"] = states
     if problem.told is not None:
-        values["told"] = found.take(names, "told", problem.told, "warnings given already, or None")
+        values["told"] = checks.take(names, "told", problem.told, "warnings given already, or None")
         values["told"] = frozenset(values["told"] or ())
     for name, kind in (("contacts", ContactPair), ("loads", Load)):
         if values[name] is None:
-            given = getattr(problem, name)
-            values[name] = tuple(x for x in given if isinstance(x, kind)) if isinstance(given, list | tuple) else ()
-    return {name: value for name, value in values.items() if value is not None}, found.faults
+            mixed = getattr(problem, name)
+            values[name] = tuple(x for x in mixed if isinstance(x, kind)) if isinstance(mixed, list | tuple) else ()
+    return {name: value for name, value in values.items() if value is not None}, checks.faults
 
 
-def _ratio(given: Any) -> tuple[int, int]:
-    ratio = tuple(given) if isinstance(given, tuple | list) else ()
+def _ratio(period_ratio: Any) -> tuple[int, int]:
+    ratio = tuple(period_ratio) if isinstance(period_ratio, tuple | list) else ()
     if len(ratio) != 2:
-        raise wrong("period_ratio", given, "two whole numbers >= 1 such as (3, 2)")
+        raise wrong("period_ratio", period_ratio, "two whole numbers >= 1 such as (3, 2)")
     first, second = (whole(("period_ratio", i), part, 1) for i, part in enumerate(ratio))
     return first, second
 

@@ -62,9 +62,9 @@ def harmonic_weights(problem: Problem) -> tuple[Array, Array]:
 
 def excited_orders(problem: Problem) -> list[int]:
     """Harmonics of the fundamental frequency at which loads and rubbing motions act, without 0."""
-    found = {load.harmonic * problem.load_order for load in problem.loads if load.cos or load.sin}
-    found |= {m * problem.rubbing_order for pair in problem.contacts for m in pair.rubbing.orders}
-    return sorted(found - {0})
+    orders = {load.harmonic * problem.load_order for load in problem.loads if load.cos or load.sin}
+    orders |= {m * problem.rubbing_order for pair in problem.contacts for m in pair.rubbing.orders}
+    return sorted(orders - {0})
 
 
 def reduction_attributes(problem: Problem) -> dict[str, str]:

@@ -56,20 +56,22 @@ class Detail:
         """The inputs with the parameters that the laws were asked with: at the contact states."""
         if not self.states:
             return self.inputs
-        given = zip(self.inputs.batches, self.responses, strict=True)
-        return replace(self.inputs, batches=tuple(own.changed(**response.values) for own, response in given))
+        pairs = zip(self.inputs.batches, self.responses, strict=True)
+        return replace(
+            self.inputs, batches=tuple(contact_inputs.changed(**response.values) for contact_inputs, response in pairs)
+        )
 
     @property
     def carried(self) -> Array | None:
         """Values of the contact states (n_states,), near which those of the next points are sought."""
         if len(self.states) == 1:
             return self.states[0].values
-        return np.concatenate([own.values for own in self.states]) if self.states else None
+        return np.concatenate([state.values for state in self.states]) if self.states else None
 
     @property
     def lost(self) -> bool:
         """Whether the equilibrium of some state near the values handed on has vanished."""
-        return bool(self.states) and any(own.lost for own in self.states)
+        return bool(self.states) and any(state.lost for state in self.states)
 
     @property
     def forces(self) -> Forces:
@@ -96,18 +98,22 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
     """
     responses: list[Response] = []
     states: dict[int, Carried] = {}
-    for k, given in enumerate(inputs.batches):
-        batch, motion = balance.batches[k], balance.motion(k, x, omega, given)
-        own = balance.states and [s for s, state in enumerate(balance.states) if state.batch == k]
-        if own:
+    for k, contact_inputs in enumerate(inputs.batches):
+        batch, motion = balance.batches[k], balance.layout.motion(k, x, omega, contact_inputs)
+        of_batch = balance.states and [s for s, state in enumerate(balance.states) if state.batch == k]
+        if of_batch:
             values = balance.by_state(near)
             response, carried = respond(
-                [balance.states[s] for s in own], batch.law, motion, given.values, [values[s] for s in own]
+                [balance.states[s] for s in of_batch],
+                batch.law,
+                motion,
+                contact_inputs.values,
+                [values[s] for s in of_batch],
             )
             responses.append(response)
-            states |= zip(own, carried, strict=True)
+            states |= zip(of_batch, carried, strict=True)
         else:
-            responses.append(batch.law.respond(motion, given.values))
+            responses.append(batch.law.respond(motion, contact_inputs.values))
     in_order = tuple(states[s] for s in sorted(states)) if states else ()
     return Detail(responses=tuple(responses), inputs=inputs, omega=omega, states=in_order)
 
@@ -117,14 +123,14 @@ def unanswered(inputs: Inputs, omega: float) -> Detail:
     return Detail(responses=(), inputs=inputs, omega=omega)
 
 
-def balanced(balance: Balance, x: Array, found: Detail, compliance: AnyCompliance) -> Balanced:
+def balanced(balance: Balance, x: Array, solution: Detail, compliance: AnyCompliance) -> Balanced:
     """Residual and Jacobian from the forces at unknowns (N,)."""
-    G = balance.excitation(found.forces, found.inputs.P)
+    G = balance.layout.excitation(solution.forces, solution.inputs.P)
     balance.anchoring(x, G)
-    jacobian = balance.jacobian([response.by_motion for response in found.responses], compliance, found.states)
+    jacobian = balance.jacobian([response.by_motion for response in solution.responses], compliance, solution.states)
     return Balanced(
         residual=x + compliance.answer(G), jacobian=jacobian, G=G, compliance=compliance,
-        detail=found,
+        detail=solution,
     )  # fmt: skip
 
 
@@ -135,8 +141,10 @@ def terms(balance: Balance, x: Array, at: Balanced) -> Array:
     seen of the rounding of the motion.
     """
     stiffness, prescribed = np.zeros(balance.n_ports), 0.0
-    for batch, given, response in zip(balance.batches, at.detail.inputs.batches, at.detail.responses, strict=True):
-        prescribed += float(np.sum(given.motion[..., 1:] ** 2))
+    for batch, contact_inputs, response in zip(
+        balance.batches, at.detail.inputs.batches, at.detail.responses, strict=True
+    ):
+        prescribed += float(np.sum(contact_inputs.motion[..., 1:] ** 2))
         for i, springs in batch.law.springs(response).items():
             port = batch.ports[i]
             stiffness[port.rows] += springs[port.members]
@@ -146,50 +154,50 @@ def terms(balance: Balance, x: Array, at: Balanced) -> Array:
 
 
 def force_rates(
-    balance: Balance, found: Detail, dx: Array, own: Forces, dpowers: Iterable[Array] = ()
+    balance: Balance, solution: Detail, dx: Array, fixed: Forces, dpowers: Iterable[Array] = ()
 ) -> Forces:  # fmt: skip
-    """Change of the forces for a change ``dx`` (N,) of the motion, with changes ``own`` at fixed motion besides.
+    """Change of the forces for a change ``dx`` (N,) of the motion, with changes ``fixed`` at fixed motion besides.
 
     ``dpowers`` (n,) are changes of the powers that drive each contact state, at fixed motion and states.
     """
     changed = []
-    for response, moved, extra in zip(found.responses, balance.spread(dx), own, strict=True):
+    for response, moved, extra in zip(solution.responses, balance.layout.spread(dx), fixed, strict=True):
         total = dict(extra)
         for (i, j), tangent in response.by_motion.items():
             if j in moved:
                 part = np.einsum("cij,cj->ci", tangent, moved[j])
                 add_to(total, i, part)
         changed.append(total)
-    if found.states:
+    if solution.states:
         total_power = [
-            power_rows(balance, state) @ dx + dpower for state, dpower in zip(found.states, dpowers, strict=True)
+            power_rows(balance, state) @ dx + dpower for state, dpower in zip(solution.states, dpowers, strict=True)
         ]
-        add_force_changes(found.states, total_power, changed)
+        add_force_changes(solution.states, total_power, changed)
     return changed
 
 
-def by_omega(found: Detail) -> list[dict[int, Array]]:
+def by_omega(solution: Detail) -> list[dict[int, Array]]:
     """Derivatives of the forces by omega at fixed motion; velocities that grow with omega leave the drift alone."""
     slopes = []
-    for response, given in zip(found.responses, found.inputs.batches, strict=True):
-        own = dict(response.by_omega)
-        if response.by_drift and given.velocity.any():
-            rate = given.velocity / -(found.omega**2)
+    for response, contact_inputs in zip(solution.responses, solution.inputs.batches, strict=True):
+        slope = dict(response.by_omega)
+        if response.by_drift and contact_inputs.velocity.any():
+            rate = contact_inputs.velocity / -(solution.omega**2)
             for (i, j), tangent in response.by_drift.items():
                 part = rate[j][:, None] * tangent
-                add_to(own, i, part)
-        slopes.append(own)
+                add_to(slope, i, part)
+        slopes.append(slope)
     return slopes
 
 
-def by_inputs(found: Detail, direction: Inputs) -> list[dict[int, Array]]:
+def by_inputs(solution: Detail, direction: Inputs) -> list[dict[int, Array]]:
     """Derivatives of the forces along a direction in the inputs at fixed motion."""
     slopes = []
-    for response, along in zip(found.responses, direction.batches, strict=True):
-        own: dict[int, Array] = {}
-        for i, part in _terms(response, along, found.omega):
-            add_to(own, i, part)
-        slopes.append(own)
+    for response, along in zip(solution.responses, direction.batches, strict=True):
+        slope: dict[int, Array] = {}
+        for i, part in _terms(response, along, solution.omega):
+            add_to(slope, i, part)
+        slopes.append(slope)
     return slopes
 
 

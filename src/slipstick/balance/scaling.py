@@ -43,8 +43,8 @@ def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
     """Sizes at one frequency: linear responses, motion up to slip, rubbing motions."""
     compliance = balance.compliance(omega, inputs.structure)
     sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance, omega).values()]
-    for batch, given in zip(balance.batches, inputs.batches, strict=True):
-        sizes += [_largest(given.motion[..., 1:]), _largest(batch.law.size(given.values))]
+    for batch, contact_inputs in zip(balance.batches, inputs.batches, strict=True):
+        sizes += [_largest(contact_inputs.motion[..., 1:]), _largest(batch.law.size(contact_inputs.values))]
     present = [size for size in sizes if np.isfinite(size) and size > 0]
     displacement = max(present) if present else 1.0
     return Scales(
@@ -66,19 +66,19 @@ def _norm(x: Array) -> float:
 def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float) -> dict[str, Array]:
     """Unknowns (N,) of the linear systems in which every law is held in one state, by its name, likeliest first."""
     names = dict.fromkeys(name for batch in balance.batches for name in batch.law.linear_states)
-    found = {name: _linear(balance, inputs, compliance, omega, name) for name in names}
-    return {name: x for name, x in found.items() if x is not None}
+    motions = {name: _linear(balance, inputs, compliance, omega, name) for name in names}
+    return {name: x for name, x in motions.items() if x is not None}
 
 
 def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float, state: str) -> Array | None:
     """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the rubbing motion."""
     unit, tangents, constants, any_own = np.eye(balance.L), [], [], False
-    for batch, given in zip(balance.batches, inputs.batches, strict=True):
-        held = batch.law.linear(state, given.values, given.drift(omega))
+    for batch, contact_inputs in zip(balance.batches, inputs.batches, strict=True):
+        held = batch.law.linear(state, contact_inputs.values, contact_inputs.drift(omega))
         any_own = any_own or held is not None
         held = held or Linear({}, {})
         tangents.append({key: k[:, None, None] * unit for key, k in held.stiffness.items()})
-        constants.append(_constant(held, given.motion))
+        constants.append(_constant(held, contact_inputs.motion))
     if not any_own:
         return None
     jacobian = balance.jacobian(tangents, compliance)
@@ -90,12 +90,12 @@ def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: 
 
 def _constant(held: Linear, motion: Array) -> dict[int, Array]:
     """Forces (n, L) by port while the structure stands still."""
-    found: dict[int, Array] = {}
+    forces: dict[int, Array] = {}
     for (i, j), k in held.stiffness.items():
         part = k[:, None] * motion[j]
-        add_to(found, i, part)
+        add_to(forces, i, part)
     for i, c in held.constant.items():
-        own = found.get(i)
-        found[i] = np.zeros_like(motion[0]) if own is None else own.copy()
-        found[i][:, 0] += c
-    return found
+        force = forces.get(i)
+        forces[i] = np.zeros_like(motion[0]) if force is None else force.copy()
+        forces[i][:, 0] += c
+    return forces

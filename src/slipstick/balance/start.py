@@ -135,13 +135,13 @@ class FirstPoint:
                 lambda: self._ramp(self.inputs.moved(fast, 1.0), fast.scaled(-1)),
             )
         for name, parameter, fraction in self._law_ramps():
-            own = self.inputs.only(parameter).scaled(1.0 - fraction)
-            yield name, lambda own=own: self._ramp(self.inputs.moved(own, -1.0), own)  # type: ignore[misc]
+            missing = self.inputs.only(parameter).scaled(1.0 - fraction)
+            yield name, lambda missing=missing: self._ramp(self.inputs.moved(missing, -1.0), missing)  # type: ignore[misc]
 
     def _law_ramps(self) -> dict[tuple[str, str, float], None]:
         """Ramps the laws offer, each once."""
         pairs = zip(self.balance.batches, self.inputs.batches, strict=True)
-        return dict.fromkeys(ramp for batch, given in pairs for ramp in batch.law.ramps(given.values))
+        return dict.fromkeys(ramp for batch, contact_inputs in pairs for ramp in batch.law.ramps(contact_inputs.values))
 
     def _solve(self, x: Array, options: NewtonOptions = _NEWTON) -> Array | None:
         system = FrequencySystem(self.balance, self.inputs)
@@ -189,7 +189,9 @@ class FirstPoint:
 
     def _speeds(self) -> Array:
         """Rubbing velocities other than zero, of all ports, > 0, length/time."""
-        speeds = np.concatenate([np.abs(given.speed(self.omega)).reshape(-1) for given in self.inputs.batches])
+        speeds = np.concatenate(
+            [np.abs(contact_inputs.speed(self.omega)).reshape(-1) for contact_inputs in self.inputs.batches]
+        )
         return speeds[speeds > 0]
 
     def _fewer_harmonics(self) -> Array | None:
@@ -197,7 +199,7 @@ class FirstPoint:
         kept = self._essential()
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
         balance = self.balance.narrowed(kept)
-        inputs = self.inputs.map(lambda name, own: own[..., places] if name in ("load", "motion") else own)
+        inputs = self.inputs.map(lambda name, array: array[..., places] if name in ("load", "motion") else array)
         x = FirstPoint(balance, inputs, self.omega).find()
         if x is None:
             self._reason = NoStart.FEWER_HARMONICS
@@ -209,8 +211,8 @@ class FirstPoint:
     def _essential(self) -> Harmonics:
         harmonics = self.balance.harmonics
         driven = np.any(self.inputs.P != 0, axis=0)
-        for given in self.inputs.batches:
-            driven = driven | np.any(given.motion != 0, axis=(0, 1))
+        for contact_inputs in self.inputs.batches:
+            driven = driven | np.any(contact_inputs.motion != 0, axis=(0, 1))
         orders = {0, *harmonics.orders[1 : max(2, (len(harmonics.orders) + 1) // 2)]}
         orders |= {m for i, m in enumerate(harmonics.orders[1:]) if driven[2 * i + 1 : 2 * i + 3].any()}
         return Harmonics(sorted(orders))

@@ -36,10 +36,10 @@ def state_columns(balance: Balance, carried: Carried, compliance: Compliance) ->
         port = batch.ports[i]
         if port.size:
             pairs = np.zeros((port.size, 2 * balance.orders.size + 2))
-            own = force[port.members]
-            pairs[:, 0], pairs[:, 2:] = own[:, 0], own[:, 1:]
+            force_here = force[port.members]
+            pairs[:, 0], pairs[:, 2:] = force_here[:, 0], force_here[:, 1:]
             moved[port.members] += compliance.value[port.rows] * pairs.view(complex)[:, None, :]
-    by_value = balance.real(moved.reshape(-1, moved.shape[2])).reshape(batch.count, -1)
+    by_value = balance.layout.real(moved.reshape(-1, moved.shape[2])).reshape(batch.count, -1)
     return np.asarray(by_value.T @ carried.gain, dtype=float)
 
 
@@ -53,12 +53,12 @@ class BatchPower(NamedTuple):
 Powered = Carried | BatchPower
 
 
-def power_rows(balance: Balance, own: Powered) -> Array:
+def power_rows(balance: Balance, powered: Powered) -> Array:
     """Derivatives of the powers by the unknowns at fixed states, (n, N)."""
-    batch = balance.batches[own.batch]
+    batch = balance.batches[powered.batch]
     rows = np.zeros((batch.count, balance.n_ports, balance.L))
     elements, ports = np.arange(batch.count), np.arange(balance.n_ports)
-    for j, tangent in own.power.by_motion.items():
+    for j, tangent in powered.power.by_motion.items():
         port = batch.ports[j]
         rows[elements[port.members], ports[port.rows]] = tangent[port.members]
     return rows.reshape(batch.count, -1)
@@ -70,7 +70,7 @@ def answer_to_powers(
     """Change (N,) of the residual for changes (n,) of the powers at fixed states."""
     forces: list[dict[int, Array]] = [{} for _ in balance.batches]
     add_force_changes(states, dpowers, forces)
-    return compliance.answer(balance.excitation(forces))
+    return compliance.answer(balance.layout.excitation(forces))
 
 
 def add_force_changes(states: Sequence[Carried], dpowers: Iterable[Array], forces: list[dict[int, Array]]) -> None:
@@ -84,26 +84,26 @@ def add_force_changes(states: Sequence[Carried], dpowers: Iterable[Array], force
 def at_states(states: Sequence[Carried], direction: Inputs) -> Inputs:
     """A direction in the problem's parameters as one in those that the laws were asked with."""
     for carried in states:
-        given = direction.batches[carried.batch]
+        rates = direction.batches[carried.batch]
         direction = direction.with_batch(
             carried.batch,
-            **{name: carried.state.by_given(name, carried.values) * given.values[name] for name in carried.sampled},
+            **{name: carried.state.by_given(name, carried.values) * rates.values[name] for name in carried.sampled},
         )
     return direction
 
 
-def power_along(own: Powered, direction: Inputs) -> Array:
+def power_along(powered: Powered, direction: Inputs) -> Array:
     """Derivative of the powers along a direction (``at_states``) at fixed states, (n,)."""
-    given = direction.batches[own.batch]
-    along, speed = np.zeros(given.velocity.shape[1]), given.speed(own.power.motion.omega)
+    rates = direction.batches[powered.batch]
+    along, speed = np.zeros(rates.velocity.shape[1]), rates.speed(powered.power.motion.omega)
     if speed.any():
-        along += np.einsum("pn,pn->n", own.power.by_velocity, speed)
-    if given.motion.any():
-        for j, tangent in own.power.by_motion.items():
-            along += np.einsum("nl,nl->n", tangent, given.motion[j])
-    for name, rate in given.values.items():
+        along += np.einsum("pn,pn->n", powered.power.by_velocity, speed)
+    if rates.motion.any():
+        for j, tangent in powered.power.by_motion.items():
+            along += np.einsum("nl,nl->n", tangent, rates.motion[j])
+    for name, rate in rates.values.items():
         if rate.any():
-            along += own.power.by_parameter(name) * rate
+            along += powered.power.by_parameter(name) * rate
     return np.asarray(along, dtype=float)
 
 
@@ -129,7 +129,7 @@ def state_faults(
             {name for name in batch.law.ports if pairs[p].direction(name, k) is not None} for p, k in batch.members
         ]
         yield from state.faults(batch.law, ports)
-        for rival in (own for own in states[:s] if own.batch == state.batch):
+        for rival in (other for other in states[:s] if other.batch == state.batch):
             if rival.variable.name == state.variable.name:
                 twice = f"two contact states are called {shown(rival.variable.name)}"
                 yield Fault("states", twice, remedy="rename one")

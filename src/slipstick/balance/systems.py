@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import inf, isfinite
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ class FrequencySystem:
         """Inputs and frequency at ``parameter``."""
         return self.inputs, parameter
 
-    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite, and
         where the equilibrium of a contact state near that of ``context`` has vanished.
 
@@ -36,23 +35,25 @@ class FrequencySystem:
         if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
             return Evaluation.undefined(x.size)
         balance = self.balance
-        found = detail(balance, x, parameter, self.inputs, context)
-        if found.lost:
+        solution = detail(balance, x, parameter, self.inputs, context)
+        if solution.lost:
             return Evaluation.undefined(x.size)
-        at = balanced(balance, x, found, balance.compliance(parameter, self.inputs.structure))
+        at = balanced(balance, x, solution, balance.compliance(parameter, self.inputs.structure))
         slope = at.compliance.rate(at.G)
-        slopes = by_omega(found)
+        slopes = by_omega(solution)
         if any(slopes):
-            slope += at.compliance.answer(balance.excitation(slopes))
-        if found.states:
-            slope += answer_to_powers(balance, found.states, (own.power.omega for own in found.states), at.compliance)
-        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), found.carried)
+            slope += at.compliance.answer(balance.layout.excitation(slopes))
+        if solution.states:
+            slope += answer_to_powers(
+                balance, solution.states, (state.power.omega for state in solution.states), at.compliance
+            )
+        return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
 
-    def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+    def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
         """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
-        own = [{i: rate * part for i, part in slopes.items()} for slopes in by_omega(found)]
-        dpowers = (rate * carried.power.omega for carried in found.states)
-        return force_rates(self.balance, found, dx, own, dpowers), np.zeros_like(found.inputs.P)
+        slopes_here = [{i: rate * part for i, part in slopes.items()} for slopes in by_omega(solution)]
+        dpowers = (rate * carried.power.omega for carried in solution.states)
+        return force_rates(self.balance, solution, dx, slopes_here, dpowers), np.zeros_like(solution.inputs.P)
 
 
 class ParameterSystem:
@@ -66,31 +67,31 @@ class ParameterSystem:
         """Inputs and frequency at ``parameter``."""
         return self.path.at(parameter)[0], self.omega
 
-    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
         if not (isfinite(x.dot(x)) and isfinite(parameter)):
             return Evaluation.undefined(x.size)
         balance = self.balance
         inputs, direction = self.path.at(parameter)
-        found = detail(balance, x, self.omega, inputs, context)
-        if found.lost:
+        solution = detail(balance, x, self.omega, inputs, context)
+        if solution.lost:
             return Evaluation.undefined(x.size)
-        at = balanced(balance, x, found, self._compliance(inputs, direction))
-        direction = at_states(found.states, direction)
-        slope = balance.moved_by(by_inputs(found, direction), direction.P, at.compliance)
+        at = balanced(balance, x, solution, self._compliance(inputs, direction))
+        direction = at_states(solution.states, direction)
+        slope = balance.moved_by(by_inputs(solution, direction), direction.P, at.compliance)
         if direction.structure:
             slope += at.compliance.rate(at.G)
-        if found.states:
-            dpowers = (power_along(own, direction) for own in found.states)
-            slope += answer_to_powers(balance, found.states, dpowers, at.compliance)
-        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), found.carried)
+        if solution.states:
+            dpowers = (power_along(state, direction) for state in solution.states)
+            slope += answer_to_powers(balance, solution.states, dpowers, at.compliance)
+        return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
 
-    def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+    def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
         """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
-        direction = at_states(found.states, self.path.at(parameter)[1])
-        own = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(found, direction)]
-        dpowers = (rate * power_along(carried, direction) for carried in found.states)
-        return force_rates(self.balance, found, dx, own, dpowers), rate * direction.P
+        direction = at_states(solution.states, self.path.at(parameter)[1])
+        slopes_here = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(solution, direction)]
+        dpowers = (rate * power_along(carried, direction) for carried in solution.states)
+        return force_rates(self.balance, solution, dx, slopes_here, dpowers), rate * direction.P
 
     def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
         if not (inputs.structure or direction.structure):

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from slipstick.case.fe import MOST_CONTACTS, MaterialTable, ReductionTable, material_of, material_text
-from slipstick.case.script_text import GivenText, call, here, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
 from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
 from slipstick.case.table import NotNegative, Positive
 from slipstick.errors import InputError
@@ -50,15 +50,15 @@ def _blade(table: BladeTable, folder: Path, tell: Tell) -> Body:
         shape = blade_shape(table.size, **{name: value for name, value in dimensions.items() if value is not None})
     except InputError as error:
         raise InputError([fault.below("blade") for fault in error.faults]) from None
-    given: dict[str, Any] = {} if table.material is None else {"material": material_of(table.material)}
-    given |= {} if table.modes is None else {"modes": table.modes}
+    options: dict[str, Any] = {} if table.material is None else {"material": material_of(table.material)}
+    options |= {} if table.modes is None else {"modes": table.modes}
     cache = reduction_folder(folder)
     tell(f"structure: {table.size} blade, from {CACHE} or by mesh, matrices and influence matrix ...")
     return reduced(
         tell,
         lambda hear: reduced_blade(
             shape,
-            **given,
+            **options,
             contacts=table.contacts,
             radius=table.radius,
             film=table.film,
@@ -71,15 +71,15 @@ def _blade(table: BladeTable, folder: Path, tell: Tell) -> Body:
     )
 
 
-def _blade_script(given: GivenText, _folder: Path) -> list[str]:
-    size, _ = given.take("size"), given.take("force")
-    dimensions = given.rest(*_DIMENSIONS)
+def _blade_script(keys: KeysToWrite, _folder: Path) -> list[str]:
+    size, _ = keys.take("size"), keys.take("force")
+    dimensions = keys.rest(*_DIMENSIONS)
     shape = call("blade_shape", literal(size), **dimensions) if dimensions else literal(size)
-    material = given.take("material")
+    material = keys.take("material")
     arguments = {} if material is None else {"material": material_text(material.model_dump(exclude_none=True))}
-    arguments |= given.rest("contacts", "radius", "film", "modes", "loss_factor")
-    if given.take("up_to") is not None:
-        arguments["up_to"] = quantity_text(given.raw["up_to"])
+    arguments |= keys.rest("contacts", "radius", "film", "modes", "loss_factor")
+    if keys.take("up_to") is not None:
+        arguments["up_to"] = quantity_text(keys.raw["up_to"])
     body = call("ss.reduced_blade", shape, **arguments, cache=here(CACHE))
     return [f"body = {body}", "structure = body.structure"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -24,6 +24,7 @@ from slipstick.case.sections import Sections, in_case, read_sections, read_struc
 from slipstick.case.source import parse, read_text
 from slipstick.case.structure import Body, Described, Tell, silent
 from slipstick.case.study import check_study, study_plan
+from slipstick.case.table import RawTable
 from slipstick.case.thermal import OF_STRUCTURE, shared_influence, thermal_model
 from slipstick.case.top import UnitsTable
 from slipstick.errors import Fault, InputError
@@ -32,6 +33,8 @@ from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.analysis.curve.request import ResponseOptions
+    from slipstick.analysis.events import EventFunction
     from slipstick.balance.loads import Load
     from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
@@ -39,6 +42,7 @@ if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
     from slipstick.studies.plan import StudyPlan
     from slipstick.studies.solving import Job
+    from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +58,7 @@ class Reading:
     """What is suspicious in the text itself."""
 
 
-def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Reading:
+def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     """The objects a case describes; files it names lie in ``folder``, ``tell`` hears of stages that take time.
 
     Raises
@@ -99,24 +103,24 @@ class _Builder:
 
     def __init__(self, sections: Sections, described: Described, folder: Path) -> None:
         self._sections, self._described = sections, described
-        found = Gathering()
+        gathering = Gathering()
         made = [build_load(row) for row in sections.loads]
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
-        found.faults += [fault for _, faults in made for fault in faults]
+        gathering.faults += [fault for _, faults in made for fault in faults]
         reduced = described.body.reduced if described.body is not None else None
         known = described.body is not None or described.made
         self.placed, faults = build_contacts(sections.contacts, sections.thermal, reduced, known)
-        found.faults += [*faults, *table_faults(sections, described, self.placed)]
+        gathering.faults += [*faults, *table_faults(sections, described, self.placed)]
         on_surface = any(isinstance(row.table, SurfaceContactTable) for row in sections.contacts)
         named = [*(c.name for c in self.placed), *(row.table.name for row in sections.contacts if row.right("name"))]
         unnamed = (on_surface and not known) or not all(row.right("name") for row in sections.contacts)
-        found.faults += heating_faults(self.placed, sections.thermal, None if unnamed else [*dict.fromkeys(named)])
+        gathering.faults += heating_faults(self.placed, sections.thermal, None if unnamed else [*dict.fromkeys(named)])
         self._points = reduced.points if reduced is not None else None
-        self._influence = None if unnamed else found.take(self._read_influence, folder)
-        found.faults += parameter_faults(sections, self.loads, self.placed, described)
-        self.faults = found.faults
+        self._influence = None if unnamed else gathering.take(self._read_influence, folder)
+        gathering.faults += parameter_faults(sections, self.loads, self.placed, described)
+        self.faults = gathering.faults
 
-    def _read_influence(self, folder: Path) -> Any:
+    def _read_influence(self, folder: Path) -> tuple[list[str], Array] | None:
         top = self._sections.thermal
         if top is None or not top.right("influence", "contacts"):
             return None
@@ -164,8 +168,8 @@ class _Builder:
         if body is None or body.force or response is None:
             return []
         count = body.reduced.modes_below if body.reduced is not None else None
-        found = reduction_faults(problem, frequencies_met(response.table), count)
-        return [fault.inside("structure") for fault in found]
+        faults = reduction_faults(problem, frequencies_met(response.table), count)
+        return [fault.inside("structure") for fault in faults]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,10 +227,10 @@ class Case:
             swept = reading.response.parameter is not None
             faults = list(request_faults(reading.problem, further, swept=swept))
         if reading is None or faults:
-            found = Gathering()
+            gathering = Gathering()
             if section is not None:
-                found.take(check_study, section)
-            raise InputError([*faults, *found.faults], in_case)
+                gathering.take(check_study, section)
+            raise InputError([*faults, *gathering.faults], in_case)
         try:
             plan = None if section is None else study_plan(section, reading.problem)
         except InputError as error:
@@ -322,12 +326,12 @@ class Case:
         """The frequencies met, rad/s: a range, or twice the fixed one."""
         return frequencies_met(self.response)
 
-    def options(self) -> Any:
+    def options(self) -> ResponseOptions:
         """Continuation options given in ``[response]``, over the defaults."""
         from slipstick.analysis.curve.response import response_options
 
-        given = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
-        return response_options(**given)
+        options = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
+        return response_options(**options)
 
     def warnings(self) -> list[str]:
         """What can be computed but is suspicious, one sentence each."""
@@ -335,29 +339,29 @@ class Case:
 
         static = self.balance.receptance.static
         if self.parameter is not None:
-            found = parameter_warnings(
+            sentences = parameter_warnings(
                 self.problem(), self.parameter, self.span, self.omega[0], static, steady=self._steady
             )
         else:
-            found = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
-        return [*self.noticed, *found]
+            sentences = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
+        return [*self.noticed, *sentences]
 
     @property
     def _steady(self) -> bool:
         """Whether steady sliding is of interest by itself."""
         return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
-    def curve(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> CurveRequest:
+    def curve(self, *, listeners: Iterable[EventFunction] = ()) -> CurveRequest:
         """What ``[response]`` asks for, to be followed."""
         from slipstick.analysis.curve.follow import frequency_request, parameter_request
 
         asked = self.response
-        given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
+        arguments = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
         if self.parameter is None:
-            return frequency_request(self.problem(), self.span, *given)
-        return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *given)
+            return frequency_request(self.problem(), self.span, *arguments)
+        return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *arguments)
 
-    def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
+    def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""
         branch = self.curve(listeners=listeners).branch()
         branch.subharmonics = self.subharmonics(branch)
@@ -365,7 +369,7 @@ class Case:
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
         return branch
 
-    def subharmonics(self, branch: Branch, *, listeners: Iterable[Callable[[Any], None]] = ()) -> tuple[Branch, ...]:
+    def subharmonics(self, branch: Branch, *, listeners: Iterable[EventFunction] = ()) -> tuple[Branch, ...]:
         """Branches of twice the period from those points of a branch of this case, where they are asked for."""
         from slipstick.analysis.stability.subharmonics import subharmonics_of
 

@@ -20,8 +20,8 @@ from slipstick.case.rotor import (
     rotor_faults,
     rotor_motion,
 )
-from slipstick.case.script_text import GivenText, call, listed_text, literal
-from slipstick.case.table import Cosines, NotNegative, Periodic, Table, is_whole, unexpected, vector
+from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
+from slipstick.case.table import Cosines, NotNegative, Periodic, RawTable, Table, is_whole, unexpected, vector
 from slipstick.case.thermal import ContactThermalTable, NumberOrTable, ThermalTable, background_of, cold_value
 from slipstick.case.validation import ReadTable
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
@@ -67,7 +67,7 @@ class ContactTable(Table):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The normal load is said in one way."""
         faults = []
         if "gap" in raw and "normal_load" in raw:
@@ -92,7 +92,7 @@ class StopTable(ContactTable):
     mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
 
 
-def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
+def _moves_along_normal(contact: RawTable) -> bool:
     """Whether a contact, or its opposing surface, is said to move along the normal."""
     rubbing = contact.get("rubbing")
     across = ("normal_cos", "normal_sin")
@@ -101,13 +101,13 @@ def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
     return "normal" in contact or along_casing or (isinstance(rubbing, Mapping) and any(rubbing.get(k) for k in across))
 
 
-def _points(value: Any) -> Any:
+def _points(value: object) -> Any:
     if value == "all" or (isinstance(value, list) and value and all(is_whole(p) and p >= 1 for p in value)):
         return value
     raise unexpected('"all", or a list of contact points such as [1, 3], counted from 1')
 
 
-def _from_surface(value: Any) -> str:
+def _from_surface(value: object) -> str:
     if value not in ("surface", *WORDS):
         raise unexpected(
             '"surface": contacts on a surface take their normals from it; or with an axis "radial", "axial"'
@@ -115,7 +115,7 @@ def _from_surface(value: Any) -> str:
     return str(value)
 
 
-def _along(value: Any) -> Any:
+def _along(value: object) -> Any:
     """A vector, or a word."""
     if isinstance(value, str) and value in WORDS:
         return value
@@ -145,7 +145,7 @@ class SurfaceContactTable(ContactTable):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The normal load and the direction are said in one way."""
         faults = rotor_faults(raw)
         if "tangential" in raw:
@@ -162,7 +162,7 @@ class SurfaceContactTable(ContactTable):
         return faults + super().cross_check(raw)
 
 
-def contact_table(raw: Mapping[str, Any]) -> type[ContactTable]:
+def contact_table(raw: RawTable) -> type[ContactTable]:
     """Which table a ``[[contact]]`` block is."""
     on_surface = "points" in raw or (
         "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor"} & set(raw)
@@ -201,32 +201,32 @@ def build_contacts(
     rows: Sequence[ReadTable], thermal: ReadTable | None, body: ReducedBody | None, known: bool
 ) -> tuple[list[CaseContact], list[Fault]]:
     """Single contacts and those on a surface, the latter where it is ``known`` whether there is one."""
-    found, placed = Gathering(), list[CaseContact]()
+    gathering, placed = Gathering(), list[CaseContact]()
     for row in rows:
         if not row.right("name"):
             continue
         if not isinstance(row.table, SurfaceContactTable):
-            placed += [CaseContact(row=row, pair=_single(row, thermal, found))]
+            placed += [CaseContact(row=row, pair=_single(row, thermal, gathering))]
         elif known:
-            new = found.inside(row.where, _on_surface, row, thermal, body, found) or []
+            new = gathering.inside(row.where, _on_surface, row, thermal, body, gathering) or []
             taken = {c.point for c in placed}
             twice = [c.point for c in new if c.point is not None and c.point in taken]
             statements = (f"point {point + 1} has a contact already" for point in twice)
-            found.faults += [Fault((*row.where, "points"), statement) for statement in statements]
+            gathering.faults += [Fault((*row.where, "points"), statement) for statement in statements]
             placed += new
-    return placed, found.faults
+    return placed, gathering.faults
 
 
-def _single(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> ContactPair:
+def _single(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> ContactPair:
     from slipstick.balance.contacts import ContactPair
 
     directions = {side: row.get(side) for side in ("tangential", "normal")}
-    law, rubbing = _law(row, thermal, found), _rubbing(row, found)
+    law, rubbing = _law(row, thermal, gathering), _rubbing(row, gathering)
     return ContactPair(name=row.table.name, contact=law, rubbing=rubbing, **directions)
 
 
 def _on_surface(
-    row: ReadTable, thermal: ReadTable | None, body: ReducedBody | None, found: Gathering
+    row: ReadTable, thermal: ReadTable | None, body: ReducedBody | None, gathering: Gathering
 ) -> list[CaseContact]:
     """Contacts "NAME 1", "NAME 2", ... of one block; with what is at fault left out, to see whether the rest is right.
 
@@ -247,12 +247,12 @@ def _on_surface(
     pairs = surface_contacts(
         body,
         table.name,
-        contact=_law(row, thermal, found),
+        contact=_law(row, thermal, gathering),
         direction=direction,
         points=points,
         normal=table.normal if axis is not None and table.normal in WORDS else table.normal is not None,
         shared=row.complete and table.normal_load_total is not None,
-        rubbing=_rubbing(row, found) if axis is None or row.get("rotor") is None else rotor_motion(table.rotor),
+        rubbing=_rubbing(row, gathering) if axis is None or row.get("rotor") is None else rotor_motion(table.rotor),
         axis=axis,
     )
     if not row.right("points"):
@@ -271,45 +271,45 @@ def _any_direction(body: ReducedBody) -> Any:
     return np.linalg.svd(body.points.normals)[2][-1] + 0.1 * np.ones(3)
 
 
-def _law(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> FrictionContact:
+def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> FrictionContact:
     """The parameters of a contact, cold; neutral ones where these are at fault, and all faults that are its own."""
     from slipstick.contact.friction import FrictionContact
 
-    background, given = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
+    background, arguments = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
     for key in ("kt", "mu", "kn"):
         value = row.get(key)
-        cold = None if value is None else found.inside((*row.where, key), cold_value, value, background)
+        cold = None if value is None else gathering.inside((*row.where, key), cold_value, value, background)
         if cold is not None:
-            given[key] = cold
+            arguments[key] = cold
     total = row.get("normal_load_total") if isinstance(row.table, SurfaceContactTable) else None
     loads = {"gap": row.get("gap"), "normal_load": row.get("normal_load") if total is None else total}
-    given |= {key: value for key, value in loads.items() if value is not None}
-    if row.complete and "gap" in given:
-        given = {**_NEUTRAL, **given, "normal_load": None}
+    arguments |= {key: value for key, value in loads.items() if value is not None}
+    if row.complete and "gap" in arguments:
+        arguments = {**_NEUTRAL, **arguments, "normal_load": None}
     else:
-        given = {**_NEUTRAL, **given, "gap": None}
+        arguments = {**_NEUTRAL, **arguments, "gap": None}
     try:
-        return FrictionContact(**given)
+        return FrictionContact(**arguments)
     except InputError as error:
         told = [fault for fault in error.faults if row.complete or fault.where]
-        found.faults += [fault.inside(*row.where) for fault in told]
+        gathering.faults += [fault.inside(*row.where) for fault in told]
         return FrictionContact(**_NEUTRAL)
 
 
-def _rubbing(row: ReadTable, found: Gathering) -> RubbingMotion:
+def _rubbing(row: ReadTable, gathering: Gathering) -> RubbingMotion:
     """The rubbing motion of a contact."""
     from slipstick.contact.rubbing import RubbingMotion
 
     rub = row.table.rubbing
-    given = {} if rub is None else rub.given
-    return found.inside(row.where, lambda: RubbingMotion(**given)) or RubbingMotion()
+    arguments = {} if rub is None else rub.stated
+    return gathering.inside(row.where, lambda: RubbingMotion(**arguments)) or RubbingMotion()
 
 
 def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
     """A fault of a contact on a surface at the block that the contact comes from."""
     if fault.where[:1] != ("contact",):
         return fault
-    rows: dict[Any, Where] = {c.name: c.row.where for c in placed}
+    rows: dict[str | int, Where] = {c.name: c.row.where for c in placed}
     return replace(fault, where=(*rows.get(fault.where[1], fault.where[:2]), *fault.where[2:]))
 
 
@@ -327,74 +327,74 @@ class ContactScript:
     blocks: dict[str, str]
 
 
-def contacts_script(rows: Sequence[Mapping[str, Any]], thermal: ThermalTable | None) -> ContactScript:
+def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> ContactScript:
     """All contacts as Python writes them; equal laws are one."""
     laws: dict[str, str] = {}
     variables: dict[str, str] = {}
     pairs, blocks, lines = [], [], []
     for i, raw in enumerate(rows):
-        given = GivenText(raw, contact_table(raw))
-        law = _law_text(given, thermal)
+        keys = KeysToWrite(raw, contact_table(raw))
+        law = _law_text(keys, thermal)
         if law not in laws:
             laws[law] = "friction" if not laws else f"friction_{len(laws) + 1}"
             lines.append(f"{laws[law]} = {law}")
-        if isinstance(given.table, SurfaceContactTable):
-            name = given.table.name
+        if isinstance(keys.table, SurfaceContactTable):
+            name = keys.table.name
             variables[name] = _variable(name, [*variables.values()])
-            blocks.append(f"{variables[name]} = {_surface_text(given, laws[law])}")
+            blocks.append(f"{variables[name]} = {_surface_text(keys, laws[law])}")
             pairs.append(f"*{variables[name]}")
         else:
-            pairs.append(_pair_text(given, laws[law]))
-        given.take("thermal")
-        given.end(f"[[contact]] number {i + 1}")
+            pairs.append(_pair_text(keys, laws[law]))
+        keys.take("thermal")
+        keys.end(f"[[contact]] number {i + 1}")
     return ContactScript(lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables)
 
 
-def _law_text(given: GivenText, thermal: ThermalTable | None) -> str:
-    background = background_of(given.table, thermal)
-    values = {name: given.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
-    total = given.take("normal_load_total")
+def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
+    background = background_of(keys.table, thermal)
+    values = {name: keys.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
+    total = keys.take("normal_load_total")
     values["normal_load"] = values["normal_load"] if total is None else total
     cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
     return call("ss.FrictionContact", **{name: literal(value) for name, value in cold.items()})
 
 
-def _pair_text(given: GivenText, law: str) -> str:
-    arguments = {"name": literal(given.take("name")), "contact": law}
+def _pair_text(keys: KeysToWrite, law: str) -> str:
+    arguments = {"name": literal(keys.take("name")), "contact": law}
     for port in ("tangential", "normal"):
-        direction = given.take(port)
+        direction = keys.take(port)
         if direction is not None:
             alone = len(direction) == 1 and next(iter(direction.values())) == 1.0
             arguments[port] = literal(next(iter(direction)) if alone else direction)
-    return call("ss.ContactPair", **arguments, **_rubbing_text(given))
+    return call("ss.ContactPair", **arguments, **_rubbing_text(keys))
 
 
-def _surface_text(given: GivenText, law: str) -> str:
-    direction = given.take("direction")
+def _surface_text(keys: KeysToWrite, law: str) -> str:
+    direction = keys.take("direction")
     arguments = {"contact": law, "direction": literal(direction if isinstance(direction, str) else list(direction))}
-    points, _, normal = given.take("points"), given.take("tangential"), given.take("normal")
+    points, _, normal = keys.take("points"), keys.take("tangential"), keys.take("normal")
     arguments |= {} if points in (None, "all") else {"points": literal(points)}
     arguments |= {} if normal is None else {"normal": literal(normal) if normal in WORDS else "True"}
-    axis, rotor = axis_arguments(given.take("axis")), given.take("rotor")
+    axis, rotor = axis_arguments(keys.take("axis")), keys.take("rotor")
     arguments |= {} if axis is None else {"axis": literal(axis)}
     if rotor is not None:
-        own = {key: literal(value) for key, value in motion_arguments(rotor).items()}
-        motion = call("ss.casing_motion", own.pop("profile"), radius="radius", angles="angles", **own)
+        motion_keys = {key: literal(value) for key, value in motion_arguments(rotor).items()}
+        motion = call("ss.casing_motion", motion_keys.pop("profile"), radius="radius", angles="angles", **motion_keys)
         arguments["rubbing"] = f"lambda radius, angles: {motion}"
-    arguments |= {} if given.table.normal_load_total is None else {"shared": "True"}
-    return call("ss.surface_contacts", "body", literal(given.take("name")), **arguments, **_rubbing_text(given))
+    arguments |= {} if keys.table.normal_load_total is None else {"shared": "True"}
+    return call("ss.surface_contacts", "body", literal(keys.take("name")), **arguments, **_rubbing_text(keys))
 
 
-def _rubbing_text(given: GivenText) -> dict[str, str]:
-    rub = given.take("rubbing")
+def _rubbing_text(keys: KeysToWrite) -> dict[str, str]:
+    rub = keys.take("rubbing")
     if rub is None:
         return {}
-    return {"rubbing": call("ss.RubbingMotion", **{key: literal(value) for key, value in rub.given.items()})}
+    return {"rubbing": call("ss.RubbingMotion", **{key: literal(value) for key, value in rub.stated.items()})}
 
 
 def _variable(name: str, taken: list[str]) -> str:
     """A variable that is called like a contact."""
     plain = re.sub(r"\W", "_", name)
-    own = plain in _TAKEN or re.fullmatch(r"(curve|friction|contacts)_\d+", plain)
-    free = plain.isidentifier() and not keyword.iskeyword(plain) and plain not in taken and not own
+    reserved = plain in _TAKEN or re.fullmatch(r"(curve|friction|contacts)_\d+", plain)
+    free = plain.isidentifier() and not keyword.iskeyword(plain) and plain not in taken and not reserved
     return plain if free else f"contacts_{len(taken) + 1}"

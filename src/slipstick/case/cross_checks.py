@@ -11,10 +11,10 @@ from slipstick.case.requests import RequestTable
 from slipstick.case.response import written_frequencies
 from slipstick.case.sections import Sections, place
 from slipstick.case.structure import Described
-from slipstick.case.table import toml
+from slipstick.case.table import RawTable, toml
 from slipstick.case.thermal import OF_STRUCTURE, OVER_TEMPERATURE, background_of, heated_names
 from slipstick.case.validation import ReadTable
-from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.faults import suggestion
 from slipstick.quantities import frequency_unit, unit_of_time_fault
 from slipstick.units import Units
@@ -137,7 +137,7 @@ def heating_faults(contacts: Sequence[CaseContact], top: ReadTable | None, named
 
 
 def _by_row(contacts: Sequence[CaseContact]) -> list[tuple[ReadTable, list[str]]]:
-    rows: dict[Any, tuple[ReadTable, list[str]]] = {}
+    rows: dict[Where, tuple[ReadTable, list[str]]] = {}
     for contact in contacts:
         rows.setdefault(contact.row.where, (contact.row, []))[1].append(contact.name)
     return list(rows.values())
@@ -145,7 +145,7 @@ def _by_row(contacts: Sequence[CaseContact]) -> list[tuple[ReadTable, list[str]]
 
 def _heat_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) -> list[Fault]:
     """Faults of one block; ``heated``: whether ``[thermal]`` holds it, if known."""
-    own, faults = row.table.thermal, []
+    thermal, faults = row.table.thermal, []
     tables = [name for name in OVER_TEMPERATURE if isinstance(row.get(name), dict)]
     wrong = {place[1:2] for place in row.wrong if place[:1] == ("thermal",)}
     background = (
@@ -154,19 +154,19 @@ def _heat_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) -> 
         or () in wrong
     )
     background = background or (top is not None and not top.right("background"))
-    resistance = (own is not None and own.resistance is not None) or ("resistance",) in wrong
+    resistance = (thermal is not None and thermal.resistance is not None) or ("resistance",) in wrong
     shared = top is not None and top.get("influence") != OF_STRUCTURE
-    if own is not None and own.resistance is not None and heated and shared:
+    if thermal is not None and thermal.resistance is not None and heated and shared:
         remedy = "keep one"
         faults.append(
             Fault(("thermal", "resistance"), "is given, and [thermal] influence holds this contact", remedy=remedy)
         )
-    if (own is not None or heated) and not background:
+    if (thermal is not None or heated) and not background:
         faults.append(Fault(("thermal", "background"), IS_MISSING, remedy=_TEMPERATURE))
-    if own is not None and not resistance and heated is False:
+    if thermal is not None and not resistance and heated is False:
         remedy = "give temperature per power, or [thermal] influence"
         faults.append(Fault(("thermal", "resistance"), IS_MISSING, remedy=remedy))
-    if tables and own is None and not wrong and heated is False:
+    if tables and thermal is None and not wrong and heated is False:
         cold = "is a table over temperature, but the temperature of the contact is not given"
         remedy = "give [contact.thermal] with background and resistance, or [thermal] with influence"
         faults.append(Fault(tables[0], cold, remedy=remedy))
@@ -196,15 +196,15 @@ def parameter_faults(
         target = parameter_target(known, name)
     except InputError as error:
         return [fault.inside("response", "parameter") for fault in error.faults]
-    found: list[Fault] = []
+    faults: list[Fault] = []
     for key, field in (("from", "start"), ("to", "stop")):
         end: Any = sections.response.get(key, field)
         try:
             if end is not None:
                 changed(known, target, name, float(end))
         except InputError as error:
-            found += [replace(fault, where=("response", key)) for fault in error.faults]
-    return found
+            faults += [replace(fault, where=("response", key)) for fault in error.faults]
+    return faults
 
 
 def _may_be_of_what_is_wrong(name: str, sections: Sections, known: _Named, placed: Sequence[CaseContact]) -> bool:
@@ -215,7 +215,7 @@ def _may_be_of_what_is_wrong(name: str, sections: Sections, known: _Named, place
     return bool(missing) if "." in name else known.structure is None and name not in ("load", "friction")
 
 
-def unit_faults(raw: Mapping[str, Any], units: Units) -> Iterator[Fault]:
+def unit_faults(raw: RawTable, units: Units) -> Iterator[Fault]:
     """Frequencies in Hz, rpm or rad/s where the unit of time is no second; units other than SI beside the blade."""
     response, structure = (raw[key] if isinstance(raw.get(key), Mapping) else {} for key in ("response", "structure"))
     written = [*written_frequencies(response), (("structure", "up_to"), structure.get("up_to"))]

@@ -11,10 +11,21 @@ from pydantic import Field, PlainValidator
 
 from slipstick.case.response import ResponseTable, frequencies_met
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import GivenText, call, here, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
-from slipstick.case.table import Frequency, NotNegative, Positive, Table, is_number, is_whole, toml, unexpected, vector
+from slipstick.case.table import (
+    Frequency,
+    NotNegative,
+    Positive,
+    RawTable,
+    Table,
+    is_number,
+    is_whole,
+    toml,
+    unexpected,
+    vector,
+)
 from slipstick.errors import IS_MISSING, Fault, InputError
 
 if TYPE_CHECKING:
@@ -24,11 +35,9 @@ if TYPE_CHECKING:
 MOST_CONTACTS = 1000
 """Each keeps three dofs, of which the reduction is a full matrix."""
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
-NEEDED = ("young", "poisson", "density")
-"""What a material has at least."""
 
 
-def _surface(value: Any) -> Any:
+def _surface(value: object) -> Any:
     """A name, or ``{ direction, angle, depth }``."""
     if isinstance(value, str) and value:
         return value
@@ -54,7 +63,7 @@ def _contacts(value: Any) -> Any:
     raise unexpected("a number of contacts such as 8, a list of node numbers, or a list of positions [x, y, z]")
 
 
-def _shapes(value: Any) -> dict[str, str]:
+def _shapes(value: object) -> dict[str, str]:
     """``"SURFACE"`` or ``{ name = "SURFACE" }``."""
     if isinstance(value, str) and value:
         return {"pressure": value}
@@ -63,7 +72,7 @@ def _shapes(value: Any) -> dict[str, str]:
     return value
 
 
-def _films(value: Any) -> dict[str, float]:
+def _films(value: object) -> dict[str, float]:
     if not (isinstance(value, dict) and value and all(is_number(h) and h >= 0 for h in value.values())):
         raise unexpected("a table of surface = coefficient >= 0, such as { boundary = 200.0 }")
     return {name: float(h) for name, h in value.items()}
@@ -91,17 +100,17 @@ class MaterialTable(Table):
 
 def material_of(table: MaterialTable) -> Material:
     """The material of a table that must be complete."""
-    from slipstick.fem.materials import Material
+    from slipstick.fem.materials import REQUIRED, Material
 
-    given = {name: value for name, value in table.model_dump().items() if value is not None}
+    constants = {name: value for name, value in table.model_dump().items() if value is not None}
     missing = [
         Fault(("material", name), IS_MISSING, remedy="a material needs young, poisson and density")
-        for name in NEEDED
-        if name not in given
+        for name in REQUIRED
+        if name not in constants
     ]
     if missing:
         raise InputError(missing)
-    return Material(**given)
+    return Material(**constants)
 
 
 def material_text(known: Mapping[str, Any]) -> str:
@@ -121,7 +130,7 @@ class ReductionTable(Table):
     force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The number of modes is said in one way."""
         if "modes" in raw and "up_to" in raw and "accuracy" not in raw:
             return [Fault("modes", "is given together with up_to", remedy="keep one")]
@@ -160,7 +169,7 @@ class FeTable(ReductionTable):
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Something is kept; the number of modes is said in one way."""
         faults = [*super().cross_check(raw), *rotation_faults(raw)]
         if "surface" not in raw and not raw.get("keep"):
@@ -195,13 +204,13 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
-    given = {} if table.contacts is None else {"contacts": table.contacts}
+    contacts = {} if table.contacts is None else {"contacts": table.contacts}
     return reduced(
         tell,
         lambda hear: reduced_body(
             model,
             surface=table.surface,
-            **given,
+            **contacts,
             radius=table.radius,
             pressure=table.pressure,
             base=table.base,
@@ -230,6 +239,7 @@ def _path(name: str, folder: Path) -> Path:
 
 def _imported(table: FeTable, path: Path) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
+    from slipstick.fem.materials import REQUIRED
     from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
     from slipstick.importers.read_model import read_model
     from slipstick.importers.roles import ImportOptions
@@ -243,7 +253,7 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
         Fault(
             ("material", name), f"{path.name} holds matrices with a material already", remedy="give conductivity alone"
         )
-        for name in NEEDED
+        for name in REQUIRED
         if table.material is not None and getattr(table.material, name) is not None
     ]
     if table.quadratic:
@@ -255,23 +265,23 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
     return read_model(path, ImportOptions(fixed=table.fixed, conductivity=conductivity), quiet=True)
 
 
-def _fe_script(given: GivenText, _folder: Path) -> list[str]:
+def _fe_script(keys: KeysToWrite, _folder: Path) -> list[str]:
     arguments: dict[str, str] = {}
-    material = given.take("material")
+    material = keys.take("material")
     if material is not None:
         known = {name: value for name, value in material.model_dump().items() if value is not None}
         complete = "young" in known
         arguments = {"material": material_text(known)} if complete else {n: literal(v) for n, v in known.items()}
-    arguments |= given.rest("fixed", "quadratic")
-    up_to = given.take("up_to")
-    reduction = given.rest(
+    arguments |= keys.rest("fixed", "quadratic")
+    up_to = keys.take("up_to")
+    reduction = keys.rest(
         "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy",
         "loss_factor", "damping_ratio", "force",
     )  # fmt: skip
     if up_to is not None:
-        reduction["up_to"] = quantity_text(given.raw["up_to"])
-    at_speed = rotation_script(given)
-    model = f"model = {call('ss.import_model', here(given.take('file')), **arguments)}"
+        reduction["up_to"] = quantity_text(keys.raw["up_to"])
+    at_speed = rotation_script(keys)
+    model = f"model = {call('ss.import_model', here(keys.take('file')), **arguments)}"
     body = call("ss.reduced_body", "model", **reduction, cache=here(CACHE))
     return [model, *at_speed, f"body = {body}", "structure = body.structure"]
 
@@ -287,7 +297,7 @@ _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """A range moved a little has the same reduction, which need not be made again."""
 
 
-def reaching(raw: Mapping[str, Any]) -> Any:
+def reaching(raw: RawTable) -> Any:
     """The ``[structure]`` of a case; one to be reduced says ``up_to`` where it leaves the number of modes open.
 
     That is the end of ``[response]`` with the harmonics that matter, rounded up. Nothing is added beside faults, which

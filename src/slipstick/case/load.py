@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, PlainValidator
 
 from slipstick.balance.loads import UNBALANCE, place_faults, way_faults
-from slipstick.case.script_text import GivenText, call, quantity_text
-from slipstick.case.table import Harmonic, Table, cosines
+from slipstick.case.script_text import KeysToWrite, call, quantity_text
+from slipstick.case.table import Harmonic, RawTable, Table, cosines
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError
 from slipstick.quantities import read_angle
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from slipstick.balance.loads import Load
 
 
-def _base(value: Any) -> str | dict[str, float]:
+def _base(value: object) -> str | dict[str, float]:
     """``"x"`` as it is, or ``{x1 = 1.0, x2 = 1.0}``."""
     directions = cosines(value)
     return value if isinstance(value, str) else directions
@@ -46,7 +45,7 @@ class LoadTable(Table):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Where and how much, each said once."""
         turning = raw.get("motion") == UNBALANCE and "base" not in raw
         faults = [*place_faults(raw), *way_faults({name for name in raw if not (turning and name == "motion")})]
@@ -75,12 +74,12 @@ def build_load(row: ReadTable) -> tuple[Load | None, list[Fault]]:
         return None, [fault.below("load", on).inside(*row.where) for fault in error.faults] if row.complete else []
 
 
-def load_script(raw: Mapping[str, Any], number: int) -> str:
+def load_script(raw: RawTable, number: int) -> str:
     """The same load as Python writes it."""
-    given = GivenText(raw, LoadTable)
-    phase = given.take("phase")
-    arguments = given.rest("dof", "shape", "base", "motion", "harmonic", "cos", "sin", "amplitude")
+    keys = KeysToWrite(raw, LoadTable)
+    phase = keys.take("phase")
+    arguments = keys.rest("dof", "shape", "base", "motion", "harmonic", "cos", "sin", "amplitude")
     if phase is not None:
         arguments["phase"] = quantity_text(raw["phase"])
-    given.end(f"[[load]] number {number}")
+    keys.end(f"[[load]] number {number}")
     return call("ss.Load", **arguments)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import GivenText, call, file_code, here, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, call, file_code, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell, within
-from slipstick.case.table import Frequency, MatrixGiven, NotNegative, Table
+from slipstick.case.table import Frequency, MatrixGiven, NotNegative, RawTable, Table
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering
@@ -47,35 +47,36 @@ class MatricesTable(Table):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Dofs or count, not both."""
         if "dofs" in raw and "count" in raw:
             return [Fault("count", "is given together with dofs", remedy="keep one of them")]
         return []
 
 
-def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
     from slipstick.structure.matrix_checks import system_matrices
 
-    given = {
+    matrices = {
         name: matrix
         for name, key in (_KEYS | _TURNING).items()
-        if (value := row.get(key)) is not None and (matrix := found.inside((key,), _matrix, value, folder)) is not None
+        if (value := row.get(key)) is not None
+        and (matrix := gathering.inside((key,), _matrix, value, folder)) is not None
     }
-    size = next((given[name].shape[0] for name in ("K", "M", "C") if name in given), None)
+    size = next((matrices[name].shape[0] for name in ("K", "M", "C") if name in matrices), None)
     names = _names(row, size)
-    before = len(found.faults)
+    before = len(gathering.faults)
     if size is not None:
-        _sizes(row, given, size, found)
-    agree = len(found.faults) == before
-    if row.complete and agree and {"M", "K"} <= set(given) and names is not None:
+        _sizes(row, matrices, size, gathering)
+    agree = len(gathering.faults) == before
+    if row.complete and agree and {"M", "K"} <= set(matrices) and names is not None:
         options = {"loss_factor": row.table.loss_factor, "dofs": names} | {key: row.get(key) for key in _SPEEDS}
-        structure = _in_case(found, lambda: MatrixStructure(**given, **options))
+        structure = _in_case(gathering, lambda: MatrixStructure(**matrices, **options))
         return Described(body=None if structure is None else Body(structure=structure), dofs=names, made=True)
     if size is not None:
-        fitting = {name: m for name, m in given.items() if m.shape == (size, size) and name not in _TURNING}
-        found.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
+        fitting = {name: m for name, m in matrices.items() if m.shape == (size, size) and name not in _TURNING}
+        gathering.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
     return Described(dofs=names, made=True)
 
 
@@ -89,28 +90,30 @@ def _names(row: ReadTable, size: int | None) -> Sequence[str] | None:
     return None if count is None else [str(i + 1) for i in range(count)]
 
 
-def _sizes(row: ReadTable, given: Mapping[str, Any], size: int, found: Gathering) -> None:
+def _sizes(row: ReadTable, matrices: Mapping[str, Any], size: int, gathering: Gathering) -> None:
     """Whether the matrices and the names fit together."""
-    first = next(name for name in ("K", "M", "C") if name in given)
+    first = next(name for name in ("K", "M", "C") if name in matrices)
     of = _KEYS[first]
-    for name, matrix in given.items():
+    for name, matrix in matrices.items():
         if matrix.shape != (size, size):
             shape = f"{matrix.shape[0]} x {matrix.shape[1]}"
-            found.faults.append(Fault((_KEYS | _TURNING)[name], found=shape, expected=f"{size} x {size} as the {of}"))
+            gathering.faults.append(
+                Fault((_KEYS | _TURNING)[name], found=shape, expected=f"{size} x {size} as the {of}")
+            )
     dofs, count = row.get("dofs"), row.get("count")
     if dofs is not None and len(dofs) != size:
         expected = f"{size}, one for each row of the {of}"
-        found.faults.append(Fault("dofs", found=f"{len(dofs)} names", expected=expected))
+        gathering.faults.append(Fault("dofs", found=f"{len(dofs)} names", expected=expected))
     if count is not None and count != size:
-        found.faults.append(Fault("count", found=str(count), expected=f"{size}, the rows of the {of}"))
+        gathering.faults.append(Fault("count", found=str(count), expected=f"{size}, the rows of the {of}"))
 
 
-def _in_case(found: Gathering, make: Callable[[], Structure]) -> Structure | None:
+def _in_case(gathering: Gathering, make: Callable[[], Structure]) -> Structure | None:
     """A structure of the library, whose arguments have other names in the file."""
     try:
         return make()
     except InputError as error:
-        found.faults += [_renamed(fault) for fault in error.faults]
+        gathering.faults += [_renamed(fault) for fault in error.faults]
         return None
 
 
@@ -118,7 +121,7 @@ def _renamed(fault: Fault) -> Fault:
     return replace(fault, where=(*(_KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
 
 
-def _matrix(value: Any, folder: Path) -> Any:
+def _matrix(value: object, folder: Path) -> Any:
     import numpy as np
 
     from slipstick.importers.plain.matrix_file import read_matrix
@@ -126,15 +129,15 @@ def _matrix(value: Any, folder: Path) -> Any:
     return read_matrix(inside(folder, value)) if isinstance(value, str) else np.array(value, dtype=float)
 
 
-def _matrices_script(given: GivenText, folder: Path) -> list[str]:
-    known = {letter: value for letter, key in (_KEYS | _TURNING).items() if (value := given.take(key)) is not None}
+def _matrices_script(keys: KeysToWrite, folder: Path) -> list[str]:
+    known = {letter: value for letter, key in (_KEYS | _TURNING).items() if (value := keys.take(key)) is not None}
     lines = [f"{letter} = {_matrix_text(value, folder)}" for letter, value in known.items()]
-    dofs, _ = given.take("dofs"), given.take("count")
+    dofs, _ = keys.take("dofs"), keys.take("count")
     arguments = {letter: letter for letter in known}
     arguments["dofs"] = literal(dofs) if dofs else "[str(i + 1) for i in range(K.shape[0])]"
-    arguments |= given.rest("loss_factor", "engine_order")
-    if given.take("speed") is not None:
-        arguments["speed"] = quantity_text(given.raw["speed"])
+    arguments |= keys.rest("loss_factor", "engine_order")
+    if keys.take("speed") is not None:
+        arguments["speed"] = quantity_text(keys.raw["speed"])
     return [*lines, f"structure = {call('ss.MatrixStructure', **arguments)}"]
 
 
@@ -154,34 +157,34 @@ class ModelTable(Table):
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The rotation is said in one way."""
         return rotation_faults(raw)
 
 
-def _model(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+def _model(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     """The matrices of a model file, with its names."""
     from slipstick.io.model_file import load_model
     from slipstick.structure.matrices import MatrixStructure
 
     name = row.get("file")
-    path = None if name is None else found.inside(("file",), inside, folder, name)
-    model = None if path is None else found.inside(("file",), partial(load_model, quiet=True), path)
+    path = None if name is None else gathering.inside(("file",), inside, folder, name)
+    model = None if path is None else gathering.inside(("file",), partial(load_model, quiet=True), path)
     if model is None or not row.complete:
         return Described(dofs=None if model is None else model.dofs, made=True)
-    model = found.inside((), turning, model, row.table.rotation, folder, tell)
+    model = gathering.inside((), turning, model, row.table.rotation, folder, tell)
     if model is None:
         return Described(made=True)
-    given = {"M": model.M, "C": model.C, "K": model.K, "loss_factor": row.table.loss_factor}
-    structure = found.inside(("file",), lambda: MatrixStructure(**given, dofs=model.dofs))
+    matrices = {"M": model.M, "C": model.C, "K": model.K, "loss_factor": row.table.loss_factor}
+    structure = gathering.inside(("file",), lambda: MatrixStructure(**matrices, dofs=model.dofs))
     body = None if structure is None else Body(structure=structure, model=model)
     return Described(body=body, dofs=model.dofs, made=True)
 
 
-def _model_script(given: GivenText, _folder: Path) -> list[str]:
-    arguments = {letter: f"model.{letter}" for letter in "MCK"} | {"dofs": "model.dofs"} | given.rest("loss_factor")
-    model = f"model = {call('ss.import_model', here(given.take('file')))}"
-    return [model, *rotation_script(given), f"structure = {call('ss.MatrixStructure', **arguments)}"]
+def _model_script(keys: KeysToWrite, _folder: Path) -> list[str]:
+    arguments = {letter: f"model.{letter}" for letter in "MCK"} | {"dofs": "model.dofs"} | keys.rest("loss_factor")
+    model = f"model = {call('ss.import_model', here(keys.take('file')))}"
+    return [model, *rotation_script(keys), f"structure = {call('ss.MatrixStructure', **arguments)}"]
 
 
 MODEL = StructureKind(table=ModelTable, build=_model, script=_model_script)
@@ -199,19 +202,19 @@ class ModalTable(Table):
     force: bool = Field(default=False, description="true or false: take modes that are too few")
 
 
-def _modal(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+def _modal(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     """The structure of a file; with keys at fault left out, it still tells the dofs."""
     from slipstick.structure.modal import ModalStructure
 
     name = row.get("file")
-    path = None if name is None else found.inside(("file",), inside, folder, name)
+    path = None if name is None else gathering.inside(("file",), inside, folder, name)
     if path is None:
         return Described(dofs=row.get("dofs"), made=True)
     options = {key: row.get(key) for key in ("dofs", "modes", "loss_factor", "damping_ratio")}
     try:
         structure = ModalStructure.load(path, **options)
     except InputError as error:
-        found.faults += [within(fault, tuple(options)) for fault in error.faults]
+        gathering.faults += [within(fault, tuple(options)) for fault in error.faults]
         return Described(dofs=options["dofs"] or _modal_names(path), made=True)
     body = Body(structure=structure, force=row.table.force) if row.complete else None
     return Described(body=body, dofs=structure.dofs, made=True)
@@ -227,10 +230,10 @@ def _modal_names(path: Path) -> Sequence[str] | None:
         return None
 
 
-def _modal_script(given: GivenText, _folder: Path) -> list[str]:
-    given.take("force")
-    arguments = given.rest("dofs", "modes", "loss_factor", "damping_ratio")
-    return [f"structure = {call('ss.ModalStructure.load', here(given.take('file')), **arguments)}"]
+def _modal_script(keys: KeysToWrite, _folder: Path) -> list[str]:
+    keys.take("force")
+    arguments = keys.rest("dofs", "modes", "loss_factor", "damping_ratio")
+    return [f"structure = {call('ss.ModalStructure.load', here(keys.take('file')), **arguments)}"]
 
 
 MODAL = StructureKind(table=ModalTable, build=_modal, script=_modal_script)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field, PlainValidator
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 
-def _frequencies(value: Any) -> tuple[float, float]:
+def _frequencies(value: object) -> tuple[float, float]:
     if not isinstance(value, list) or len(value) != 2:
         raise unexpected('two frequencies such as [2.0, 15.0] or ["1 Hz", "40 Hz"]')
     first, last = (positive_frequency(end) for end in value)

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, PlainValidator
 
-from slipstick.case.script_text import GivenText, call, literal, quantity_text
-from slipstick.case.table import Frequency, Table, is_number, positive_frequency, toml, unexpected
+from slipstick.case.script_text import KeysToWrite, call, literal, quantity_text
+from slipstick.case.table import Frequency, RawTable, Table, is_number, positive_frequency, toml, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.quantities import frequency_unit, ratio_of_periods
 from slipstick.studies.ranges import SPACINGS
@@ -38,7 +38,7 @@ class Spacing:
         return tuple(spread(start, stop, self.count).tolist())
 
 
-def _spacing_or_list(value: Any) -> list[Any] | Spacing:
+def _spacing_or_list(value: object) -> list[Any] | Spacing:
     """What ``at`` of a case gives; InputError for anything else."""
     if isinstance(value, list):
         return value
@@ -77,21 +77,21 @@ class StepKeys(BaseModel):
 STEP_KEYS = tuple(StepKeys.model_fields)
 
 
-def _step_faults(raw: Mapping[str, Any]) -> list[Fault]:
+def _step_faults(raw: RawTable) -> list[Fault]:
     """Steps that are right each by itself but not beside each other; those left out have their defaults."""
     from slipstick.analysis.curve.request import response_options
 
     usual = response_options()
-    given = {name: raw.get(name, getattr(usual, name)) for name in ("first_step", "max_step", "min_step")}
-    if not all(isinstance(v, int | float) and not isinstance(v, bool) and 0 < v < float("inf") for v in given.values()):
+    steps = {name: raw.get(name, getattr(usual, name)) for name in ("first_step", "max_step", "min_step")}
+    if not all(isinstance(v, int | float) and not isinstance(v, bool) and 0 < v < float("inf") for v in steps.values()):
         return []
-    if given["min_step"] > given["max_step"]:
+    if steps["min_step"] > steps["max_step"]:
         name, limit = ("min_step", "at most max_step") if "min_step" in raw else ("max_step", "at least min_step")
-        other = given["max_step"] if "min_step" in raw else given["min_step"]
-        return [Fault(name, found=f"{given[name]:g}", expected=f"{limit}, {other:g}")]
-    if {"first_step", "max_step"} <= set(raw) and given["first_step"] > given["max_step"]:
-        limit = f"at most max_step, {given['max_step']:g}"
-        return [Fault("first_step", found=f"{given['first_step']:g}", expected=limit)]
+        other = steps["max_step"] if "min_step" in raw else steps["min_step"]
+        return [Fault(name, found=f"{steps[name]:g}", expected=f"{limit}, {other:g}")]
+    if {"first_step", "max_step"} <= set(raw) and steps["first_step"] > steps["max_step"]:
+        limit = f"at most max_step, {steps['max_step']:g}"
+        return [Fault("first_step", found=f"{steps['first_step']:g}", expected=limit)]
     return []
 
 
@@ -122,7 +122,7 @@ class ResponseTable(StepKeys, Table):
         return self.stability or self.follow is not None
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Values of the swept quantity: frequencies with units, or plain numbers of a parameter."""
         swept = "parameter" in raw
         faults = [fault for key in ("from", "to") if key in raw for fault in _value_faults((key,), raw[key], swept)]
@@ -152,7 +152,7 @@ def frequencies_met(response: ResponseTable) -> tuple[float, float]:
     return response.omega, response.omega
 
 
-def swept_value(value: Any, parameter: bool) -> float:
+def swept_value(value: object, parameter: bool) -> float:
     """A value of the swept quantity: rad/s, or the plain number of a parameter."""
     if not parameter:
         return positive_frequency(value)
@@ -161,7 +161,7 @@ def swept_value(value: Any, parameter: bool) -> float:
     return float(value)
 
 
-def _value(value: Any, swept: bool) -> float | None:
+def _value(value: object, swept: bool) -> float | None:
     """A value of the swept quantity, or None where it is none."""
     try:
         return swept_value(value, swept)
@@ -169,7 +169,7 @@ def _value(value: Any, swept: bool) -> float | None:
         return None
 
 
-def _value_faults(where: Where, value: Any, swept: bool) -> list[Fault]:
+def _value_faults(where: Where, value: object, swept: bool) -> list[Fault]:
     try:
         swept_value(value, swept)
     except InputError as error:
@@ -177,19 +177,19 @@ def _value_faults(where: Where, value: Any, swept: bool) -> list[Fault]:
     return []
 
 
-def _at_faults(number: int, value: Any, ends: tuple[Any, Any], swept: bool) -> list[Fault]:
+def _at_faults(number: int, value: object, ends: tuple[Any, Any], swept: bool) -> list[Fault]:
     """Faults of one requested value; it lies in the range where both ends of that are right."""
     wrong = _value_faults(("at", number), value, swept)
     start, stop = (_value(end, swept) for end in ends)
     if wrong or start is None or stop is None:
         return wrong
-    found, (low, high) = swept_value(value, swept), sorted((start, stop))
+    point, (low, high) = swept_value(value, swept), sorted((start, stop))
     unit = "" if swept else " rad/s"
-    outside = f"{found:g}{unit} lies outside the range {low:g} to {high:g}{unit}"
-    return [] if low <= found <= high else [Fault(("at", number), outside, remedy="widen the range or leave it out")]
+    outside = f"{point:g}{unit} lies outside the range {low:g} to {high:g}{unit}"
+    return [] if low <= point <= high else [Fault(("at", number), outside, remedy="widen the range or leave it out")]
 
 
-def _range_faults(raw: Mapping[str, Any], swept: bool) -> list[Fault]:
+def _range_faults(raw: RawTable, swept: bool) -> list[Fault]:
     start, stop = (_value(raw.get(key), swept) for key in ("from", "to"))
     if start is None or start != stop:
         return []
@@ -197,7 +197,7 @@ def _range_faults(raw: Mapping[str, Any], swept: bool) -> list[Fault]:
     return [Fault("to", f"is {stop:g}{unit}, the same as from", remedy="give a range that is not empty")]
 
 
-def written_frequencies(response: Mapping[str, Any]) -> Iterator[tuple[Where, Any]]:
+def written_frequencies(response: RawTable) -> Iterator[tuple[Where, Any]]:
     """The frequencies that the table says, as they stand there."""
     for key in ("omega",) if "parameter" in response else ("from", "to"):
         yield ("response", key), response.get(key)
@@ -206,26 +206,26 @@ def written_frequencies(response: Mapping[str, Any]) -> Iterator[tuple[Where, An
         yield from ((("response", "at", i), value) for i, value in enumerate(requested))
 
 
-def display_unit(response: Mapping[str, Any], units: Units) -> str:
+def display_unit(response: RawTable, units: Units) -> str:
     """The unit the range of a case is written in, else rad/time."""
-    found = (frequency_unit(value) for _, value in written_frequencies(response))
-    return next((unit for unit in found if unit is not None), units.angular)
+    written = (frequency_unit(value) for _, value in written_frequencies(response))
+    return next((unit for unit in written if unit is not None), units.angular)
 
 
-def response_script(raw: Mapping[str, Any]) -> str:
+def response_script(raw: RawTable) -> str:
     """The call that follows the same."""
-    given = GivenText(raw, ResponseTable)
-    given.take("period_ratio")
+    keys = KeysToWrite(raw, ResponseTable)
+    keys.take("period_ratio")
     ends = [quantity_text(raw[key]) for key in ("from", "to")]
-    parameter, at = given.take("parameter"), given.take("at")
+    parameter, at = keys.take("parameter"), keys.take("at")
     for key in ("start", "stop", "omega"):
-        given.take(key)
+        keys.take(key)
     more = {"requested": _requested(at, ends)} if at else {}
-    more |= given.rest("peaks_of", "stability", "follow")
-    options = given.rest(*STEP_KEYS)
+    more |= keys.rest("peaks_of", "stability", "follow")
+    options = keys.rest(*STEP_KEYS)
     if options:
         more["options"] = "{" + ", ".join(f'"{name}": {value}' for name, value in options.items()) + "}"
-    given.end("[response]")
+    keys.end("[response]")
     span = f"({', '.join(ends)})"
     if parameter is None:
         return call("ss.forced_response", "problem()", omega=span, **more)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.case.script_text import GivenText, call, here, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Tell, reduction_folder
-from slipstick.case.table import Frequency, Harmonic, Periodic, Table, Vector, is_number, unexpected
+from slipstick.case.table import Frequency, Harmonic, Periodic, RawTable, Table, Vector, is_number, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import Gathering
 from slipstick.quantities import harmonic_orders, read_frequency
@@ -26,13 +26,13 @@ WORDS = ("radial", "circumferential", "axial")
 ROTATION = 'a table such as { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }'
 
 
-def _place(value: Any) -> tuple[float, ...]:
+def _place(value: object) -> tuple[float, ...]:
     if not (isinstance(value, list) and len(value) == 3 and all(map(is_number, value))):
         raise unexpected("three numbers such as [0, 0, 0]")
     return tuple(map(float, value))
 
 
-def _profile(value: Any) -> Any:
+def _profile(value: object) -> Any:
     """Rows of angle and height, or a table of series."""
     if isinstance(value, dict):
         return SeriesTable.model_validate(value)
@@ -57,7 +57,7 @@ class AxisTable(Table):
 
 def axis_arguments(table: AxisTable | None) -> dict[str, Any] | None:
     """The axis as ``ss.surface_contacts`` takes it."""
-    return None if table is None else table.given
+    return None if table is None else table.stated
 
 
 class SeriesTable(Table):
@@ -83,7 +83,7 @@ class RotorTable(Table):
     )
 
 
-def rotor_faults(raw: Mapping[str, Any]) -> list[Fault]:
+def rotor_faults(raw: RawTable) -> list[Fault]:
     """What does not go together in a block of contacts."""
     words = [key for key in ("direction", "normal") if raw.get(key) in WORDS]
     needing = [key for key in (*words, "rotor") if key in raw]
@@ -101,14 +101,14 @@ def rotor_faults(raw: Mapping[str, Any]) -> list[Fault]:
 
 def motion_arguments(table: RotorTable) -> dict[str, Any]:
     """Arguments of ``ss.casing_motion`` but radius and angles."""
-    profile = table.profile.given if isinstance(table.profile, SeriesTable) else table.profile
-    given: dict[str, Any] = {"profile": {} if profile is None else profile}
+    profile = table.profile.stated if isinstance(table.profile, SeriesTable) else table.profile
+    arguments: dict[str, Any] = {"profile": {} if profile is None else profile}
     if table.speed is not None:
-        given["speed"] = -table.speed if table.backward else table.speed
+        arguments["speed"] = -table.speed if table.backward else table.speed
     elif table.backward:
-        given["backward"] = True
-    given |= {} if table.orders is None else {"orders": table.orders}
-    return given | ({} if table.engine_order == 1 else {"lobes": table.engine_order})
+        arguments["backward"] = True
+    arguments |= {} if table.orders is None else {"orders": table.orders}
+    return arguments | ({} if table.engine_order == 1 else {"lobes": table.engine_order})
 
 
 def rotor_motion(table: RotorTable) -> Callable[[Array, Array], RubbingMotion]:
@@ -116,9 +116,9 @@ def rotor_motion(table: RotorTable) -> Callable[[Array, Array], RubbingMotion]:
     from slipstick.contact.casing import casing_motion
 
     def motion(radius: Array, angles: Array) -> RubbingMotion:
-        found, given = Gathering(), motion_arguments(table)
-        made = found.inside(("rotor",), casing_motion, given.pop("profile"), radius=radius, angles=angles, **given)
-        found.end()
+        gathering, more = Gathering(), motion_arguments(table)
+        made = gathering.inside(("rotor",), casing_motion, more.pop("profile"), radius=radius, angles=angles, **more)
+        gathering.end()
         assert made is not None
         return made
 
@@ -156,14 +156,14 @@ class RotationTable(Table):
     )
 
 
-def rotation_faults(raw: Mapping[str, Any]) -> list[Fault]:
+def rotation_faults(raw: RawTable) -> list[Fault]:
     """Either the axis is given, or matrices that hold it."""
-    given = raw.get("rotation")
-    if not isinstance(given, dict):
+    rotation = raw.get("rotation")
+    if not isinstance(rotation, dict):
         return []
-    if "models" in given and "axis" in given:
+    if "models" in rotation and "axis" in rotation:
         return [Fault(("rotation", "axis"), "is given together with models", remedy="they hold it: leave it out")]
-    if not {"models", "axis"} & set(given):
+    if not {"models", "axis"} & set(rotation):
         remedy = "give axis = { point = [0, 0, 0], direction = [0, 0, 1] }, or models by speed"
         return [Fault(("rotation", "axis"), IS_MISSING, remedy=remedy)]
     return []
@@ -186,12 +186,12 @@ def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tel
         raise InputError([fault.inside("rotation") for fault in error.faults]) from None
 
 
-def rotation_script(given: GivenText) -> list[str]:
+def rotation_script(keys: KeysToWrite) -> list[str]:
     """The model at the speed of its ``rotation``."""
-    table = given.take("rotation")
+    table = keys.take("rotation")
     if table is None:
         return []
-    raw = given.raw["rotation"]
+    raw = keys.raw["rotation"]
     axis = axis_arguments(table.axis)
     arguments = {} if axis is None else {"axis": literal(axis)}
     if table.models is not None:

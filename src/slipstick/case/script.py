@@ -5,18 +5,17 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
 from slipstick.case.load import load_script
 from slipstick.case.output import OutputTable
 from slipstick.case.response import ResponseTable, response_script
-from slipstick.case.script_text import GivenText, call, listed_text, literal
+from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
 from slipstick.case.sections import CASE_SECTIONS, REQUESTS, structure_kind
 from slipstick.case.source import parse
+from slipstick.case.table import RawTable
 from slipstick.case.thermal import ThermalTable, thermal_script
 from slipstick.case.top import TopTable
 
@@ -83,19 +82,19 @@ def _head(body: str) -> str:
     here = ["HERE = Path(__file__).resolve().parent"] * ("HERE" in body)
     used = [line for word, line in _IMPORTS.items() if word in body]
     others = ["import numpy as np"] * ("np." in body or bool(constants)) + [n for n in used if "scipy" in n]
-    own = ["import slipstick as ss", *(n for n in used if "scipy" not in n)]
-    blocks = (["from pathlib import Path"], others, own, [*here, *constants])
+    ours = ["import slipstick as ss", *(n for n in used if "scipy" not in n)]
+    blocks = (["from pathlib import Path"], others, ours, [*here, *constants])
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
-def _problem(raw: Mapping[str, Any], folder: Path) -> str:
+def _problem(raw: RawTable, folder: Path) -> str:
     """The lines that make the problem, table by table."""
     thermal = ThermalTable.model_validate(raw["thermal"]) if "thermal" in raw else None
     contacts = contacts_script(raw["contact"], thermal)
     loads = [load_script(load, i + 1) for i, load in enumerate(raw.get("load", []))]
     tables = [contact_table(contact).model_validate(contact) for contact in raw["contact"]]
     lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
-    top = GivenText({key: value for key, value in raw.items() if key not in CASE_SECTIONS}, TopTable)
+    top = KeysToWrite({key: value for key, value in raw.items() if key not in CASE_SECTIONS}, TopTable)
     top.take("format")
     orders, ratio, units = top.take("harmonics"), top.take("period_ratio"), top.take("units")
     whole = orders == list(range(len(orders)))
@@ -114,14 +113,14 @@ def _problem(raw: Mapping[str, Any], folder: Path) -> str:
     return "\n".join([*lines, f"return {call('ss.Problem', 'structure', **arguments)}"])
 
 
-def _structure(raw: Mapping[str, Any], folder: Path) -> list[str]:
+def _structure(raw: RawTable, folder: Path) -> list[str]:
     table = reaching(raw)
     kind = structure_kind(table)
     assert kind is not None
-    given = GivenText(table, kind.table)
-    given.take("kind")
-    lines = kind.script(given, folder)
-    given.end("[structure]")
+    keys = KeysToWrite(table, kind.table)
+    keys.take("kind")
+    lines = kind.script(keys, folder)
+    keys.end("[structure]")
     return lines
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from slipstick.case.table import Table
+from slipstick.case.table import RawTable, Table
 from slipstick.errors import InputError
 from slipstick.quantities import frequency_unit
 
@@ -16,13 +16,13 @@ _WIDTH = 100
 _CONSTANT = {"rad/s": "", "rad": "", "Hz": "HZ", "kHz": "KHZ", "rpm": "RPM", "deg": "DEG", "°": "DEG"}
 
 
-class GivenText:
+class KeysToWrite:
     """The keys that a table of a case file gives, taken one by one; what is left over cannot be written."""
 
-    def __init__(self, raw: Mapping[str, Any], model: type[Table]) -> None:
+    def __init__(self, raw: RawTable, model: type[Table]) -> None:
         self.raw = raw
         self.table: Any = model.model_validate(raw)
-        self.values = self.table.given
+        self.values = self.table.stated
 
     def take(self, name: str) -> Any:
         """A value, or None."""
@@ -38,7 +38,7 @@ class GivenText:
             raise InputError(f"{where} {min(self.values)}: has no counterpart in a script yet; use the case file")
 
 
-def literal(value: Any) -> str:
+def literal(value: object) -> str:
     """A value of the file as Python writes it, long lists over several lines."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)

@@ -21,7 +21,7 @@ from slipstick.case.output import OutputTable
 from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable
 from slipstick.case.response import ResponseTable
 from slipstick.case.structure import Described, StructureKind, Tell, silent
-from slipstick.case.table import Table, toml
+from slipstick.case.table import RawTable, Table, toml
 from slipstick.case.thermal import ThermalTable
 from slipstick.case.top import TopTable
 from slipstick.case.validation import ReadTable, close_key, key_suggestion, read_table
@@ -104,7 +104,7 @@ class Sections:
         return next((row.table.period_ratio for row in rows if row.table.period_ratio), (1, 1))
 
 
-def read_sections(raw: Mapping[str, Any]) -> tuple[Sections, list[Fault]]:
+def read_sections(raw: RawTable) -> tuple[Sections, list[Fault]]:
     """All sections but ``[structure]``, and what is wrong with each of them alone."""
     top, faults = _top(raw)
     reader = _Reader(raw, faults)
@@ -119,7 +119,7 @@ def read_sections(raw: Mapping[str, Any]) -> tuple[Sections, list[Fault]]:
     return sections, faults
 
 
-def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
+def _top(raw: RawTable) -> tuple[ReadTable, list[Fault]]:
     """Keys above the first section, and sections that are not there; a misspelt name is told alone."""
     keys = [field.alias or name for name, field in TopTable.model_fields.items()]
     absent = [key for key in (*keys, *CASE_SECTIONS) if key not in raw]
@@ -128,20 +128,20 @@ def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
     elsewhere = {"study", *REQUESTS}  # read by themselves, before
     remedies = {key: key_suggestion(key, absent, () if close[key] else elsewhere) for key in unknown}
     faults = [Fault(key, UNKNOWN_KEY, remedy=remedy) for key, remedy in remedies.items()]
-    row, own = read_table(TopTable, {key: raw[key] for key in keys if key in raw}, ())
-    own += [
+    row, top_faults = read_table(TopTable, {key: raw[key] for key in keys if key in raw}, ())
+    top_faults += [
         Fault(name, IS_MISSING, remedy=remedy)
         for name, remedy in _MISSING.items()
         if not raw.get(name, name not in raw and [])
     ]
     meant = {word for words in close.values() for word in words}
-    return row, faults + [f for f in own if not (f.statement == IS_MISSING and f.where[0] in meant)]
+    return row, faults + [f for f in top_faults if not (f.statement == IS_MISSING and f.where[0] in meant)]
 
 
 class _Reader:
     """Reads tables by the name of their section; keeps their faults."""
 
-    def __init__(self, raw: Mapping[str, Any], faults: list[Fault]) -> None:
+    def __init__(self, raw: RawTable, faults: list[Fault]) -> None:
         self._raw, self._faults = raw, faults
 
     def one(self, section: str, model: type[Table]) -> ReadTable | None:
@@ -153,33 +153,33 @@ class _Reader:
         self._faults.append(Fault(section, found=toml(table), expected=f"one table [{section}]"))
         return None
 
-    def many(self, section: str, model: Callable[[Mapping[str, Any]], type[Table]]) -> tuple[ReadTable, ...]:
-        given = self._raw.get(section, [])
-        tables = isinstance(given, list) and all(isinstance(table, Mapping) for table in given)
-        if not tables or len(given) > MOST_TABLES:
+    def many(self, section: str, model: Callable[[RawTable], type[Table]]) -> tuple[ReadTable, ...]:
+        tables = self._raw.get(section, [])
+        right = isinstance(tables, list) and all(isinstance(table, Mapping) for table in tables)
+        if not right or len(tables) > MOST_TABLES:
             double = f"tables that begin with [[{section}]] (double brackets)"
-            expected = f"at most {MOST_TABLES}" if tables else double
-            found = "a table" if isinstance(given, Mapping) else toml(given)
-            self._faults.append(Fault(section, found=found, expected=expected))
+            expected = f"at most {MOST_TABLES}" if right else double
+            shown = "a table" if isinstance(tables, Mapping) else toml(tables)
+            self._faults.append(Fault(section, found=shown, expected=expected))
             return ()
-        names = Counter(table.get("name") for table in given if isinstance(table.get("name"), str))
+        names = Counter(table.get("name") for table in tables if isinstance(table.get("name"), str))
         return tuple(
             self._row(model(table), table, _place(section, i, table.get("name"), names))
-            for i, table in enumerate(given)
+            for i, table in enumerate(tables)
         )
 
-    def _row(self, model: type[Table], table: Mapping[str, Any], where: Where) -> ReadTable:
+    def _row(self, model: type[Table], table: RawTable, where: Where) -> ReadTable:
         row, faults = read_table(model, table, where)
         self._faults += faults
         return row
 
 
-def _place(section: str, number: int, name: Any, names: Mapping[str, int]) -> Where:
+def _place(section: str, number: int, name: object, names: Mapping[str, int]) -> Where:
     """By its name where that is its own, else by its number."""
     return (section, name if isinstance(name, str) and name and names[name] == 1 else number)
 
 
-def structure_kind(raw: Mapping[str, Any]) -> StructureKind | None:
+def structure_kind(raw: RawTable) -> StructureKind | None:
     """The kind that a ``[structure]`` table is of; None where there is no such kind."""
     kind = raw.get("kind")
     if kind == "matrices" and "file" in raw:
@@ -189,37 +189,37 @@ def structure_kind(raw: Mapping[str, Any]) -> StructureKind | None:
 
 def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Described, list[Fault]]:
     """What ``[structure]`` describes, and the faults found in it; ``tell`` hears of stages that take time."""
-    found = Gathering()
-    described = found.take(_described, raw, folder, tell, found)
-    return described or Described(), [fault.inside("structure") for fault in found.faults]
+    gathering = Gathering()
+    described = gathering.take(_described, raw, folder, tell, gathering)
+    return described or Described(), [fault.inside("structure") for fault in gathering.faults]
 
 
-def _described(raw: Any, folder: Path, tell: Tell, found: Gathering) -> Described:
+def _described(raw: Any, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     if not isinstance(raw, Mapping):
         raise InputError(Fault(found=toml(raw), expected="one table [structure]"))
-    chosen, given = structure_kind(raw), raw.get("kind")
+    chosen, kind = structure_kind(raw), raw.get("kind")
     kinds = ", ".join(f'"{kind}"' for kind in STRUCTURES)
-    if given is None:
+    if kind is None:
         raise InputError(Fault("kind", IS_MISSING, remedy=f"give one of {kinds}"))
     if chosen is None:
-        guess = suggestion(given, STRUCTURES)
+        guess = suggestion(kind, STRUCTURES)
         known = f"this version knows {kinds}"
-        raise InputError(Fault("kind", known, found=toml(given), remedy=guess if guess.startswith("did") else ""))
+        raise InputError(Fault("kind", known, found=toml(kind), remedy=guess if guess.startswith("did") else ""))
     row, faults = read_table(chosen.table, raw, ())
-    found.faults += faults
-    return chosen.build(row, folder, tell, found)
+    gathering.faults += faults
+    return chosen.build(row, folder, tell, gathering)
 
 
 def take_requests(raw: dict[str, Any]) -> tuple[dict[str, RequestTable], list[Fault]]:
     """Take the tables of :data:`REQUESTS` out of a case; what is right of them, and every fault within one."""
-    found: dict[str, RequestTable] = {}
+    requests: dict[str, RequestTable] = {}
     faults: list[Fault] = []
     for name, model in REQUESTS.items():
-        given = raw.pop(name, None)
-        if isinstance(given, Mapping):
-            row, wrong = read_table(model, given, (name,))
-            found[name] = row.table
+        table = raw.pop(name, None)
+        if isinstance(table, Mapping):
+            row, wrong = read_table(model, table, (name,))
+            requests[name] = row.table
             faults += wrong
-        elif given is not None:
-            faults.append(Fault(name, found=toml(given), expected=f"one table [{name}]"))
-    return found, faults
+        elif table is not None:
+            faults.append(Fault(name, found=toml(table), expected=f"one table [{name}]"))
+    return requests, faults

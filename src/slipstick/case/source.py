@@ -102,7 +102,7 @@ def parse(text: str, name: str) -> dict[str, Any]:
 
 def _reason(said: str, text: str) -> str:
     """What the parser says, its line beside it."""
-    said = _TWICE.sub(lambda found: f"the table [{'.'.join(re.findall(_PART, found[1]))}] stands twice", said)
+    said = _TWICE.sub(lambda match: f"the table [{'.'.join(re.findall(_PART, match[1]))}] stands twice", said)
     at = re.search(r"at line (\d+)", said)
     line = text.splitlines()[int(at[1]) - 1 : int(at[1])] if at else []
     shown = "".join(c if c.isprintable() else " " for c in line[0]).strip() if line else ""
@@ -112,24 +112,24 @@ def _reason(said: str, text: str) -> str:
 
 def _bounds_fault(text: str) -> str | None:
     """What would cost the parser, or whoever works with its result, more time and memory than any case needs."""
-    bare = _STRING.sub(lambda found: "_" + "\n" * found[0].count("\n"), text)
+    bare = _STRING.sub(lambda match: "_" + "\n" * match[0].count("\n"), text)
     depth = 0
     for bracket in re.finditer(r"[\[\]{}]", bare):
         depth = depth + 1 if bracket[0] in "[{" else max(depth - 1, 0)
         if depth > DEEPEST:
             return f"line {_line(bare, bracket)}: nested more than {DEEPEST} deep; expected tables and lists of a case"
-    if found := _DOTTED.search(bare):
-        return f"line {_line(bare, found)}: a key of more than {DEEPEST} parts; expected keys of a case"
-    if found := _NUMBER.search(bare):
-        return f"line {_line(bare, found)}: a number of {len(found[0])} characters; expected at most {LONGEST_NUMBER}"
+    if match := _DOTTED.search(bare):
+        return f"line {_line(bare, match)}: a key of more than {DEEPEST} parts; expected keys of a case"
+    if match := _NUMBER.search(bare):
+        return f"line {_line(bare, match)}: a number of {len(match[0])} characters; expected at most {LONGEST_NUMBER}"
     return None
 
 
-def _line(text: str, found: re.Match[str]) -> int:
-    return text.count("\n", 0, found.start()) + 1
+def _line(text: str, match: re.Match[str]) -> int:
+    return text.count("\n", 0, match.start()) + 1
 
 
-def _huge_integers(value: Any, key: str) -> Iterator[str]:
+def _huge_integers(value: object, key: str) -> Iterator[str]:
     if isinstance(value, dict):
         for name, inner in value.items():
             yield from _huge_integers(inner, f"{key}.{name}".lstrip("."))

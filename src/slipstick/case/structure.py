@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipstick.case.script_text import GivenText
+from slipstick.case.script_text import KeysToWrite
 from slipstick.case.table import Table
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError, SlipstickError, SlipstickWarning
@@ -78,7 +78,7 @@ class StructureKind:
 
     table: type[Table]
     build: Callable[[ReadTable, Path, Tell, Gathering], Described]
-    script: Callable[[GivenText, Path], list[str]]
+    script: Callable[[KeysToWrite, Path], list[str]]
 
 
 def within(fault: Fault, keys: Sequence[str]) -> Fault:
@@ -89,18 +89,18 @@ def within(fault: Fault, keys: Sequence[str]) -> Fault:
 
 
 def reducing_kind(
-    table: type[Table], make: Callable[..., Body], script: Callable[[GivenText, Path], list[str]]
+    table: type[Table], make: Callable[..., Body], script: Callable[[KeysToWrite, Path], list[str]]
 ) -> StructureKind:
     """A finite element kind, which takes time to make: nothing is made of a table with faults."""
     keys = tuple(table.model_fields)
 
-    def build(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+    def build(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
         if not row.complete:
             return Described()
         try:
             body = make(row.table, folder, tell)
         except InputError as error:
-            found.faults += [within(fault, keys) for fault in error.faults]
+            gathering.faults += [within(fault, keys) for fault in error.faults]
             return Described()
         return Described(body=body, dofs=body.structure.dofs)
 
@@ -109,8 +109,8 @@ def reducing_kind(
 
 def reduction_folder(folder: Path) -> Path | None:
     """Where reductions are kept; None where the folder of the case cannot be written."""
-    own = folder / CACHE
-    return own if os.access(own if own.exists() else folder, os.W_OK) else None
+    cache = folder / CACHE
+    return cache if os.access(cache if cache.exists() else folder, os.W_OK) else None
 
 
 def stages(tell: Tell) -> Callable[[StageProgress], None]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.table import toml
+from slipstick.case.table import RawTable, toml
 from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -16,24 +16,24 @@ STUDY_KEYS = ("method", "samples", "seed")
 """Keys of ``[study]`` besides the names of parameters."""
 
 
-def study_plan(section: Any, problem: Problem) -> StudyPlan:
+def study_plan(section: object, problem: Problem) -> StudyPlan:
     """The cases that ``[study]`` asks for; raises InputError with all faults in it."""
     from slipstick.studies.plan import make_plan
 
-    given, options = _read(section)
-    return make_plan(problem, given, **options)
+    values, options = _read(section)
+    return make_plan(problem, values, **options)
 
 
-def check_study(section: Any) -> None:
+def check_study(section: object) -> None:
     """InputError with the faults of ``[study]`` that show without a problem."""
     from slipstick.studies.plan import study_faults
 
-    given, options = _read(section)
-    if faults := study_faults(given, **options):
+    values, options = _read(section)
+    if faults := study_faults(values, **options):
         raise InputError(faults)
 
 
-def _read(section: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def _read(section: object) -> tuple[dict[str, Any], dict[str, Any]]:
     """Parameters with their values, and the other keys."""
     if not isinstance(section, Mapping):
         expected = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
@@ -49,7 +49,7 @@ def cases_text(plan: StudyPlan) -> str:
     return f"{len(plan)} cases, {along}"
 
 
-def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+def _flat(table: RawTable, prefix: str) -> Iterator[tuple[str, Any]]:
     """``damper.velocity = [0, 1]`` without quotes is a table in TOML; it means the same."""
     from slipstick.studies.ranges import KEYS
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import date, time
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeGuard
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
@@ -15,7 +15,11 @@ from slipstick.quantities import read_frequency
 _LONGEST, _MOST = 60, 20
 
 
-def toml(value: Any) -> str:
+RawTable = Mapping[str, Any]
+"""A table of the file as TOML reads it, before anything in it is checked."""
+
+
+def toml(value: object) -> str:
     """A value as it looks in the file, shortened.
 
     >>> toml(True), toml("x"), toml({"a": 1}), toml(["x", 2.0]), toml([0] * 30), toml([{}])
@@ -51,27 +55,27 @@ class Table(BaseModel):
     )  # fmt: skip
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Faults between keys, found on the raw table so that they are told together with wrong values."""
         return []
 
     @property
-    def given(self) -> dict[str, Any]:
+    def stated(self) -> dict[str, Any]:
         """The keys that the file gives, by the names of their fields and in the order of these."""
         return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Whether it is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
-def is_whole(value: Any) -> bool:
+def is_whole(value: object) -> TypeGuard[int]:
     """Whether it is a whole number."""
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def positive_frequency(value: Any) -> float:
+def positive_frequency(value: object) -> float:
     """A frequency with or without a unit, rad/s."""
     number = read_frequency(value)
     if number <= 0:
@@ -79,7 +83,7 @@ def positive_frequency(value: Any) -> float:
     return number
 
 
-def vector(value: Any) -> tuple[float, ...]:
+def vector(value: object) -> tuple[float, ...]:
     """Three numbers, not all zero."""
     if not (isinstance(value, list) and len(value) == 3 and all(map(is_number, value)) and any(value)):
         raise unexpected("three numbers such as [0, 1, 0], not all 0")

@@ -29,7 +29,7 @@ OVER_TEMPERATURE = ("mu", "kt", "kn")
 _ARRAYS = ("influence", "thermal_influence")
 
 
-def _number_or_table(value: Any) -> Any:
+def _number_or_table(value: object) -> Any:
     """A number >= 0, or ``{ table = [[25, 0.5], [200, 0.45]], interpolation = "pchip" }`` over temperature."""
     if not isinstance(value, dict):
         if not is_number(value):
@@ -91,15 +91,15 @@ def cold_value(value: float | dict[str, Any], background: float | None) -> float
 
 def background_of(contact: ContactTable, top: ThermalTable | None) -> float | None:
     """The background temperature of a contact: its own, else the common one."""
-    own = contact.thermal.background if contact.thermal is not None else None
-    return own if own is not None else (top.background if top is not None else None)
+    local = contact.thermal.background if contact.thermal is not None else None
+    return local if local is not None else (top.background if top is not None else None)
 
 
 def _tables_of(contact: ContactTable) -> tuple[dict[str, Any], dict[str, str]]:
     """The rows of the parameters that a contact gives over temperature, and how each is interpolated."""
-    given = {name: value for name in OVER_TEMPERATURE if isinstance(value := getattr(contact, name), dict)}
-    kinds = {name: str(value.get("interpolation", "pchip")) for name, value in given.items()}
-    return {name: value["table"] for name, value in given.items()}, kinds
+    tables = {name: value for name in OVER_TEMPERATURE if isinstance(value := getattr(contact, name), dict)}
+    kinds = {name: str(value.get("interpolation", "pchip")) for name, value in tables.items()}
+    return {name: value["table"] for name, value in tables.items()}, kinds
 
 
 def _own_resistance(contact: ContactTable) -> float:
@@ -114,8 +114,8 @@ def heated_names(contacts: Sequence[CaseContact], top: ReadTable | None) -> list
         return None
     if top.table.contacts is not None:
         return list(top.table.contacts)
-    own = top.get("influence") == OF_STRUCTURE
-    return [c.name for c in contacts if not own or c.point is not None]
+    on_surface = top.get("influence") == OF_STRUCTURE
+    return [c.name for c in contacts if not on_surface or c.point is not None]
 
 
 def shared_influence(
@@ -133,8 +133,8 @@ def shared_influence(
     order = heated_names(contacts, top) or []
     if top.table.influence == OF_STRUCTURE:
         return order, _own_influence(contacts, order, points)
-    given = top.table.influence
-    matrix = _read(given, folder) if isinstance(given, str) else np.array(given, dtype=float)
+    influence = top.table.influence
+    matrix = _read(influence, folder) if isinstance(influence, str) else np.array(influence, dtype=float)
     if matrix.shape != (len(order), len(order)):
         raise InputError(
             Fault(
@@ -222,7 +222,7 @@ def _curve(contact: ContactTable) -> FrictionCurve | None:
 
 
 def thermal_script(
-    tables: Sequence[Any], top: ThermalTable | None, variables: Mapping[str, str], folder: Path
+    tables: Sequence[ContactTable], top: ThermalTable | None, variables: Mapping[str, str], folder: Path
 ) -> list[str]:
     """Curves, background and resistance; ``variables`` hold the contacts of a block on a surface, by its name."""
     curves: dict[str, str] = {}
@@ -244,7 +244,7 @@ def thermal_script(
     return [*lines, f"thermal = {call('ss.ThermalModel', **arguments)}"]
 
 
-def _by_name(table: Any, value: str, variables: Mapping[str, str]) -> str:
+def _by_name(table: ContactTable, value: str, variables: Mapping[str, str]) -> str:
     """One item of a dict, or those of all contacts of a block."""
     if table.name in variables:
         return f"**{{pair.name: {value} for pair in {variables[table.name]}}}"
@@ -259,11 +259,11 @@ def _curve_text(table: ContactTable) -> str | None:
     return call("ss.FrictionCurve", **values) if tables else None
 
 
-def _background_text(tables: Sequence[Any], top: ThermalTable | None, variables: Mapping[str, str]) -> str:
+def _background_text(tables: Sequence[ContactTable], top: ThermalTable | None, variables: Mapping[str, str]) -> str:
     """One number, or one for each contact; those without any take the first."""
-    own = [background_of(table, top) for table in tables]
-    common = next(value for value in own if value is not None)
-    filled = [common if value is None else value for value in own]
+    backgrounds = [background_of(table, top) for table in tables]
+    common = next(value for value in backgrounds if value is not None)
+    filled = [common if value is None else value for value in backgrounds]
     if len(set(filled)) == 1:
         return literal(filled[0])
     items = [_by_name(table, literal(value), variables) for table, value in zip(tables, filled, strict=True)]
@@ -271,7 +271,11 @@ def _background_text(tables: Sequence[Any], top: ThermalTable | None, variables:
 
 
 def _resistance_text(
-    tables: Sequence[Any], top: ThermalTable | None, variables: Mapping[str, str], folder: Path, lines: list[str]
+    tables: Sequence[ContactTable],
+    top: ThermalTable | None,
+    variables: Mapping[str, str],
+    folder: Path,
+    lines: list[str],
 ) -> dict[str, str]:
     """Keywords ``resistance`` and ``contacts``; what they need goes to ``lines``."""
     alone = {t.name: t.thermal.resistance or 0.0 for t in tables if t.thermal is not None}
@@ -302,7 +306,11 @@ def _resistance_text(
 
 
 def _conducted_text(
-    tables: Sequence[Any], top: ThermalTable, variables: Mapping[str, str], alone: Mapping[str, float], lines: list[str]
+    tables: Sequence[Any],
+    top: ThermalTable,
+    variables: Mapping[str, str],
+    alone: Mapping[str, float],
+    lines: list[str],
 ) -> tuple[str, str, dict[str, float]]:
     """``influence = "structure"``: the matrix, the names it heats or nothing for all, and what is beside it.
 
@@ -311,9 +319,9 @@ def _conducted_text(
     blocks = [table for table in tables if table.name in variables]
     single = {t.name: alone[t.name] for t in tables if t not in blocks and t.name in alone}
     if len(blocks) == 1 and top.contacts is None and blocks[0].points == "all":
-        own = alone.get(blocks[0].name, 0.0)
+        resistance = alone.get(blocks[0].name, 0.0)
         names = "" if len(tables) == 1 else f"[pair.name for pair in {variables[blocks[0].name]}]"
-        return call("body.points.resistance", **({"own": literal(own)} if own else {})), names, single
+        return call("body.points.resistance", **({"own": literal(resistance)} if resistance else {})), names, single
     chosen = [f"[(p.name, {literal(alone.get(t.name, 0.0))}) for p in {variables[t.name]}]" for t in blocks]
     lines.append(f"own = dict({' + '.join(chosen)})")
     if top.contacts is not None:
@@ -323,7 +331,7 @@ def _conducted_text(
     return "body.points.resistance(points, own=[*own.values()])", "[*own]", single
 
 
-def _matrix_text(value: Any, folder: Path) -> str:
+def _matrix_text(value: object, folder: Path) -> str:
     """The influence matrix, written out or read."""
     from slipstick.structure.npz import array_shapes
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, PlainValidator
 
@@ -13,7 +13,7 @@ from slipstick.quantities import harmonic_orders, ratio_of_periods
 from slipstick.units import Units, label_faults
 
 
-def _label(value: Any) -> str:
+def _label(value: object) -> str:
     if faults := label_faults(value):
         raise InputError([replace(fault, found=toml(value)) for fault in faults])
     return str(value)

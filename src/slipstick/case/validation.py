@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError, create_model
 
-from slipstick.case.table import Table, toml
+from slipstick.case.table import RawTable, Table, toml
 from slipstick.case.top import TopTable
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
 
@@ -48,10 +48,10 @@ class ReadTable:
         return getattr(self.table, name or key) if self.right(key) else None
 
 
-def read_table(model: type[Table], raw: Mapping[str, Any], where: Where) -> tuple[ReadTable, list[Fault]]:
+def read_table(model: type[Table], raw: RawTable, where: Where) -> tuple[ReadTable, list[Fault]]:
     """A table with what is right in it, and all faults with their whole path."""
-    own, meant = _model_faults(model, raw)
-    faults = list(dict.fromkeys([*own, *model.cross_check(_as_meant(raw, meant))]))
+    faults_of_keys, meant = _model_faults(model, raw)
+    faults = list(dict.fromkeys([*faults_of_keys, *model.cross_check(_as_meant(raw, meant))]))
     wrong = {fault.where for fault in faults} | set(meant.values())
     kept: dict[str, Any] = deepcopy(dict(raw))
     for place in wrong:
@@ -65,7 +65,7 @@ def read_table(model: type[Table], raw: Mapping[str, Any], where: Where) -> tupl
     return ReadTable(where, table, frozenset(wrong)), [fault.inside(*where) for fault in faults]
 
 
-def _as_meant(raw: Mapping[str, Any], meant: Mapping[Where, Where]) -> dict[str, Any]:
+def _as_meant(raw: RawTable, meant: Mapping[Where, Where]) -> dict[str, Any]:
     """The table with its misspelt keys as they were meant, so that nothing else is said to be missing."""
     right = {place[0]: new[0] for place, new in meant.items() if len(place) == 1}
     return {str(right.get(key, key)): value for key, value in raw.items()}
@@ -95,41 +95,41 @@ def _lenient(model: type[Table]) -> type[BaseModel]:
     return create_model(model.__name__, __base__=model, **fields)
 
 
-def _model_faults(model: type[BaseModel], raw: Mapping[str, Any]) -> tuple[list[Fault], dict[Where, Where]]:
+def _model_faults(model: type[BaseModel], raw: RawTable) -> tuple[list[Fault], dict[Where, Where]]:
     """Faults of each key by itself, and what misspelt keys were meant to be: these are not told to be missing."""
     try:
         model.model_validate(raw)
         return [], {}
     except ValidationError as error:
-        found = error.errors(include_url=False)
+        errors = error.errors(include_url=False)
     meant: dict[Where, Where] = {}
-    for where in (tuple(one["loc"]) for one in found if one["type"] == "extra_forbidden"):
-        given = _at(raw, where[:-1])
-        absent = [key for key in _keys(_owner(model, where)) if key not in given]
+    for where in (tuple(one["loc"]) for one in errors if one["type"] == "extra_forbidden"):
+        used = _at(raw, where[:-1])
+        absent = [key for key in _keys(_owner(model, where)) if key not in used]
         for key in close_key(where[-1], absent):
             meant[where] = (*where[:-1], key)
-    faults = [fault for one in found for fault in _faults(model, one, raw)]
+    faults = [fault for one in errors for fault in _faults(model, one, raw)]
     return [f for f in faults if not (f.statement == IS_MISSING and f.where in meant.values())], meant
 
 
-def _faults(model: type[BaseModel], one: Any, raw: Mapping[str, Any]) -> list[Fault]:
+def _faults(model: type[BaseModel], one: Any, raw: RawTable) -> list[Fault]:
     """Faults for one finding of pydantic."""
     where, kind = tuple(one["loc"]), one["type"]
     if kind == "extra_forbidden":
-        keys, given = _keys(_owner(model, where)), _at(raw, where[:-1])
-        remedy = _elsewhere(_owner(model, where), where[-1]) or key_suggestion(where[-1], keys, given)
+        keys, used = _keys(_owner(model, where)), _at(raw, where[:-1])
+        remedy = _elsewhere(_owner(model, where), where[-1]) or key_suggestion(where[-1], keys, used)
         return [Fault(where, UNKNOWN_KEY, remedy=remedy)]
     if kind == "missing":
         return [Fault(where, IS_MISSING, remedy=f"give {_description(model, where)}")]
-    where, found = _existing(where, raw), toml(one["input"])
+    where, shown = _existing(where, raw), toml(one["input"])
     error = one.get("ctx", {}).get("error")
     if isinstance(error, InputError):
-        told = [fault if fault.found or fault.statement else replace(fault, found=found) for fault in error.faults]
+        told = [fault if fault.found or fault.statement else replace(fault, found=shown) for fault in error.faults]
         return [fault.inside(*where) for fault in told]
     return [Fault(where, found=toml(_at(raw, where)), expected=_description(model, where))]
 
 
-def key_suggestion(name: object, keys: Iterable[str], given: Iterable[str]) -> str:
+def key_suggestion(name: object, keys: Iterable[str], used: Iterable[str]) -> str:
     """The key that an unknown one was meant to be, among those that are not ``given``, else all of these.
 
     >>> key_suggestion("Stiffness", ["mass", "stiffness", "dofs"], ["mass"])
@@ -137,7 +137,7 @@ def key_suggestion(name: object, keys: Iterable[str], given: Iterable[str]) -> s
     >>> key_suggestion("nodes", ["mass", "stiffness"], ["mass"]), key_suggestion("nodes", ["mass"], ["mass"])
     ('keys not used yet: stiffness', 'leave it out, every key there is has been given')
     """
-    absent = [key for key in keys if key not in set(given)]
+    absent = [key for key in keys if key not in set(used)]
     if close := close_key(name, absent):
         return f"did you mean '{close[0]}'?"
     if not absent:
@@ -189,7 +189,7 @@ def _owner(model: type[BaseModel], where: Where) -> type[BaseModel]:
     return model
 
 
-def _models_in(annotation: Any) -> Iterable[type[BaseModel]]:
+def _models_in(annotation: object) -> Iterable[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for argument in getattr(annotation, "__args__", ()):

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import slipstick
 from slipstick.errors import InputError
@@ -34,10 +33,10 @@ def folder() -> Path:
     """Where the examples lie: with the installed package, or in the source tree it is run from."""
     package = Path(slipstick.__file__).parent
     places = (package / "examples", package.parent.parent / "examples")
-    found = next((place for place in places if place.is_dir()), None)
-    if found is None:
+    place = next((place for place in places if place.is_dir()), None)
+    if place is None:
         raise InputError(f"{places[0]}: the examples are missing from this installation; install slipstick again")
-    return found
+    return place
 
 
 def examples() -> dict[str, Example]:
@@ -65,7 +64,7 @@ def _case(path: Path) -> Example:
     return Example(name=path.stem, about=text.splitlines()[0].lstrip("# "), path=path, needs=needs)
 
 
-def _texts(value: Any) -> Iterator[str]:
+def _texts(value: object) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     for inner in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
@@ -87,8 +86,8 @@ def _beside(path: Path, known: set[Path]) -> set[Path]:
         if isinstance(node, ast.Import | ast.ImportFrom):
             modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
             names |= {f"{module}.py" for module in modules}
-    found = {path.parent / name for name in names if "\0" not in name and len(name) < 100 and "\n" not in name}
-    for new in {file for file in found if file.is_file()} - known:
+    files = {path.parent / name for name in names if "\0" not in name and len(name) < 100 and "\n" not in name}
+    for new in {file for file in files if file.is_file()} - known:
         known.add(new)
         if new.suffix == ".py":
             _beside(new, known)

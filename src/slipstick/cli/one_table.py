@@ -6,13 +6,12 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from slipstick.cli.output import REPORT, OutputFolder
 from slipstick.cli.terminal.answers import Answer, files_in
-from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say
-from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.terminal.guard import DONE, STOPPED, complain, prepare_kernel, say, warn_user
 from slipstick.errors import InputError, SlipstickWarning
+from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
@@ -20,7 +19,11 @@ if TYPE_CHECKING:
     from slipstick.case.case import Case
 
 
-def quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
     """What is computed; its warnings are told from the results."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)
@@ -52,7 +55,7 @@ def written(case: Case, branch: Branch, folder: OutputFolder, answer: Answer, *,
     """Save what was found, say how it ended; the exit code."""
     branch.table.attrs.update(case.names)
     for sentence in branch.warnings:
-        complain(f"warning: {sentence}")
+        warn_user(sentence)
     answer |= {"outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
     say(branch.message)
     if len(branch):

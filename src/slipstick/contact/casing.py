@@ -186,23 +186,23 @@ def _checked(
     angles: Any, radius: Any, speed: Any, orders: Any, lobes: Any, backward: Any
 ) -> tuple[Array, Array, float, Harmonics, int]:
     """The arguments as they are computed with, a speed that sweeps for each rad/s; InputError with all faults."""
-    found = Gathering()
-    at = found.take(number_or_numbers, "angles", angles, "an angle in rad, or one for each contact")
-    arm = found.take(number_or_numbers, "radius", radius, "a length > 0, or one for each contact")
-    kept = found.take(Harmonics.of, orders)
-    count = found.take(whole, "lobes", lobes, 1, HIGHEST)
-    turned = found.take(truth, "backward", backward)
+    checks = Gathering()
+    at = checks.take(number_or_numbers, "angles", angles, "an angle in rad, or one for each contact")
+    arm = checks.take(number_or_numbers, "radius", radius, "a length > 0, or one for each contact")
+    kept = checks.take(Harmonics.of, orders)
+    count = checks.take(whole, "lobes", lobes, 1, HIGHEST)
+    turned = checks.take(truth, "backward", backward)
     if speed is None:
         turning: float | None = (-1.0 if turned else 1.0) / (count or 1)
     else:
-        turning = found.take(_turning, speed)
+        turning = checks.take(_turning, speed)
         if turned:
-            found.faults.append(Fault("backward", "is given with a speed", remedy="give a negative speed"))
+            checks.faults.append(Fault("backward", "is given with a speed", remedy="give a negative speed"))
     if arm is not None and np.any(np.asarray(arm) < SMALLEST):
-        found.faults.append(Fault("radius", found=f"{np.min(arm):g}", expected="a length > 0"))
+        checks.faults.append(Fault("radius", found=f"{np.min(arm):g}", expected="a length > 0"))
     if turning is not None and abs(turning) < SMALLEST:
-        found.faults.append(Fault("speed", found="0", expected="a speed in rad/s other than 0"))
-    found.end()
+        checks.faults.append(Fault("speed", found="0", expected="a speed in rad/s other than 0"))
+    checks.end()
     same_length("casing motion", {"angles": at, "radius": arm})
     assert kept is not None and count is not None and turning is not None  # noqa: PT018
     return np.asarray(at), np.asarray(arm), turning, kept, count
@@ -235,10 +235,10 @@ def _summed(series: Mapping[Any, Any]) -> Callable[[Any], Any]:
     """The heights of a profile given by its Fourier series."""
     if set(series) - {"cos", "sin"}:
         raise wrong("profile", dict(series), _EXPECTED)
-    found = Gathering()
-    parts = [(getattr(np, name), found.take(amplitudes, ("profile", name), series.get(name, {}), 0))
+    checks = Gathering()
+    parts = [(getattr(np, name), checks.take(amplitudes, ("profile", name), series.get(name, {}), 0))
              for name in ("cos", "sin")]  # fmt: skip
-    found.end()
+    checks.end()
     waves = [(wave, m, height) for wave, heights in parts for m, height in (heights or {}).items()]
     for _, m, height in waves:
         if m > HIGHEST or np.ndim(height):
@@ -266,14 +266,14 @@ def _sampled(profile: Callable[[Any], Any], angle: Array) -> Array:
 
 def _heights(profile: Callable[[Any], Any], angle: Array) -> Array:
     try:
-        found = np.asarray(profile(angle))
+        returned = np.asarray(profile(angle))
     except Exception:  # a function of one number, such as math.cos
-        found = np.empty(0)
-    if found.shape != angle.shape:
-        found = np.asarray([profile(float(a)) for a in angle])
-    heights = numbers("profile", found, "a function of the angle with finite heights")
+        returned = np.empty(0)
+    if returned.shape != angle.shape:
+        returned = np.asarray([profile(float(a)) for a in angle])
+    heights = numbers("profile", returned, "a function of the angle with finite heights")
     if heights.shape != angle.shape:
-        raise wrong("profile", found, "a function with one height for each angle")
+        raise wrong("profile", returned, "a function with one height for each angle")
     return heights
 
 
@@ -315,9 +315,9 @@ def _of_polygon(angle: Array, height: Array, m: NDArray[np.int64]) -> NDArray[np
     slope = np.diff(height, append=height[0]) / width
     jumps = slope - np.roll(slope, 1)
     positive = np.maximum(m, 1)
-    found = -(np.exp(-1j * positive[:, None] * angle) @ jumps) / (2.0 * np.pi * positive**2)
+    coefficients = -(np.exp(-1j * positive[:, None] * angle) @ jumps) / (2.0 * np.pi * positive**2)
     mean = np.sum(width * (height + np.roll(height, -1))) / (4.0 * np.pi)
-    return np.where(m == 0, mean, found)
+    return np.where(m == 0, mean, coefficients)
 
 
 def _slices(angle: Array, height: Array, size: int = 1024) -> Iterable[tuple[Array, Array]]:

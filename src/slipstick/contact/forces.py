@@ -114,8 +114,8 @@ class ContactForces:
         or parameters that are no numbers it is empty, as their forces are nan.
         """
         harmonics, X, Y, par, single = self._inputs
-        found = _all_states(harmonics, X, Y, par)
-        return found[0] if single else found
+        states = _all_states(harmonics, X, Y, par)
+        return states[0] if single else states
 
 
 def _all_states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
@@ -207,8 +207,8 @@ def element_forces(
     and the parameters are (n,). ``omega`` is not known here: use ``dFx_dv`` and ``work``.
     """
     X, Y, par = _batch(X, Y, (v, kt, mu, kn, gap))
-    found, _ = _evaluate(harmonics, X, Y, par)
-    return ContactForces(*found, par[:, 0], (harmonics, X, Y, par, False))
+    outputs, _ = _evaluate(harmonics, X, Y, par)
+    return ContactForces(*outputs, par[:, 0], (harmonics, X, Y, par, False))
 
 
 def element_states(

@@ -80,21 +80,21 @@ class FrictionContact(FrictionLaw):
         object.__setattr__(self, "_stop", kt is None and mu is None)
         if self._stop:
             kt = mu = 0.0
-        given = {"kt": kt, "mu": mu, "kn": 1.0 if kn is None else kn, "gap": gap, "normal_load": normal_load}
-        values, found = {}, Gathering()
-        for name, value in given.items():
+        arguments = {"kt": kt, "mu": mu, "kn": 1.0 if kn is None else kn, "gap": gap, "normal_load": normal_load}
+        values, checks = {}, Gathering()
+        for name, value in arguments.items():
             if value is not None or name not in ("gap", "normal_load"):
-                values[name] = found.take(_checked, name, value)
+                values[name] = checks.take(_checked, name, value)
         if gap is None and normal_load is None:
-            found.faults.append(
+            checks.faults.append(
                 Fault(
                     statement="the normal load is missing",
                     remedy="give normal_load=800.0, or gap=-800.0 (interference) with kn=1.0",
                 )
             )
-        found.end()
-        found.take(same_length, "friction contact", values)
-        found.end()
+        checks.end()
+        checks.take(same_length, "friction contact", values)
+        checks.end()
         load = values.pop("normal_load", None)
         if load is not None:
             values["gap"] = _gap(values["kn"], values.get("gap"), load)
@@ -124,9 +124,9 @@ class FrictionContact(FrictionLaw):
             shown["gap"] = self.gap
         return f"FrictionContact({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
 
-    def _says(self, given: Mapping[str, Any]) -> bool:
+    def _says(self, arguments: Mapping[str, Numbers]) -> bool:
         """Whether such arguments make the same contact."""
-        return bool(np.array_equal(FrictionContact(**given).gap, self.gap))
+        return bool(np.array_equal(FrictionContact(**arguments).gap, self.gap))
 
     def changed(self, **values: Reals) -> FrictionContact:
         """A copy with other parameters; a normal load becomes a gap at the present ``kn``."""
@@ -183,8 +183,10 @@ def _gap(kn: Any, gap: Any, load: Any) -> Any:
                 remedy="give a larger kn",
             )
         )
-    found = np.divide(-load, kn, out=np.zeros(np.broadcast_shapes(kn.shape, load.shape)), where=(load > 0) & (kn > 0))
-    return _checked("gap", found)
+    clearance = np.divide(
+        -load, kn, out=np.zeros(np.broadcast_shapes(kn.shape, load.shape)), where=(load > 0) & (kn > 0)
+    )
+    return _checked("gap", clearance)
 
 
 def _coefficients(name: str, value: Reals, size: int) -> Array:

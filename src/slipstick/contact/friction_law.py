@@ -74,13 +74,13 @@ class FrictionLaw(Law):
         from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
 
         h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
-        found = element_intervals(h, X, Y, v=v, **values)
+        intervals = element_intervals(h, X, Y, v=v, **values)
         H = h.H_minus(tau)
         normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)
         friction = np.full_like(normal, np.nan)
-        for e, total in enumerate(found.totals):
+        for e, total in enumerate(intervals.totals):
             limit, x = values["mu"][e] * normal[e], H @ X[e]
-            for (start, end, first), (state, _) in zip(found.at[e, :total], found.code[e, :total], strict=True):
+            for (start, end, first), (state, _) in zip(intervals.at[e, :total], intervals.code[e, :total], strict=True):
                 since = (tau - start) % (2.0 * np.pi)
                 moved = v[e] * since + x - h.H_minus(start) @ X[e]
                 force = {STICK: first + values["kt"][e] * moved, SLIP_PLUS: limit, SLIP_MINUS: -limit}.get(state, 0.0)

@@ -27,8 +27,8 @@ ByPort = Mapping[int, Array]
 
 def add_to(parts: dict[Key, Array], key: Key, part: Array) -> None:
     """Add to what stands under a key, or begin with it; no array is written on."""
-    own = parts.get(key)
-    parts[key] = part if own is None else own + part
+    present = parts.get(key)
+    parts[key] = part if present is None else present + part
 
 
 class Motion(NamedTuple):
@@ -349,9 +349,9 @@ class Law(ABC):
         del values
         return np.zeros(1)
 
-    def widened(self, own: Harmonics, wide: Harmonics) -> Law:
+    def widened(self, narrow: Harmonics, wide: Harmonics) -> Law:
         """The law where forces are wanted in more harmonics than the motion has; by default it answers in any."""
-        del own, wide
+        del narrow, wide
         return self
 
     def springs(self, response: Response) -> Mapping[int, Array]:

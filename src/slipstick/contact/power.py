@@ -39,28 +39,28 @@ class Power:
     def by_motion(self) -> dict[int, Array]:
         """``j -> dEdot/dQ_j`` (n, L)."""
         omega, drift = self.motion.omega, self.motion.drift
-        found: dict[int, Array] = {}
+        slopes: dict[int, Array] = {}
         for (i, j), tangent in self.response.by_motion.items():
             if i in self._ports:
                 part = omega * (
                     drift[i][:, None] * tangent[:, 0] + 0.5 * np.einsum("el,elk->ek", self._slopes[i], tangent)
                 )
-                add_to(found, j, part)
+                add_to(slopes, j, part)
         for j in self._ports:
             # L is antisymmetric: the explicit derivative by Q_j is -(1/2) L F_j
             part = -0.5 * omega * self.motion.harmonics.derivative(self.response.force[j])
-            add_to(found, j, part)
-        return found
+            add_to(slopes, j, part)
+        return slopes
 
     @property
     def by_velocity(self) -> Array:
         """By the velocity along each port in length/time, (n_ports, n)."""
-        found = np.zeros_like(self.motion.drift)
-        for j in range(len(found)):
-            found[j] = self.along({i: f for (i, k), f in self.response.by_drift.items() if k == j}) / self.motion.omega
+        slopes = np.zeros_like(self.motion.drift)
+        for j in range(len(slopes)):
+            slopes[j] = self.along({i: f for (i, k), f in self.response.by_drift.items() if k == j}) / self.motion.omega
             if j in self._ports:
-                found[j] += self.response.force[j][:, 0]
-        return found
+                slopes[j] += self.response.force[j][:, 0]
+        return slopes
 
     @property
     def omega(self) -> Array:

@@ -79,16 +79,16 @@ class RubbingMotion:
         normal_cos: Mapping[int, Reals] = _NONE,
         normal_sin: Mapping[int, Reals] = _NONE,
     ) -> None:
-        found = Gathering()
+        checks = Gathering()
         velocities = {VELOCITY: velocity, SWEPT: velocity_per_omega}
         values: dict[str, Any] = {
-            name: found.take(number_or_numbers, ("rubbing", name), value) for name, value in velocities.items()
+            name: checks.take(number_or_numbers, ("rubbing", name), value) for name, value in velocities.items()
         }
         parts = {"cos": cos, "sin": sin, "normal_cos": normal_cos, "normal_sin": normal_sin}
-        for part, given in parts.items():
+        for part, by_order in parts.items():
             least = int(part.endswith("sin"))
-            values[part] = found.take(amplitudes, ("rubbing", part), given, least=least)
-        found.end()
+            values[part] = checks.take(amplitudes, ("rubbing", part), by_order, least=least)
+        checks.end()
         sizes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
         same_length("rubbing", {**{name: values[name] for name in VELOCITIES}, **sizes})
         for name, value in values.items():
@@ -155,8 +155,8 @@ class RubbingMotion:
         if name in VELOCITIES:
             return cast(Numbers, getattr(self, name))
         part, order = _split(name)
-        found: Numbers = getattr(self, part).get(order, 0.0)
-        return found
+        amplitude: Numbers = getattr(self, part).get(order, 0.0)
+        return amplitude
 
     def with_component(self, name: str, value: Reals) -> RubbingMotion:
         """A copy with another value of a component."""
@@ -168,12 +168,12 @@ class RubbingMotion:
 
 
 def _split(name: str) -> tuple[str, int]:
-    found = _COMPONENT.fullmatch(name)
-    if found is None:
+    match = _COMPONENT.fullmatch(name)
+    if match is None:
         raise InputError(
             Fault("rubbing", f"there is no component '{name}'", expected="velocity, cos1, normal_sin2, ...")
         )
-    return found[1], int(found[2])
+    return match[1], int(match[2])
 
 
 def _coefficients(
@@ -188,17 +188,17 @@ def _coefficients(
     return out
 
 
-def amplitudes(name: Where, given: Any, least: int) -> dict[int, Any]:
+def amplitudes(name: Where, series: Any, least: int) -> dict[int, Numbers]:
     """Amplitudes by whole order >= ``least``."""
-    if not isinstance(given, Mapping):
-        raise wrong(name, given, "amplitudes by harmonic such as {1: 2.0}")
-    found, by_order = Gathering(), {}
-    for order, value in given.items():
-        at = found.take(whole, (*name, "harmonic"), order, least)
-        amplitude = found.take(number_or_numbers, (*name, shown(order)), value)
+    if not isinstance(series, Mapping):
+        raise wrong(name, series, "amplitudes by harmonic such as {1: 2.0}")
+    checks, by_order = Gathering(), {}
+    for order, value in series.items():
+        at = checks.take(whole, (*name, "harmonic"), order, least)
+        amplitude = checks.take(number_or_numbers, (*name, shown(order)), value)
         if at is not None and amplitude is not None:
             by_order[at] = amplitude
-    found.end()
+    checks.end()
     return by_order
 
 

@@ -65,15 +65,15 @@ class SampledLaw(Law):
     samples: int | None = None
 
     def __post_init__(self) -> None:
-        found = Gathering()
+        checks = Gathering()
         values: dict[str, Any] = {
-            "parameters": found.take(_parameters, self.parameters),
-            "ports": found.take(_ports, self.ports),
-            "samples": None if self.samples is None else found.take(whole, "law samples", self.samples, 4, MOST_ITEMS),
+            "parameters": checks.take(_parameters, self.parameters),
+            "ports": checks.take(_ports, self.ports),
+            "samples": None if self.samples is None else checks.take(whole, "law samples", self.samples, 4, MOST_ITEMS),
         }
-        if not found.faults:
-            found.take(_callable, self.force, values["parameters"])
-        found.end()
+        if not checks.faults:
+            checks.take(_callable, self.force, values["parameters"])
+        checks.end()
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -108,11 +108,11 @@ class SampledLaw(Law):
         """A copy with other parameters."""
         return replace(self, parameters={**self.parameters, **values})
 
-    def widened(self, own: Harmonics, wide: Harmonics) -> SampledLaw:
-        """The law for forces in ``wide`` at motions in ``own``: as exact there as its samples are in ``own``."""
+    def widened(self, narrow: Harmonics, wide: Harmonics) -> SampledLaw:
+        """The law for forces in ``wide`` at motions in ``narrow``: as exact there as its samples are in ``narrow``."""
         if self.samples is None:
             return self
-        more = self.samples + max(0, wide.highest - own.highest)
+        more = self.samples + max(0, wide.highest - narrow.highest)
         return replace(self, samples=max(more, 4 * wide.highest + 1))
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
@@ -122,8 +122,8 @@ class SampledLaw(Law):
     def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Forces at motion and velocity; there is no memory."""
         del memory
-        found = _called(self, list(q), list(velocity), dict(values))
-        return np.array([np.real(f) for f in found]), np.zeros((0, *q.shape[1:]))
+        forces = _called(self, list(q), list(velocity), dict(values))
+        return np.array([np.real(f) for f in forces]), np.zeros((0, *q.shape[1:]))
 
     def time_slopes(
         self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array], scale: tuple[float, float]
@@ -169,19 +169,19 @@ def _callable(force: Any, parameters: Mapping[str, Any]) -> None:
         return
 
 
-def _parameters(given: Any) -> dict[str, Any]:
-    found = Gathering()
-    named = table("law parameters", given, 'values by name such as {"k3": 0.5}')
-    values = {name: found.take(number_or_numbers, f"law parameter {name}", v) for name, v in named.items()}
-    found.end()
+def _parameters(parameters: Any) -> dict[str, Any]:
+    checks = Gathering()
+    named = table("law parameters", parameters, 'values by name such as {"k3": 0.5}')
+    values = {name: checks.take(number_or_numbers, f"law parameter {name}", v) for name, v in named.items()}
+    checks.end()
     same_length("law parameters", values)
     return values
 
 
-def _ports(given: Any) -> tuple[str, ...]:
-    ports = names("law ports", given, 'names of ports such as ("x",)')
+def _ports(value: Any) -> tuple[str, ...]:
+    ports = names("law ports", value, 'names of ports such as ("x",)')
     if not ports or len(set(ports)) < len(ports) or not all(ports):
-        raise wrong("law ports", given, "at least one name, each once")
+        raise wrong("law ports", value, "at least one name, each once")
     return ports
 
 
@@ -189,10 +189,10 @@ def _differentiable(law: SampledLaw, q: list[Array], rate: list[Array], values: 
     """Whether complex steps give the slope that differences do, along one direction in motion and velocity."""
 
     def at(step: complex) -> list[AnyArray]:
-        moved, speed = ([value * (1.0 + step) for value in given] for given in (q, rate))
+        moved, speed = ([value * (1.0 + step) for value in both] for both in (q, rate))
         one = len(q) == 1
-        found = law.force(moved[0] if one else tuple(moved), speed[0] if one else tuple(speed), **values)
-        return _arrays((found,) if one else found, len(q), moved[0].shape)
+        returned = law.force(moved[0] if one else tuple(moved), speed[0] if one else tuple(speed), **values)
+        return _arrays((returned,) if one else returned, len(q), moved[0].shape)
 
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -213,25 +213,27 @@ def _known_somewhere(law: SampledLaw, values: Mapping[str, float]) -> bool:
         warnings.simplefilter("ignore")
         for size in (0.0, *_SIZES):
             q, rate = [size * t for t in _TRIED[: len(law.ports)]], [size * t for t in _TRIED[-len(law.ports) :]]
-            found = law.force(q[0] if one else tuple(q), rate[0] if one else tuple(rate), **values)
-            if any(np.any(np.isfinite(f)) for f in _arrays((found,) if one else found, len(q), q[0].shape)):
+            returned = law.force(q[0] if one else tuple(q), rate[0] if one else tuple(rate), **values)
+            if any(np.any(np.isfinite(f)) for f in _arrays((returned,) if one else returned, len(q), q[0].shape)):
                 return True
     return False
 
 
-def _arrays(found: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]:
+def _arrays(returned: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]:
     """What a force returned, as arrays of numbers of a shape, one for each port; InputError where it is not."""
-    if not isinstance(found, tuple | list) or len(found) != ports:
-        raise InputError(f"law force: returned {shown(found)}; expected a tuple of {ports} arrays, one for each port")
+    if not isinstance(returned, tuple | list) or len(returned) != ports:
+        raise InputError(
+            f"law force: returned {shown(returned)}; expected a tuple of {ports} arrays, one for each port"
+        )
     try:
-        arrays = [np.broadcast_to(f, shape) for f in found]
+        arrays = [np.broadcast_to(f, shape) for f in returned]
     except ValueError:
-        shapes = [np.shape(f) for f in found]
+        shapes = [np.shape(f) for f in returned]
         raise InputError(
             f"law force: returned shapes {shapes} for motions of shape {shape}; expected the same shape"
         ) from None
     if any(a.dtype.kind not in "biufc" for a in arrays):
-        shows = shown(found[0] if ports == 1 else found)
+        shows = shown(returned[0] if ports == 1 else returned)
         raise InputError(f"law force: returned {shows}; expected arrays of numbers")
     return arrays
 
@@ -287,13 +289,13 @@ class _Sampled:
 
     def _tangents(self, argument: list[Array]) -> dict[tuple[int, int], Array]:
         """``(i, j) -> df_i/dargument_j`` in time, (n, times)."""
-        found = {}
+        slopes = {}
         for j in range(len(argument)):
             stepped = [value + 1j * _STEP * (k == j) for k, value in enumerate(argument)]
             q, rate = (stepped, self.rate) if argument is self.q else (self.q, stepped)
             for i, slope in enumerate(self.slopes(q, rate, self.values)):
-                found[i, j] = slope
-        return found
+                slopes[i, j] = slope
+        return slopes
 
     def _by_motion(self, stiffness: Array, damping: Array) -> Array:
         """``int H_+ (k H_-^T + c H_-'^T)`` for every element, (n, L, L)."""
@@ -301,11 +303,11 @@ class _Sampled:
         return np.asarray(self.project.T @ moved, dtype=float)
 
     def _by_omega(self, damping: Mapping[tuple[int, int], Array]) -> dict[int, Array]:
-        found: dict[int, Array] = {}
+        slopes: dict[int, Array] = {}
         for (i, j), slope in damping.items():
             part = self.coefficients(slope * self.rate[j] / self.omega)
-            add_to(found, i, part)
-        return found
+            add_to(slopes, i, part)
+        return slopes
 
     def _by_parameter(self, name: str) -> ByPort:
         stepped = {**self.values, name: self.values[name] + 1j * _STEP}

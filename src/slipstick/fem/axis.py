@@ -50,26 +50,26 @@ class Axis:
     zero: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        found = Gathering()
-        point = found.take(_vector, "point", self.point)
-        along = found.take(_unit, "direction", self.direction)
+        checks = Gathering()
+        point = checks.take(_vector, "point", self.point)
+        along = checks.take(_unit, "direction", self.direction)
         if along is not None:
-            given = (np.eye(3)[0] if abs(along[0]) < 0.99 else np.eye(3)[1]) if self.zero is None else self.zero
-            zero = found.take(_across, "zero", given, along)
-            found.end("axis")
+            towards = (np.eye(3)[0] if abs(along[0]) < 0.99 else np.eye(3)[1]) if self.zero is None else self.zero
+            zero = checks.take(_across, "zero", towards, along)
+            checks.end("axis")
             object.__setattr__(self, "zero", zero)
-        found.end("axis")
+        checks.end("axis")
         object.__setattr__(self, "point", point)
         object.__setattr__(self, "direction", along)
 
     @classmethod
-    def of(cls, given: Any) -> Axis:
+    def of(cls, axis: Any) -> Axis:
         """An axis, or a table of its arguments."""
-        if isinstance(given, Axis):
-            return given
-        if not isinstance(given, Mapping) or set(given) - {"point", "direction", "zero"} or "direction" not in given:
-            raise wrong("axis", given, _EXPECTED)
-        return cls(**given)
+        if isinstance(axis, Axis):
+            return axis
+        if not isinstance(axis, Mapping) or set(axis) - {"point", "direction", "zero"} or "direction" not in axis:
+            raise wrong("axis", axis, _EXPECTED)
+        return cls(**axis)
 
     def frame(self, positions: ArrayLike) -> dict[str, Array]:
         """Unit vectors "radial", "circumferential", "axial" at positions (n, 3), (n, 3) each.
@@ -106,24 +106,24 @@ class Axis:
         return np.asarray(away - (away @ axial)[:, None] * axial)
 
 
-def _vector(name: str, given: Any) -> Array:
-    found = numbers(name, given, "three finite numbers such as (0, 0, 1)")
-    if found.shape != (3,):
-        raise wrong(name, given, "three finite numbers such as (0, 0, 1)")
-    return found
+def _vector(name: str, value: Any) -> Array:
+    vector = numbers(name, value, "three finite numbers such as (0, 0, 1)")
+    if vector.shape != (3,):
+        raise wrong(name, value, "three finite numbers such as (0, 0, 1)")
+    return vector
 
 
-def _unit(name: str, given: Any) -> Array:
-    found = _vector(name, given)
-    size = float(np.linalg.norm(found))
+def _unit(name: str, value: Any) -> Array:
+    vector = _vector(name, value)
+    size = float(np.linalg.norm(vector))
     if size < SMALLEST:
-        raise InputError(Fault(name, found=shown(given), expected="a vector other than zero"))
-    return np.asarray(found / size)
+        raise InputError(Fault(name, found=shown(value), expected="a vector other than zero"))
+    return np.asarray(vector / size)
 
 
-def _across(name: str, given: Any, axial: Array) -> Array:
-    unit = _unit(name, given)
+def _across(name: str, value: Any, axial: Array) -> Array:
+    unit = _unit(name, value)
     across = unit - (unit @ axial) * axial
     if np.linalg.norm(across) < 1e-6:
-        raise InputError(Fault(name, found=shown(given), expected="a direction that is not along the axis"))
+        raise InputError(Fault(name, found=shown(value), expected="a direction that is not along the axis"))
     return np.asarray(across / np.linalg.norm(across))

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +17,7 @@ from slipstick.fem.loads import film_matrix
 from slipstick.fem.mesh import Mesh
 from slipstick.typing import Array, IntArray, Matrix
 
-LinearSolver = Callable[[Any, Array], Array]
+LinearSolver = Callable[[csr_array, Array], Array]
 """``solve(A, B) -> X`` for a sparse symmetric positive definite A (n, n) and B (n, m)."""
 
 

@@ -76,8 +76,8 @@ class ContactPoints:
         flat = wanted - np.sum(normals * wanted, axis=1)[:, None] * normals
         size = np.linalg.norm(flat, axis=1)
         if not np.all(size > np.maximum(1e-3 * np.linalg.norm(wanted, axis=1), SMALLEST)):
-            given = direction if isinstance(direction, str) else np.asarray(direction).tolist()
-            raise InputError(Fault("direction", f"{given} is normal to the surface", remedy="give one along it"))
+            along = direction if isinstance(direction, str) else np.asarray(direction).tolist()
+            raise InputError(Fault("direction", f"{along} is normal to the surface", remedy="give one along it"))
         return np.asarray(flat / size[:, None])
 
     def _wanted(self, direction: Any, axis: Axis | None) -> Array:
@@ -142,8 +142,8 @@ class ContactPoints:
         """
         if isinstance(points, str) and points == "all":
             return list(range(self.count))
-        given = listed("points", points, '"all" or numbers counted from 1')
-        numbers = [whole("points", p, 1, self.count) for p in given]
+        wanted = listed("points", points, '"all" or numbers counted from 1')
+        numbers = [whole("points", p, 1, self.count) for p in wanted]
         if not numbers or len(set(numbers)) != len(numbers):
             raise InputError(Fault("points", found=shown(numbers), remedy="give every point once"))
         return [p - 1 for p in numbers]

@@ -80,5 +80,5 @@ def _congruent(matrix: csr_array, size: Array, factor: float) -> csr_array:
 def _dependence(model: ImportedModel, size: Array, factors: Conversion) -> csr_array | None:
     if model.dependence is None:
         return None
-    own = diags_array(1.0 / _sizes(model.dependent[:, 1], factors))
-    return csr_array(own @ model.dependence @ diags_array(size))
+    inverse = diags_array(1.0 / _sizes(model.dependent[:, 1], factors))
+    return csr_array(inverse @ model.dependence @ diags_array(size))

@@ -57,15 +57,15 @@ def resolve(
         for pair, terms in earlier.items()
     )
     stated = [_placed(equation, place) for equation in (*old, *equations)]
-    found = eliminate(len(every), stated, [place[pair] for pair in held], name=lambda i: dof_name(every[i]))
-    return every, found
+    elimination = eliminate(len(every), stated, [place[pair] for pair in held], name=lambda i: dof_name(every[i]))
+    return every, elimination
 
 
-def idle_notes(found: Elimination) -> tuple[str, ...]:
+def idle_notes(elimination: Elimination) -> tuple[str, ...]:
     """One sentence for each source of equations that said nothing new or did not apply."""
     return tuple(
         f"{where}: {count} equation{'s' * (count > 1)} constrained already, or yielded to a support or another equation"
-        for where, count in found.idle.items()
+        for where, count in elimination.idle.items()
     )
 
 

@@ -47,7 +47,7 @@ def in_global(equations: Iterable[NodalEquation], frames: NodeAxes) -> Iterator[
         if not turned:
             yield equation
             continue
-        terms = tuple(term for own in equation.terms for term in _turned(own, frames))
+        terms = tuple(turned for term in equation.terms for turned in _turned(term, frames))
         first = equation.terms[0][0] in frames and equation.dependent is Dependent.FIRST
         yield replace(equation, terms=terms, dependent=Dependent.ANY if first else equation.dependent)
 
@@ -72,13 +72,13 @@ def supports(held: Iterable[Pair], frames: NodeAxes, where: str) -> tuple[set[Pa
             along.setdefault((node, component // 3), set()).add(component % 3)
         else:
             plain.add((node, component))
-    found: list[NodalEquation] = []
+    equations: list[NodalEquation] = []
     for (node, block), axes in sorted(along.items()):
         if len(axes) == 3:
             plain |= {(node, 3 * block + axis) for axis in range(3)}
         else:
-            found += [
+            equations += [
                 NodalEquation(terms=((node, 3 * block + axis, 1.0),), where=where, dependent=Dependent.ANY)
                 for axis in sorted(axes)
             ]
-    return plain, list(in_global(found, frames))
+    return plain, list(in_global(equations, frames))

@@ -277,18 +277,18 @@ class ImportedModel:
         """
         rows = self._pairs(self.dof_nodes, self.dof_components)
         zero = [*self.constrained.tolist(), *held]
-        every, found = resolve(rows, list(equations), [*map(_pair, zero)], self._combinations(rows))
+        every, elimination = resolve(rows, list(equations), [*map(_pair, zero)], self._combinations(rows))
         table = np.array(every, dtype=np.int64).reshape(-1, 2)
-        basis = csr_array(found.T[: len(rows)])
+        basis = csr_array(elimination.T[: len(rows)])
         return replace(
             self,
             **{n: _reduced(basis, m) for n, m in (("K", self.K), ("M", self.M), ("C", self.C)) if m is not None},
-            dof_nodes=table[found.independent, 0],
-            dof_components=table[found.independent, 1],
-            constrained=np.unique(np.concatenate([self.constrained, table[found.zero]]), axis=0),
-            dependent=table[found.dependent],
-            dependence=csr_array(found.T[found.dependent]) if len(found.dependent) else None,
-            notes=(*self.notes, *idle_notes(found)),
+            dof_nodes=table[elimination.independent, 0],
+            dof_components=table[elimination.independent, 1],
+            constrained=np.unique(np.concatenate([self.constrained, table[elimination.zero]]), axis=0),
+            dependent=table[elimination.dependent],
+            dependence=csr_array(elimination.T[elimination.dependent]) if len(elimination.dependent) else None,
+            notes=(*self.notes, *idle_notes(elimination)),
         )
 
     def _combinations(self, rows: Sequence[Pair]) -> dict[Pair, list[tuple[Pair, float]]]:
@@ -323,8 +323,8 @@ class ImportedModel:
         )
 
 
-def _pair(given: Sequence[int]) -> Pair:
-    return int(given[0]), int(given[1])
+def _pair(pair: Sequence[int]) -> Pair:
+    return int(pair[0]), int(pair[1])
 
 
 def _reduced(basis: csr_array, matrix: csr_array) -> csr_array:
@@ -388,9 +388,9 @@ def motion_in_mesh(imported: ImportedModel, mesh: Mesh, free: IntArray, what: st
     """Motion of all nodes, where some depend on others or free degrees of freedom are rotations."""
     if imported.dependence is None and np.all(free >= 0):
         return None
-    own = np.flatnonzero(free >= 0)
-    parts = [csr_array((np.ones(len(own)), (range(len(own)), own)), shape=(len(own), len(free)))]
-    rows = [free[own]]
+    kept = np.flatnonzero(free >= 0)
+    parts = [csr_array((np.ones(len(kept)), (range(len(kept)), kept)), shape=(len(kept), len(free)))]
+    rows = [free[kept]]
     if imported.dependence is not None:
         among = rows_in_mesh(imported, mesh, imported.dependent[:, 0], imported.dependent[:, 1], what)
         parts.append(imported.dependence[among >= 0])

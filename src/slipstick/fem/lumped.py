@@ -63,12 +63,12 @@ def with_lumped(
     size = len(every)
     found = {}
     for name, matrix in matrices.items():
-        own = [part for part in parts if part.matrix == name]
+        of_matrix = [part for part in parts if part.matrix == name]
         wide = csr_array(matrix)
         wide.resize((size, size))
-        at = [np.array([place[pair] for pair in part.pairs]) for part in own]
+        at = [np.array([place[pair] for pair in part.pairs]) for part in of_matrix]
         i = np.concatenate([np.empty(0, dtype=int), *(np.repeat(p, len(p)) for p in at)])
         j = np.concatenate([np.empty(0, dtype=int), *(np.tile(p, len(p)) for p in at)])
-        values = np.concatenate([np.empty(0), *(np.asarray(part.values, dtype=float).ravel() for part in own)])
+        values = np.concatenate([np.empty(0), *(np.asarray(part.values, dtype=float).ravel() for part in of_matrix)])
         found[name] = csr_array(wide + csr_array(coo_array((values, (i, j)), shape=(size, size))))
     return found, every

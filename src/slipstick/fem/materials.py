@@ -13,6 +13,9 @@ from slipstick.faults import SMALLEST, Gathering, Name, number, wrong
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.typing import Array
 
+REQUIRED = ("young", "poisson", "density")
+"""What a material of a model has at least."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
@@ -35,16 +38,16 @@ class Material:
     conductivity: float = 0.0
 
     def __post_init__(self) -> None:
-        found = Gathering()
+        checks = Gathering()
         values = {
-            "young": found.take(number, ("material", "young"), self.young, "a modulus > 0", above=SMALLEST),
-            "poisson": found.take(_ratio, ("material", "poisson"), self.poisson),
-            "density": found.take(number, ("material", "density"), self.density, "a density >= 0", above=0.0),
-            "conductivity": found.take(
+            "young": checks.take(number, ("material", "young"), self.young, "a modulus > 0", above=SMALLEST),
+            "poisson": checks.take(_ratio, ("material", "poisson"), self.poisson),
+            "density": checks.take(number, ("material", "density"), self.density, "a density >= 0", above=0.0),
+            "conductivity": checks.take(
                 number, ("material", "conductivity"), self.conductivity, "a conductivity >= 0", above=0.0
             ),
         }
-        found.end()
+        checks.end()
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -61,10 +64,10 @@ class Material:
 
 def _ratio(name: Name, value: Any) -> float:
     expected = "a ratio between -1 and 0.5, both excluded"
-    found = number(name, value, expected)
-    if not -1.0 < found < 0.5:
+    ratio = number(name, value, expected)
+    if not -1.0 < ratio < 0.5:
         raise wrong(name, value, expected)
-    return found
+    return ratio
 
 
 Materials = Material | Mapping[str, Material]
@@ -94,10 +97,10 @@ def element_values(mesh: Mesh, materials: Materials, value: Callable[[Material],
         for kind, members in mesh.element_sets[name].items():
             values[kind][members] = value(material)
             count[kind][members] += 1
-    for kind, found in count.items():
-        if np.any(found != 1):
-            label = mesh.element_label(kind, int(np.flatnonzero(found != 1)[0]))
+    for kind, times in count.items():
+        if np.any(times != 1):
+            label = mesh.element_label(kind, int(np.flatnonzero(times != 1)[0]))
             raise InputError(
-                f"materials: {kind} element {label} has {'no' if found.min() == 0 else 'more than one'} material"
+                f"materials: {kind} element {label} has {'no' if times.min() == 0 else 'more than one'} material"
             )
     return values

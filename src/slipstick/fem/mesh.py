@@ -201,8 +201,8 @@ def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
     """
     order = np.argsort(labels, kind="stable")
     place = np.searchsorted(labels, wanted, sorter=order).clip(max=len(labels) - 1)
-    found = order[place]
-    missing = labels[found] != wanted
+    nodes = order[place]
+    missing = labels[nodes] != wanted
     if missing.any():
         raise InputError(f"{what} uses node {np.asarray(wanted)[missing][0]}, which is not in the mesh")
-    return found
+    return nodes

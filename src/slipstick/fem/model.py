@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -16,7 +15,7 @@ from slipstick.fem.assembly import SolidMatrices, assemble
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import linear_warnings
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Sparse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +57,7 @@ class ElasticModel:
         position[self.free[self.free >= 0]] = np.flatnonzero(self.free >= 0)
         return position
 
-    def restrict(self, full: Any) -> Any:
+    def restrict(self, full: Sparse) -> csr_array:
         """Forces on the free degrees of freedom by those on all (3 n_nodes,), or columns of them, dense or sparse."""
         if self.basis is not None:
             return (self.basis.T @ full).tocsr() if hasattr(full, "tocsr") else self.basis.T @ full

@@ -16,10 +16,10 @@ _QUADRATIC_FACE = {"tri3": "tri6", "quad4": "quad8"}
 
 def linear_warnings(mesh: Mesh, source: str, kinds: Collection[str] = LINEAR_TO_QUADRATIC) -> Iterator[str]:
     """A sentence where a mesh has linear elements of these kinds."""
-    found = [f"{len(block)} {kind}" for kind, block in mesh.blocks.items() if kind in kinds and len(block)]
-    if found:
+    blocks = [f"{len(block)} {kind}" for kind, block in mesh.blocks.items() if kind in kinds and len(block)]
+    if blocks:
         yield (
-            f"{source}: {', '.join(found)} elements are linear, far too stiff in bending; put nodes in the middle of "
+            f"{source}: {', '.join(blocks)} elements are linear, far too stiff in bending; put nodes in the middle of "
             "their edges (import: --quadratic; case: quadratic = true; Python: quadratic=True, or "
             "slipstick.fem.refine.quadratic) or mesh with quadratic elements"
         )

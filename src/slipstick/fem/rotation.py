@@ -92,19 +92,19 @@ def turned_model(
     model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None
 ) -> ImportedModel:
     """The same, kept in a folder; what is suspicious is in the model's warnings alone."""
-    found = Gathering()
-    found.take(one, "model", model, ImportedModel, "what ss.import_model returns")
-    wanted = found.take(_speed, speed)
-    about = None if axis is None and others is not None else found.take(Axis.of, axis)
+    checks = Gathering()
+    checks.take(one, "model", model, ImportedModel, "what ss.import_model returns")
+    wanted = checks.take(_speed, speed)
+    about = None if axis is None and others is not None else checks.take(Axis.of, axis)
     if axis is not None and others is not None:
-        found.faults.append(Fault("axis", "is given together with others", remedy="they hold it: leave it out"))
-    given = None if others is None else found.take(_by_speed, others)
-    found.end()
+        checks.faults.append(Fault("axis", "is given together with others", remedy="they hold it: leave it out"))
+    by_speed = None if others is None else checks.take(_by_speed, others)
+    checks.end()
     assert wanted is not None
     if model.speed:
         raise InputError(Fault("speed", f"{model.source} is a model at {model.speed:g} rad/s already"))
-    if given is not None:
-        return _between(model, given, wanted)
+    if by_speed is not None:
+        return _between(model, by_speed, wanted)
     assert about is not None
     turning = kept_centrifugal(model, wanted, about, cache)
     moved = np.linalg.norm(turning.displacement, axis=1).max()
@@ -121,8 +121,8 @@ def turned_model(
     )
 
 
-def _speed(given: Any) -> float:
-    return number("speed", in_radians("speed", given), "a speed >= 0, rad/s", above=0.0)
+def _speed(speed: Any) -> float:
+    return number("speed", in_radians("speed", speed), "a speed >= 0, rad/s", above=0.0)
 
 
 def _by_speed(others: Any) -> dict[float, ImportedModel]:
@@ -228,9 +228,9 @@ def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
     )
     linear = turning.linear(speed)
     for steps in _STEPS:
-        found = turning.followed(linear, speed, steps)
-        if found is not None:
-            return found
+        followed = turning.followed(linear, speed, steps)
+        if followed is not None:
+            return followed
     raise InputError(f"{model.source}: finds no static state at {speed:g} rad/s; check speed, axis and units")
 
 
@@ -247,9 +247,9 @@ def _motion(model: ImportedModel, mesh: Mesh) -> csr_array:
     """Motion of all nodes of the mesh (3 n_nodes, n) from that of the rows."""
     what = "forces of rotation"
     free = rows_in_mesh(model, mesh, model.dof_nodes, model.dof_components, what)
-    found = motion_in_mesh(model, mesh, free, what)
-    if found is not None:
-        return found
+    motion = motion_in_mesh(model, mesh, free, what)
+    if motion is not None:
+        return motion
     return csr_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(3 * mesh.n_nodes, len(free)))
 
 
@@ -329,9 +329,9 @@ def kept_centrifugal(model: ImportedModel, speed: float, axis: Axis, folder: Pat
     if folder is None or model.mesh is None or not model.materials:
         return centrifugal(model, speed, axis)
     path = folder / f"speed-{_key(model, speed, axis)}.npz"
-    found = _read(path, model.n_dofs, model.mesh.n_nodes)
-    if found is not None:
-        return found
+    kept = _read(path, model.n_dofs, model.mesh.n_nodes)
+    if kept is not None:
+        return kept
     made = centrifugal(model, speed, axis)
     arrays = {name: getattr(made.stiffness, name) for name in _PARTS}
     store.write(path, arrays | {name: np.asarray(getattr(made, name)) for name in _STATE})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from scipy.sparse import csr_array, diags_array
 
 from slipstick.fem.equations import COMPONENTS
 from slipstick.fem.imported import ImportedModel
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Sparse
 
 RIGID = 1e-10
 """A motion whose stiffness is below this fraction of the largest diagonal entry of K is taken for a rigid body's."""
@@ -52,7 +51,7 @@ def _rigid_motions(model: ImportedModel, rows: IntArray) -> int:
     return _without_stiffness(model.K[rows][:, rows], _motions(model, rows))
 
 
-def _without_stiffness(block: Any, motions: Array, small: float = RIGID) -> int:
+def _without_stiffness(block: Sparse, motions: Array, small: float = RIGID) -> int:
     """How many independent ones of these motions, columns, meet no stiffness."""
     basis, values, _ = np.linalg.svd(motions, full_matrices=False)
     basis = basis[:, values > 1e-8 * max(values.max(initial=0.0), 1e-300)]

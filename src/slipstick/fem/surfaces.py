@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, hstack
 
 from slipstick.errors import Fault, InputError
@@ -141,7 +140,7 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
     return ContactPatches(points=points, nodes=nodes, weights=weights, radii=radii)
 
 
-def _located(mesh: Mesh, surface: Surface, at: NDArray[Any]) -> tuple[IntArray, Array]:
+def _located(mesh: Mesh, surface: Surface, at: IntArray) -> tuple[IntArray, Array]:
     """Contact nodes and positions; positions are taken to their nearest node for the name."""
     if at.ndim == 2 and at.shape[1] == 3 and len(at):
         positions = at.astype(float)

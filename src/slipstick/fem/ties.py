@@ -45,15 +45,15 @@ def project(mesh: Mesh, surface: Surface, points: Array) -> Projection:
         if not len(faces):
             continue
         who, which = _candidates(mesh, faces, points)
-        values, found = _nearest(kind, mesh.nodes[faces[which]], points[who])
-        apart = np.linalg.norm(found - points[who], axis=1)
+        values, feet = _nearest(kind, mesh.nodes[faces[which]], points[who])
+        apart = np.linalg.norm(feet - points[who], axis=1)
         order = np.lexsort((apart, who))
         best = order[np.unique(who[order], return_index=True)[1]]
         best = best[apart[best] < distances[who[best]]]
         at, width = who[best], faces.shape[1]
         nodes[at], weights[at] = 0, 0.0
         nodes[at, :width], weights[at, :width] = faces[which[best]], values[best]
-        places[at], distances[at] = found[best], apart[best]
+        places[at], distances[at] = feet[best], apart[best]
     return Projection(nodes=nodes, weights=weights, places=places, distances=distances)
 
 
@@ -139,10 +139,10 @@ def sides(mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface 
     for sign in (1.0, -1.0):
         rotation = sector.rotation(sign)
         back = (mesh.nodes[dependent] - sector.start) @ rotation + sector.start  # rows times R are R' times columns
-        found = (
+        tied = (
             project(mesh, independent, back) if isinstance(independent, Surface) else _matched(mesh, independent, back)
         )
-        tries.append((found, rotation))
+        tries.append((tied, rotation))
     return min(tries, key=lambda entry: float(entry[0].distances.max(initial=0.0)))
 
 
@@ -158,15 +158,15 @@ def cyclic_equations(
     InputError
         If a node has no place on the other side within the tolerance, whichever way the sector is turned.
     """
-    found, rotation = sides(mesh, sector, dependent, independent)
-    apart = float(found.distances.max(initial=0.0))
+    tied, rotation = sides(mesh, sector, dependent, independent)
+    apart = float(tied.distances.max(initial=0.0))
     if apart > tolerance:
-        label = mesh.labels[dependent[int(np.argmax(found.distances))]]
+        label = mesh.labels[dependent[int(np.argmax(tied.distances))]]
         raise InputError(
             f"{where}: node {label} of one side is {apart:.3g} away from the other side turned by a sector; "
             f"expected at most {tolerance:.3g}: check the number of sectors and the axis"
         )
-    for node, masters, weights in zip(dependent.tolist(), found.nodes.tolist(), found.weights.tolist(), strict=True):
+    for node, masters, weights in zip(dependent.tolist(), tied.nodes.tolist(), tied.weights.tolist(), strict=True):
         parts = [(m, w) for m, w in zip(masters, weights, strict=True) if abs(w) > _SMALL]
         on_the_axis = any(m == node for m, _ in parts)
         for axis in range(3):

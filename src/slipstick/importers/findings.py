@@ -57,7 +57,7 @@ class Coupling:
 class Findings:
     """Entries met, in the order of the file: (verdict, name, sentence) -> lines.
 
-    ``extra`` are notes besides; ``origin`` says for each line what it is called, where a text is made of several files.
+    ``extra`` are further notes; ``origin`` names each line where a text is made of several files.
     """
 
     source: str
@@ -82,20 +82,20 @@ class Findings:
             self.add(verdict, shown, what, line)
 
     def refuse_incomplete(self) -> None:
-        """Raise InputError with all entries without which the file says too little."""
+        """Raise InputError with all entries that leave the model of the file incomplete."""
         faults = [f"{where} {what}" for where, what in self._of(Verdict.INCOMPLETE)]
         if faults:
             raise InputError(faults)
 
     def couple(self, where: str, what: str) -> None:
-        """Remember what an assembly here would leave out, of many lines."""
+        """Remember what an assembly here would leave out and no single line states."""
         self.elsewhere.append(Coupling(where=where, what=what))
 
     @property
     def couplings(self) -> tuple[Coupling, ...]:
         """What an assembly here would leave out."""
-        own = (Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
-        return (*own, *self.elsewhere)
+        counted = (Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
+        return (*counted, *self.elsewhere)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -115,14 +115,14 @@ class Findings:
     def _of(self, verdict: Verdict) -> list[tuple[str, str]]:
         return [
             (f"{self.place(lines[0])}{_more(len(lines) - 1)}: {name}", what)
-            for (found, name, what), lines in self.met.items()
-            if found is verdict
+            for (of, name, what), lines in self.met.items()
+            if of is verdict
         ]
 
     def _list(self, verdict: Verdict) -> list[str]:
         counts: dict[str, int] = {}
-        for (found, name, _), lines in self.met.items():
-            if found is verdict:
+        for (of, name, _), lines in self.met.items():
+            if of is verdict:
                 counts[name] = counts.get(name, 0) + len(lines)
         return [f"{name} ({count})" if count > 1 else name for name, count in counts.items()]
 

@@ -101,9 +101,9 @@ def with_named_places(
     surfaces, sets, notes = dict(mesh.surfaces), dict(mesh.node_sets), []
     solid = mesh.used_nodes
     for group, parts in nodes.items():
-        own = faces.get(group, ())
-        surface = matching_surface(mesh, own) if len(own) else Surface(faces={})
-        wanted = len({tuple(sorted(face)) for part in own for face in part.tolist()})
+        corners = faces.get(group, ())
+        surface = matching_surface(mesh, corners) if len(corners) else Surface(faces={})
+        wanted = len({tuple(sorted(face)) for part in corners for face in part.tolist()})
         inside = wanted - surface.n_faces
         held = np.intersect1d(np.concatenate(parts), solid)
         if surface.n_faces:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from slipstick.errors import UNKNOWN_KEY, Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, listed, number, one, shown, suggestion, table, text, truth, whole
-from slipstick.faults import names as text_list
+from slipstick.errors import InputError
+from slipstick.faults import Gathering, listed
 from slipstick.faults import path as path_of
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
@@ -40,7 +39,7 @@ def import_model(
     scale: Mapping[str, float] | None = None,
     to: str | None = None,
 ) -> ImportedModel:
-    """A finite element model from the files of another code, or from a model file of our own.
+    """A finite element model from the files of another code, or from a model file of slipstick.
 
     Ansys .full, HBMAT (.matrix, .hb with .mapping), .cdb; Nastran .op4 with bulk data, DMIG in .pch; CalculiX .sti with
     .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh, .bdf;
@@ -69,62 +68,33 @@ def import_model(
     Warns
     -----
     SlipstickWarning
-        What is approximated or is suspicious, as in the model's ``warnings``.
+        What is approximated or suspicious, as in the model's ``warnings``.
     """
-    found = Gathering()
-    paths = {"mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "output": output}
-    given = {key: None if value is None else found.take(path_of, key, value) for key, value in paths.items()}
-    place = given.pop("output")
-    values: dict[str, Any] = {
-        "names": {} if names is None else found.take(_names, names),
-        "fixed": found.take(text_list, "fixed", fixed, "names of node sets or surfaces"),
-        "quadratic": found.take(truth, "quadratic", quadratic),
-        "constraints": None if constraints is None else found.take(whole, "constraints", constraints),
-        "material": None if material is None else found.take(one, "material", material, Material, "an ss.Material"),
-        "conductivity": None
-        if conductivity is None
-        else found.take(number, "conductivity", conductivity, "a conductivity >= 0", above=0.0),
-        "units": None if units is None else found.take(text, "units", units),
-        "scale": None if scale is None else found.take(scale_factors, scale),
-        "to": None if to is None else found.take(text, "to", to, 'units such as "SI" or "N, mm, t, s"'),
-    }
-    sources = found.take(_files, files)
-    found.end()
-    model = read_model(sources or (), ImportOptions(**cast(Any, given | values)), quiet=True)
+    gathering = Gathering()
+    wanted: dict[str, Any] = {
+        "mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "names": {} if names is None else names,
+        "constraints": constraints, "material": material, "conductivity": conductivity, "fixed": fixed,
+        "quadratic": quadratic, "units": units, "scale": scale, "to": to,
+    }  # fmt: skip
+    options = gathering.take(ImportOptions, **wanted)
+    place = None if output is None else gathering.take(path_of, "output", output)
+    sources = gathering.take(_files, files)
+    gathering.end()
+    model = read_model(sources or (), options, quiet=True)
     if place is not None:
         save_model(model, place)
     model.announce()
     return model
 
 
-def _files(given: Any) -> tuple[Path, ...]:
+def _files(files: object) -> tuple[Path, ...]:
     expected = "a file, or a list of files"
-    if isinstance(given, str | PathLike):
-        return (path_of("files", given, expected),)
-    found = Gathering()
-    paths = [found.take(path_of, "files", item, expected) for item in listed("files", given, expected)]
-    found.end()
+    if isinstance(files, str | PathLike):
+        return (path_of("files", files, expected),)
+    gathering = Gathering()
+    paths = [gathering.take(path_of, "files", item, expected) for item in listed("files", files, expected)]
+    gathering.end()
     return tuple(path for path in paths if path is not None)
-
-
-def scale_factors(given: Any) -> dict[str, float]:
-    """Factors by dimension, each > 0."""
-    known = ("length", "mass", "force", "time")
-    factors = table("scale", given, 'factors such as {"length": 25.4e-3}')
-    found = Gathering()
-    found.faults += [
-        Fault(("scale", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in factors if key not in known
-    ]
-    for key in known:
-        if key in factors:
-            factors[key] = found.take(number, ("scale", key), factors[key], "a factor > 0", above=SMALLEST)
-    found.end()
-    return factors
-
-
-def _names(given: Any) -> dict[str, str]:
-    named = table("names", given, 'names of matrices such as {"K": "KGG"}')
-    return {key: text(f"names, {shown(key)}", value) for key, value in named.items()}
 
 
 def summary(model: ImportedModel) -> tuple[str, ...]:

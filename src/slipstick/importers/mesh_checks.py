@@ -38,7 +38,7 @@ def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[st
     Raises
     ------
     InputError
-        For bricks of one point: what holds their other motions is an artificial stiffness of each code's own.
+        For bricks of one point: what holds their other motions is an artificial stiffness, another in each code.
     """
     refused = []
     for kind, counts in variants.items():
@@ -71,12 +71,12 @@ def _difference(mesh: Mesh, kind: str) -> str:
     return f"natural frequencies may be some {0.6 * ratio**2:.1g} % too high with one across"
 
 
-def material_warnings(own: Mapping[str, Material], given: Material | None, source: str) -> Iterator[str]:
-    """A sentence where a material given for the whole mesh differs from the file's own."""
-    others = {name: m for name, m in own.items() if m != given}
-    if given is not None and others:
+def material_warnings(of_file: Mapping[str, Material], of_user: Material | None, source: str) -> Iterator[str]:
+    """A sentence where the material for the whole mesh differs from those in the file."""
+    others = {name: m for name, m in of_file.items() if m != of_user}
+    if of_user is not None and others:
         yield (
-            f"{source}: the material given ({_numbers(given)}) is used for the whole mesh, not the file's own: "
+            f"{source}: the material given ({_numbers(of_user)}) is used for the whole mesh, not the file's own: "
             + "; ".join(f"{name} ({_numbers(m)})" for name, m in others.items())
         )
 
@@ -115,16 +115,16 @@ def mass_warnings(
         return
     ours = min((least, most), key=lambda mass: abs(np.log(max(mass, 1e-300) / theirs)))
     ratio = max(theirs / ours, ours / theirs)
-    found = f"{model.source}: the matrices have the mass {theirs:.6g}, the mesh beside them {ours:.6g}"
+    compared = f"{model.source}: the matrices have the mass {theirs:.6g}, the mesh beside them {ours:.6g}"
     if ratio > _WARNED and least < theirs < most:
         yield (
-            f"{found} or, without nodes that have no row, {least:.6g}: as if the others were reduced; are they of the "
-            "same model, material and units?"
+            f"{compared} or, without nodes that have no row, {least:.6g}: as if the others were reduced; are they "
+            "of the same model, material and units?"
         )
     elif ratio > _REFUSED:
-        raise InputError(f"{found}; give both of one model in the same units, or the material (--young ...)")
+        raise InputError(f"{compared}; give both of one model in the same units, or the material (--young ...)")
     elif ratio > _WARNED:
-        yield f"{found}, {100 * (ratio - 1):.3g} % apart: are they of the same model, material and units?"
+        yield f"{compared}, {100 * (ratio - 1):.3g} % apart: are they of the same model, material and units?"
 
 
 def _along(mesh: Mesh, pairs: IntArray) -> BoolArray:

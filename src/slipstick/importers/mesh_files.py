@@ -93,11 +93,11 @@ def _program(begin: bytes) -> str | None:
 
 
 def _from_gmsh(path: Path) -> MeshModel:
-    found = read_gmsh(path)
-    model = grouped_model(path.name, found.points, found.cells, found.labels)
-    if not found.unnamed:
+    file = read_gmsh(path)
+    model = grouped_model(path.name, file.points, file.cells, file.labels)
+    if not file.unnamed:
         return model
-    groups = ", ".join(f"{number} of {_DIMENSIONS[dimension]}" for dimension, number in found.unnamed)
+    groups = ", ".join(f"{number} of {_DIMENSIONS[dimension]}" for dimension, number in file.unnamed)
     what = f"{path.name}: physical groups without a name are not read: {groups}; name them in Gmsh to use them"
     return replace(model, notes=(*model.notes, what))
 

@@ -1,4 +1,4 @@
-"""A mesh from another code with its materials and supports, and its assembly with our own elements."""
+"""A mesh from another code with its materials and supports, and its assembly with the elements of this package."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
     places: dict[str, list[NodalEquation]] = {}
     for equation in equations:
         places.setdefault(equation.where, []).append(equation)
-    for where, own in places.items():
-        yield Stated(where=where, equations=partial(_same, own))
+    for where, equations_there in places.items():
+        yield Stated(where=where, equations=partial(_same, equations_there))
 
 
 def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
@@ -70,7 +70,7 @@ class MeshModel:
     constraints, lumped
         Linear constraints; masses and springs between single dofs. Both are applied in an assembly.
     material_faults
-        Why the file's own materials cannot be used: refused where no other is given.
+        Why the materials of the file cannot be used: refused where no other is given.
     variants
         Foreign element types that integrate otherwise than ours, with their counts, by our element.
     axes
@@ -136,7 +136,7 @@ def assemble_mesh(
     quadratic: bool = False,
     units: str | None = None,
 ) -> ImportedModel:
-    """Stiffness and mass of an imported mesh by our own elements, supports taken out.
+    """Stiffness and mass of an imported mesh by the elements of this package, supports taken out.
 
     Parameters
     ----------

@@ -30,11 +30,11 @@ def with_middles(name: str, nodes: IntArray, number: int, made: Edges, next_labe
     element = ELEMENTS[name]
     if (nodes[: element.n_corners] <= 0).any() or (nodes < 0).any():
         raise InputError(f"{source}: element {number} lacks a corner node; the file is damaged")
-    found = nodes.copy()
+    labels = nodes.copy()
     for place in np.flatnonzero(nodes == 0).tolist():
         a, b = (int(nodes[i]) for i in element.edges[place - element.n_corners])
-        found[place] = made.setdefault((min(a, b), max(a, b)), next_label + len(made))
-    return found
+        labels[place] = made.setdefault((min(a, b), max(a, b)), next_label + len(made))
+    return labels
 
 
 def placed(made: Edges, labels: IntArray, nodes: Array, source: str) -> tuple[IntArray, Array]:

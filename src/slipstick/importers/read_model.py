@@ -28,7 +28,7 @@ def read_model(
 ) -> ImportedModel:
     """A model from one or several files; the reader follows from the names and the content.
 
-    What is approximated or is suspicious is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
+    What is approximated or suspicious is in ``model.warnings``, and raised as SlipstickWarning unless ``quiet``.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def read_model(
 
 
 def _stated_factors(options: ImportOptions) -> Conversion | None:
-    """How the numbers of the files change, as far as the options say it."""
+    """The conversion of the numbers in the files, as far as the options say it."""
     if options.scale is not None and options.to is not None:
         raise InputError(Fault("to", "is given together with scale", remedy="keep one"))
     if options.scale is not None:
@@ -65,16 +65,16 @@ def _stated_factors(options: ImportOptions) -> Conversion | None:
 
 
 def _own_factors(model: ImportedModel, options: ImportOptions) -> Conversion:
-    """The same by the units that the file states."""
+    """The conversion by the units that the file states."""
     if model.units.startswith("not stated") or options.material is not None:
-        found = model.units.partition("; ")[2]
-        remedy = f'give units = "N, mm, t, s"{f" ({found})" if found else ""}'
+        like = model.units.partition("; ")[2]
+        remedy = f'give units = "N, mm, t, s"{f" ({like})" if like else ""}'
         raise InputError(Fault("to", "the units of the files are not stated", remedy=remedy))
     return conversion(model.units, str(options.to))
 
 
 def _in_own_units(options: ImportOptions, factors: Conversion) -> ImportOptions:
-    """What is given for after the conversion, in the units of the files."""
+    """Options with the material, which holds after the conversion, in the units of the files."""
     if options.material is None:
         return options
     return replace(options, material=factors.inverse.material(options.material))
@@ -83,10 +83,10 @@ def _in_own_units(options: ImportOptions, factors: Conversion) -> ImportOptions:
 def _in_new_units(model: ImportedModel, options: ImportOptions, factors: Conversion) -> ImportedModel:
     told = {"length": factors.length, "force": factors.force, "time": factors.time, "mass": factors.mass}
     changed = ", ".join(f"{name} {value:.6g}" for name, value in told.items() if value != 1.0)
-    own = model.units.partition(";")[0]
-    note = f"numbers of the files ({own}) multiplied: {changed or 'by 1'}"
+    before = model.units.partition(";")[0]
+    note = f"numbers of the files ({before}) multiplied: {changed or 'by 1'}"
     wanted = SI if (options.to or "").strip().upper() == "SI" else options.to
-    units = wanted or f"{own}, multiplied: {changed or 'by 1'}"
+    units = wanted or f"{before}, multiplied: {changed or 'by 1'}"
     return replace(converted(model, factors), units=units, notes=(*model.notes, note))
 
 
@@ -116,7 +116,7 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
 
 
 def _along_global(raw: RawModel, mesh: MeshModel, paths: Sequence[Path], source: str) -> RawModel:
-    """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; of others nobody knows."""
+    """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; others are unknown."""
     suffixes = {path.suffix.lower() for path in paths}
     if suffixes & {".full", ".matrix", ".hb", ".rsa", ".rua"}:
         return to_global(raw, {node: axes.T for node, axes in mesh.axes.items()}, source)
@@ -132,19 +132,19 @@ def _along_global(raw: RawModel, mesh: MeshModel, paths: Sequence[Path], source:
 def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | None) -> ImportedModel:
     """The model of matrices with the mesh they came from, and what does not fit between the two."""
     materials = imported.materials if material is None else {"all": material}
-    found = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
-    found += [coupling.beside_matrices for coupling in imported.applied]
-    found += linear_warnings(imported.mesh, model.source, ("tet4",))
+    doubts = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
+    doubts += [coupling.beside_matrices for coupling in imported.applied]
+    doubts += linear_warnings(imported.mesh, model.source, ("tet4",))
     notes = (*model.notes, *imported.notes)
     if materials:
-        found += mass_warnings(model, imported.mesh, material or materials, imported.lumped, imported.held)
+        doubts += mass_warnings(model, imported.mesh, material or materials, imported.lumped, imported.held)
     else:
         what = (
             "the mesh has no material: its mass is not compared with that of the matrices; give a material to compare"
         )
         notes = (*notes, f"{model.source}: {what}")
     notes += tuple(f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
-    return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
+    return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(doubts), notes=notes)
 
 
 def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> ImportedModel:
@@ -155,10 +155,10 @@ def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> Import
         what = f"the mass of the solids is not compared with that of the matrices: {error}"
         return replace(model, notes=(*model.notes, f"{model.source}: {what}"))
     materials = beside.materials if options.material is None else {"all": options.material}
-    found = list(material_doubts(materials, model.units, model.source))
+    doubts = list(material_doubts(materials, model.units, model.source))
     if materials:
-        found += mass_warnings(model, beside.mesh, options.material or materials, beside.lumped, beside.held)
-    return replace(model, warnings=(*model.warnings, *found))
+        doubts += mass_warnings(model, beside.mesh, options.material or materials, beside.lumped, beside.held)
+    return replace(model, warnings=(*model.warnings, *doubts))
 
 
 def _without_matrices(path: Path, source: str, options: ImportOptions) -> ImportedModel:
@@ -170,7 +170,7 @@ def _without_matrices(path: Path, source: str, options: ImportOptions) -> Import
 
 
 def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedModel:
-    """A mesh file read and assembled with our own elements."""
+    """A mesh file read and assembled with the elements of this package."""
     return assemble_mesh(
         read_mesh(path, options.constraints),
         source=source,
@@ -236,7 +236,7 @@ def _plain(roles: Roles, first: Path) -> RawModel:
 
 
 def _with_positions(raw: RawModel, roles: Roles) -> tuple[RawModel, MeshModel | None]:
-    """Coordinates and sets from a mesh or bulk data file given besides the matrices, and the mesh."""
+    """Coordinates and sets from a mesh or bulk data file beside the matrices, and the mesh."""
     if roles.nodes is None:
         return raw, None
     if roles.nodes.suffix.lower() in BULK:

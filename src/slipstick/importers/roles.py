@@ -1,20 +1,25 @@
-"""What the user asks of an import, and which file is what: by option, by suffix, by the words in the name."""
+"""Options of an import, and the role of each file: by option, by suffix, by the words in its name."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import UNKNOWN_KEY, Fault, InputError
+from slipstick.faults import SMALLEST, Gathering, number, one, shown, suggestion, table, text, truth, whole
+from slipstick.faults import names as text_list
+from slipstick.faults import path as path_of
 from slipstick.fem.materials import Material
-from slipstick.importers.mesh_files import MESH_SUFFIXES
+from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
 
 MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
 _MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
 MODELS = (".h5", ".hdf5")
-BULK = (".bdf", ".nas", ".dat", ".blk", ".pch")
+BULK = (*BULK_SUFFIXES, ".pch")
 
 
 _UNREAD = {
@@ -31,6 +36,8 @@ _UNREAD = {
 class ImportOptions:
     """What the files do not say.
 
+    All of it is checked here, for the command line, a case and Python alike.
+
     Attributes
     ----------
     mass, damping, dof_map, nodes
@@ -41,7 +48,7 @@ class ImportOptions:
     constraints
         Number of the Nastran SPC set in force.
     material
-        Material for a mesh, instead of the file's own.
+        Material for a mesh, instead of those in the file.
     conductivity
         Of every material, power/(length temperature), where the files have none.
     fixed
@@ -52,9 +59,14 @@ class ImportOptions:
         Those of the numbers in the files, such as "N, mm, t, s"; kept with the model.
     scale
         New number over old number in the files, ``{"length": 25.4e-3}``: length, mass, force, time. Force and time stay
-        where they are not given, mass follows. ``material`` and ``conductivity`` hold after scaling.
+        where they are left out, mass follows. ``material`` and ``conductivity`` hold after scaling.
     to
         Units to come to from ``units``, "SI" or "N, mm, t, s", instead of ``scale``.
+
+    Raises
+    ------
+    InputError
+        For values of the wrong kind, all of them.
     """
 
     mass: Path | None = None
@@ -71,9 +83,28 @@ class ImportOptions:
     scale: Mapping[str, float] | None = None
     to: str | None = None
 
+    def __post_init__(self) -> None:
+        found = Gathering()
+        checks: dict[str, Callable[[Any], Any]] = {
+            **{name: partial(path_of, name) for name in ("mass", "damping", "dof_map", "nodes")},
+            "names": _names,
+            "constraints": partial(whole, "constraints"),
+            "material": lambda value: one("material", value, Material, "an ss.Material"),
+            "conductivity": partial(number, "conductivity", expected="a conductivity >= 0", above=0.0),
+            "fixed": partial(text_list, "fixed", expected="names of node sets or surfaces"),
+            "quadratic": partial(truth, "quadratic"),
+            "units": partial(text, "units"),
+            "scale": _scale,
+            "to": partial(text, "to", expected='units such as "SI" or "N, mm, t, s"'),
+        }
+        for name, check in checks.items():
+            if (value := getattr(self, name)) is not None or name in ("names", "fixed", "quadratic"):
+                object.__setattr__(self, name, found.take(check, value))
+        found.end()
+
     @property
     def converts(self) -> bool:
-        """Whether the numbers of the files come into other units."""
+        """Whether the numbers of the files are converted to other units."""
         return self.scale is not None or self.to is not None
 
 
@@ -87,7 +118,7 @@ class Roles:
 
 
 def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
-    """Files by role: told by the options, else by suffix and by the words in the name."""
+    """Files by role: by the options, else by suffix and by the words in the name."""
     matrices: dict[str, Path] = {}
     dof_map, nodes = options.dof_map, options.nodes
     told = {"M": options.mass, "C": options.damping}
@@ -176,9 +207,33 @@ def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -
 
 def _without_effect(path: Path, options: ImportOptions) -> Iterator[Fault]:
     """Options of matrices, given with a mesh or a model file."""
-    given: dict[str, object] = {"dof_map": options.dof_map, "nodes": options.nodes, "names": options.names or None}
+    of_matrices: dict[str, object] = {
+        "dof_map": options.dof_map,
+        "nodes": options.nodes,
+        "names": options.names or None,
+    }
     if path.suffix.lower() not in BULK:
-        given["constraints"] = options.constraints
-    for key, value in given.items():
+        of_matrices["constraints"] = options.constraints
+    for key, value in of_matrices.items():
         if value is not None:
             yield Fault(key, f"has no effect on {path.name}, which is no matrix", remedy="leave it out")
+
+
+def _scale(value: Any) -> dict[str, float]:
+    """Factors by dimension, each > 0."""
+    known = ("length", "mass", "force", "time")
+    factors = table("scale", value, 'factors such as {"length": 25.4e-3}')
+    found = Gathering()
+    found.faults += [
+        Fault(("scale", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in factors if key not in known
+    ]
+    for key in known:
+        if key in factors:
+            factors[key] = found.take(number, ("scale", key), factors[key], "a factor > 0", above=SMALLEST)
+    found.end()
+    return factors
+
+
+def _names(value: Any) -> dict[str, str]:
+    named = table("names", value, 'names of matrices such as {"K": "KGG"}')
+    return {key: text(f"names, {shown(key)}", name) for key, name in named.items()}

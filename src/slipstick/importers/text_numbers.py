@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +24,7 @@ def read_bytes(path: Path) -> bytes:
     Raises
     ------
     InputError
-        If it is missing, not a file, empty or larger than ``LARGEST``.
+        If it is missing, not a file, empty or larger than ``LARGEST_TEXT_FILE``.
     """
     try:
         size = path.stat().st_size if path.is_file() else -1
@@ -37,6 +39,17 @@ def read_bytes(path: Path) -> bytes:
             f"{path.name}: the file is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB; reduce the model first"
         )
     return path.read_bytes()
+
+
+@contextmanager
+def reading(where: str) -> Iterator[None]:
+    """Words that are no numbers, or too few of them, raise an InputError that says where they stand."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (ValueError, IndexError) as error:
+        raise InputError(f"{where} cannot be read ({error})") from None
 
 
 def number_table(data: bytes, columns: int, path: Path) -> Array:

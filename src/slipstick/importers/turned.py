@@ -1,4 +1,4 @@
-"""Rows of matrices along directions of their own, turned to the global ones."""
+"""Rows of matrices along directions of nodes, turned to the global ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def to_global(raw: RawModel, directions: Mapping[int, Array], source: str) -> RawModel:
     """The model with the rows of turned nodes along the global directions.
 
-    ``directions`` holds the own directions of a node as columns (3, 3). Displacements, or rotations, of which only some
+    ``directions`` holds the directions of a node as columns (3, 3). Displacements, or rotations, of which only some
     are free cannot be turned: they keep their own directions, and a warning says which these are.
     """
     if raw.dof_map is None or not directions:

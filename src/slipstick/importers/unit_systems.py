@@ -37,29 +37,29 @@ def system(units: str, name: str = "units") -> Conversion:
         If it is not understood, or its mass, force, length and time do not fit together.
     """
     text = _SLINCH.sub("slinch", re.sub(r"^\s*SI\b", "", units)) or SI
-    found: dict[str, float] = {}
+    factors: dict[str, float] = {}
     for word in re.findall(r"[^\s,;()]+", text):
         dimension = next((d for d, known in _IN_WORDS.items() if word in known), "")
-        if not dimension or dimension in found:
+        if not dimension or dimension in factors:
             raise InputError(Fault(name, found=f"'{units}'", expected='units such as "N, mm, t, s" or "lbf, in, s"'))
-        found[dimension] = _IN_WORDS[dimension][word]
-    if "length" not in found or not {"mass", "force"} & set(found):
+        factors[dimension] = _IN_WORDS[dimension][word]
+    if "length" not in factors or not {"mass", "force"} & set(factors):
         raise InputError(Fault(name, found=f"'{units}'", expected='a length with a force or a mass: "N, mm, t, s"'))
-    return factors_of(found, name)
+    return factors_of(factors, name)
 
 
-def factors_of(given: Mapping[str, float], name: str) -> Conversion:
-    """Conversion by dimension; force stays where neither force nor mass is given, mass follows.
+def factors_of(factors: Mapping[str, float], name: str) -> Conversion:
+    """Conversion by dimension; force stays without a force or mass, mass follows.
 
     Raises
     ------
     InputError
         If mass, force, length and time are given and do not fit together.
     """
-    length, time = given.get("length", 1.0), given.get("time", 1.0)
-    follows = given["mass"] * length / time**2 if "mass" in given else 1.0
-    force = given.get("force", follows)
-    if "mass" in given and abs(force / follows - 1.0) > _TOLERANCE:
+    length, time = factors.get("length", 1.0), factors.get("time", 1.0)
+    follows = factors["mass"] * length / time**2 if "mass" in factors else 1.0
+    force = factors.get("force", follows)
+    if "mass" in factors and abs(force / follows - 1.0) > _TOLERANCE:
         raise InputError(
             Fault(
                 name, f"mass, length and time make a force {follows:.6g}, given is {force:.6g}", remedy="leave one out"
@@ -68,7 +68,7 @@ def factors_of(given: Mapping[str, float], name: str) -> Conversion:
     return Conversion(length=length, force=force, time=time)
 
 
-def conversion(own: str, wanted: str) -> Conversion:
+def conversion(units: str, wanted: str) -> Conversion:
     """Conversion from the units of a model to others.
 
     Raises
@@ -76,7 +76,7 @@ def conversion(own: str, wanted: str) -> Conversion:
     InputError
         If one of them is not understood.
     """
-    first, last = system(own), system(wanted, "to")
+    first, last = system(units), system(wanted, "to")
     return Conversion(length=first.length / last.length, force=first.force / last.force, time=first.time / last.time)
 
 

@@ -1,8 +1,8 @@
 """HDF5 files that are not trusted: what is read lies in the file itself, and is no larger than the file can hold.
 
-Damage is told by three things. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any reader
-sees to these. HDF5 has none for texts, attributes among them, so files of ours end with a seal, 24 bytes behind what
-HDF5 counts as its own: a word and the hash of all that stands before. Other programs do not see it; one that changes
+Damage shows in three ways. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any reader
+sees to these. HDF5 has none for texts, attributes among them, so our files end with a seal, 24 bytes behind what
+HDF5 counts as the file: a word and the hash of all that stands before. Other programs do not see it; one that changes
 the file in place cuts it off, and what is left is a file without a seal, as older ones are.
 """
 
@@ -71,9 +71,9 @@ def opened(path: Path) -> Iterator[h5py.File]:
 def seal(path: Path) -> None:
     """Append the hash of a closed file to it."""
     with path.open("rb") as stream:
-        found = hashlib.file_digest(stream, _hash).digest()
+        digest = hashlib.file_digest(stream, _hash).digest()
     with path.open("ab") as stream:
-        stream.write(_SEAL + found)
+        stream.write(_SEAL + digest)
 
 
 def sealed(image: memoryview) -> bytes:
@@ -86,14 +86,14 @@ def _hash(data: memoryview | bytes = b"") -> Any:
 
 
 def _is_whole(data: mmap) -> bool:
-    """Whether a file is what its seal says; one that ends where HDF5 says has none."""
+    """Whether a file is what its seal says; one that ends where HDF5 says it ends has no seal."""
     if data[:8] != _SIGNATURE or data[8:9] not in b"\2\3":  # older ones are not ours
         return True
     end = len(data) - len(_SEAL) - _HASH
     if len(data) <= int.from_bytes(data[28:36], "little"):
         return True
-    with memoryview(data) as view, view[: max(end, 0)] as own:
-        return data[max(end, 0) :] == sealed(own)
+    with memoryview(data) as view, view[: max(end, 0)] as before:
+        return data[max(end, 0) :] == sealed(before)
 
 
 def check_summed(shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None) -> dict[str, Any]:
@@ -168,7 +168,7 @@ def attributes(node: h5py.Dataset, skipped: set[str]) -> dict[str, Any]:
     """Attributes by name but those skipped; raises ValueError for lists of texts and for huge ones."""
     import h5py
 
-    found = {}
+    kept = {}
     for name in node.attrs:
         if name in skipped:
             continue
@@ -176,5 +176,5 @@ def attributes(node: h5py.Dataset, skipped: set[str]) -> dict[str, Any]:
         size = prod(known.shape)
         if size > (1 if h5py.check_string_dtype(known.dtype) else _MOST_IN_ATTRIBUTE):
             raise ValueError(f"attribute '{name}' of '{node.name}' is a list of {size}")
-        found[name] = node.attrs[name]
-    return found
+        kept[name] = node.attrs[name]
+    return kept

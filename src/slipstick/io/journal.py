@@ -1,6 +1,6 @@
 """An append-only journal of points beside a results file: what a killed run leaves can be read to the last point.
 
-Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, and what the run is of);
+Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, what identifies the run);
 then one record a point: its length (8 bytes), its check sum (4 bytes), that of these 12 bytes (4 bytes), the numbers of
 the point as little-endian float64, and a note from which the run goes on. A record cut short by a kill or a full disk
 ends the reading; so does a damaged one, which is named. Journals of version 3 have one check sum a point alone.
@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-from slipstick.io.notes import packed_notes
 from slipstick.replacing import replacing
 from slipstick.results.schema import Declared, Layout
 
@@ -42,7 +41,7 @@ class Recorded(NamedTuple):
     layout, rows, notes
         What every point holds, its numbers (n_points, size), and what was noted with it.
     about
-        What the run is of, as it was given to the ``Journal``.
+        What identifies the run, as in ``Journal``.
     ends
         Bytes up to the first point, and up to the end of each.
     damage
@@ -68,7 +67,7 @@ class Journal:
     path, layout
         Where it is, and what every point holds.
     about
-        What the run is of: texts and numbers by name.
+        What identifies the run: texts and numbers by name.
     keep
         Bytes of an earlier journal to be kept and added to; by default the file is begun anew.
 
@@ -169,25 +168,25 @@ _Records = list[tuple[NDArray[np.float64], bytes, int]]
 
 def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
     """Rows of at least ``least`` bytes with their notes and ends, up to ``size``; and what is wrong with the next."""
-    found: _Records = []
+    records: _Records = []
     while True:
         head = stream.read(_HEAD)
         if len(head) < _HEAD or not any(head):  # a loss of power may leave zeros that nobody wrote
-            return found, ""
+            return records, ""
         length, begin = int.from_bytes(head[:8], "little"), stream.tell()
         if _crc(head[:12]) != head[12:] or length < least:
-            return found, "damaged"
+            return records, "damaged"
         if length > size - begin:
-            return found, ""
+            return records, ""
         payload = stream.read(length)
         if _crc(payload) != head[8:12]:
-            return found, "damaged"
-        found.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+            return records, "damaged"
+        records.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
 
 
 def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
     """The same of version 3, in which damage cannot be told from a record cut short."""
-    found: _Records = []
+    records: _Records = []
     while len(head := stream.read(_HEAD_BEFORE)) == _HEAD_BEFORE:
         length, begin = int.from_bytes(head[4:], "little"), stream.tell()
         if not least <= length <= size - begin:  # more than the file holds is not even asked for
@@ -195,8 +194,8 @@ def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records,
         payload = stream.read(length)
         if _crc(payload) != head[:4]:
             break
-        found.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
-    return found, ""
+        records.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+    return records, ""
 
 
 def _crc(data: bytes) -> bytes:
@@ -234,9 +233,43 @@ def _header(line: bytes, path: Path) -> tuple[Layout, dict[str, Any]]:
         ) from None
 
 
-def _plain(given: Any) -> dict[str, Any]:
-    return {str(k): v for k, v in given.items() if isinstance(v, str | int | float)}
+def _plain(attributes: Any) -> dict[str, Any]:
+    return {str(k): v for k, v in attributes.items() if isinstance(v, str | int | float)}
 
 
 def _declared(dims: Any, units: Any, long_name: Any, whole: Any, texts: Any) -> Declared:
     return Declared(tuple(map(str, dims)), str(units), str(long_name), bool(whole), tuple(map(str, texts)))
+
+
+def packed_notes(values: Mapping[str, Any]) -> bytes:
+    """Values by name: numbers, texts, lists of them, and arrays (n,) of floats, which keep every bit.
+
+    >>> unpacked(packed_notes({"a": np.array([0.1, 2.0]), "b": [1, "x"]}))
+    {'b': [1, 'x'], 'a': array([0.1, 2. ])}
+    """
+    arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+    plain = {name: value for name, value in values.items() if name not in arrays}
+    line = json.dumps({"values": plain, "arrays": {name: value.size for name, value in arrays.items()}}) + "\n"
+    return line.encode() + b"".join(value.astype("<f8").tobytes() for value in arrays.values())
+
+
+def unpacked(data: bytes) -> dict[str, Any]:
+    """The values that :func:`packed_notes` was called with.
+
+    Raises
+    ------
+    InputError
+        If it is nothing of that kind.
+    """
+    line, _, rest = data.partition(b"\n")
+    try:
+        header = json.loads(line)
+        values, at = dict(header["values"]), 0
+        for name, size in header["arrays"].items():
+            if not 0 <= size <= (len(rest) - at) // 8:
+                raise ValueError
+            values[name] = np.frombuffer(rest, dtype="<f8", count=size, offset=at).astype(float)
+            at += 8 * size
+        return values
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise InputError("a note in the journal is damaged; expected one written by 'slipstick run'") from None

@@ -53,8 +53,8 @@ def load_table(path: str | Path) -> ResultTable:
     if kind:
         raise InputError(f"{path}: not a results file: it is {kind}; give a results.nc of 'slipstick run'")
     try:
-        found = read_netcdf(path)
-        table = _as_table(found.variables, found.attributes)
+        group = read_netcdf(path)
+        table = _as_table(group.variables, group.attributes)
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
@@ -109,22 +109,22 @@ def _continued(table: ResultTable, journal: Path) -> ResultTable:
     layout, rows = recorded.layout, recorded.rows
     if recorded.damage:
         warn([recorded.damage])
-    found = file_variables(layout, rows)
-    if not _begins_alike(table, layout, found):
+    variables = file_variables(layout, rows)
+    if not _begins_alike(table, layout, variables):
         raise InputError(f"{journal}: not the journal of these results")
     if len(rows) <= table.sizes.get("point", 0):
         return table
     return make_table(layout, layout.unpack(rows), layout.attributes)
 
 
-def _begins_alike(table: ResultTable, layout: Layout, found: Mapping[str, StoredVariable]) -> bool:
+def _begins_alike(table: ResultTable, layout: Layout, variables: Mapping[str, StoredVariable]) -> bool:
     """Whether results and journal are of one run: same names, dimensions and attributes, and the same first points."""
-    if set(found) != set(table.variables):
+    if set(variables) != set(table.variables):
         return False
     if any(table.attrs.get(name) != value for name, value in layout.attributes.items() if name not in ENDING):
         return False
-    common = min(table.sizes.get("point", 0), len(found["point"].values))
-    for name, variable in found.items():
+    common = min(table.sizes.get("point", 0), len(variables["point"].values))
+    for name, variable in variables.items():
         known = table[name]
         if known.dims != variable.dims or known.values.shape[1:] != variable.values.shape[1:]:
             return False
@@ -156,8 +156,8 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     path
         Written by ``Branch.save`` or by ``slipstick run``; points that a killed run left in the journal are read too.
     problem
-        The problem, for results that could not store it: laws that are functions, structures of your own. Only what
-        the numbers tell of it is compared.
+        The problem, for results that could not store it: laws that are functions, your own structures. It is
+        compared as far as the numbers tell.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     Raises
     ------
     InputError
-        If there is no such file, it is no results file, or the problem given is of other results.
+        If there is no such file, it is no results file, or ``problem`` is that of other results.
 
     Warns
     -----

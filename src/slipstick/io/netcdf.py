@@ -65,8 +65,8 @@ def write_netcdf(path: Path, root: Group, groups: Mapping[str, Group] | None = N
         _write(file, root, numbers)
         for name, group in (groups or {}).items():
             _write(file.create_group(name, track_order=True), group, numbers)
-    with image.getbuffer() as own:
-        image_end = sealed(own)
+    with image.getbuffer() as buffer:
+        image_end = sealed(buffer)
     image.seek(0, SEEK_END)
     image.write(image_end)
     path.write_bytes(image.getvalue())  # a view would outlive a failure to write in its traceback, and hold the buffer
@@ -109,8 +109,8 @@ def _create(
     return dataset
 
 
-def _storable(given: Mapping[str, Any]) -> dict[str, Any]:
-    kept = {name: value for name, value in given.items() if value is not None}
+def _storable(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {name: value for name, value in attributes.items() if value is not None}
     return {name: int(value) if isinstance(value, bool | np.bool_) else value for name, value in kept.items()}
 
 
@@ -145,8 +145,8 @@ def read_netcdf(path: Path, group: str = "", *, limit: int = LARGEST_RESULTS) ->
             )
             for name, node in kept.items()
         }
-        found = {name: value for name, value in _attributes(place).items() if name != "_NCProperties"}
-        return Group(variables=variables, attributes=found)
+        attributes = {name: value for name, value in _attributes(place).items() if name != "_NCProperties"}
+        return Group(variables=variables, attributes=attributes)
 
 
 def _is_bare(node: h5py.Dataset) -> bool:
@@ -180,11 +180,11 @@ def _attributes(node: h5py.Dataset) -> dict[str, Any]:
     return {name: _plain(value) for name, value in attributes(node, _INTERNAL).items()}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     if isinstance(value, bytes):
         return _text(value)
     return value.item() if isinstance(value, np.ndarray) and value.shape == (1,) else value
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -1,7 +1,7 @@
 """A problem in a results file: arrays, and JSON that says what they belong to. Nothing in it is executed when read.
 
 Every part of a problem is written as the arguments it is made from, and made again by its own constructor, which checks
-them as it checks a user's. Laws and structures of a user's own are code, not numbers: they are not stored.
+them as it checks a user's. Laws and structures that a user wrote are code, not numbers: they are not stored.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def _by_fields(thing: Any) -> dict[str, Any]:
 
 
 def _arguments(problem: Problem) -> dict[str, Any]:
-    """Without what programs of before do not know, where there is none of it."""
+    """Arguments of a problem; states, which earlier versions do not know, only where there are any."""
     return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
 
 
@@ -73,12 +73,12 @@ _WORDS = {kind: word for word, (kind, _) in STORED_PARTS.items()}
 
 def describe(problem: Problem) -> Group:
     """A problem as the variables and attributes of a group; without variables, and the reason, where it cannot be."""
-    own = [p for p in problem.contacts if type(p.contact) not in _WORDS]
+    unstorable = [p for p in problem.contacts if type(p.contact) not in _WORDS]
     if type(problem.structure) not in _WORDS:
         return _left_out(f"its structure is a {type(problem.structure).__name__}, which is code and not numbers")
-    if own:
-        law = type(own[0].contact).__name__
-        return _left_out(f"the law of contact '{own[0].name}' is a {law}, which is code and not numbers")
+    if unstorable:
+        law = type(unstorable[0].contact).__name__
+        return _left_out(f"the law of contact '{unstorable[0].name}' is a {law}, which is code and not numbers")
     arrays: dict[str, StoredVariable] = {}
     try:
         text = json.dumps(_plain(problem, "", arrays), allow_nan=False)
@@ -101,7 +101,7 @@ def _left_out(reason: str) -> Group:
     return Group(variables={}, attributes={WITHOUT: reason})
 
 
-def _plain(value: Any, where: str, arrays: dict[str, StoredVariable]) -> Any:
+def _plain(value: object, where: str, arrays: dict[str, StoredVariable]) -> Any:
     """A value as JSON; arrays go to ``arrays``, under the names of the arguments that lead to them."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -155,7 +155,7 @@ def read_problem(path: Path, table: ResultTable) -> tuple[Problem | None, str]:
     return problem, ""
 
 
-def _made(plain: Any, arrays: Mapping[str, AnyArray]) -> Any:
+def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
     """What JSON of ``_plain`` stands for; raises KeyError, TypeError or ValueError where it is none."""
     if isinstance(plain, list):
         return [_made(item, arrays) for item in plain]
@@ -182,12 +182,12 @@ def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:
     return matrix
 
 
-def misfit(problem: Any, table: ResultTable) -> str:
+def misfit(problem: object, table: ResultTable) -> str:
     """Why the numbers cannot be those of a problem, or nothing."""
     if not isinstance(problem, Problem):
         raise InputError("problem: expected an ss.Problem")
-    own = {"dof": problem.outputs or (), "coefficient": problem.harmonics.labels, "contact": problem.elements}
-    for dim, names in own.items():
+    labels = {"dof": problem.outputs or (), "coefficient": problem.harmonics.labels, "contact": problem.elements}
+    for dim, names in labels.items():
         if dim in table and [str(n) for n in table[dim].to_numpy()] != list(names):
             return f"its {dim} labels are {', '.join(names[:8])}, those of the results are others"
     return ""

@@ -45,12 +45,12 @@ class ResultStore:
     path
         The results file; its folder must exist.
     layout
-        Variables, labels and attributes. The numbers of a point are given to :meth:`append` by variable name; those
-        left out are stored as nan.
+        Variables, labels and attributes. :meth:`append` takes the numbers of a point by variable name; those left
+        out are stored as nan.
     problem
         What is computed, stored with the points.
     about
-        What the run is of, for whoever goes on with it: texts and numbers, kept in the journal.
+        What identifies the run, for whoever goes on with it: texts and numbers, kept in the journal.
     recorded, keep
         The journal of an earlier run to go on with, and how many of its points are kept.
 

@@ -39,11 +39,11 @@ def write_shape(branch: Branch, path: str | Path, point: int, *, frames: int = 3
     frames = whole("shape frames", frames, 1, MOST_FRAMES)
     d = branch.point(point)
     omega = float(d["omega"])
-    found = deflection_of(branch)
+    deflection = deflection_of(branch)
     tau = np.arange(frames) * (2.0 * np.pi / frames)
-    motion = np.einsum("ndl,tl->tnd", found.at(int(d["point"])), branch.harmonics.H_minus(tau))
+    motion = np.einsum("ndl,tl->tnd", deflection.at(int(d["point"])), branch.harmonics.H_minus(tau))
     title = str(branch.dataset.attrs.get("title", "")) or "shape"
-    text = "\n".join(_lines(title, found.skin.nodes, found.skin.triangles, tau / omega, motion))
+    text = "\n".join(_lines(title, deflection.skin.nodes, deflection.skin.triangles, tau / omega, motion))
     try:
         with replacing(target) as temporary:
             temporary.write_text(text, encoding="utf-8")

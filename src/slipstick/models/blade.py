@@ -55,8 +55,8 @@ class BladeModel:
         Convection coefficient on every surface in the gas, W/(m2 K): 200 lies in the range of compressor and cold-end
         turbine blades, 100 to 1000. The root keeps the temperature of the disc.
     modes, up_to
-        Number of modes kept; None: as many as their accuracy asks for, also up to a frequency (rad/s) where one is
-        given: see ``ss.reduced_body``.
+        Number of modes kept; None: as many as their accuracy asks for, also up to a frequency (rad/s) where
+        ``up_to`` is set: see ``ss.reduced_body``.
     """
 
     shape: BladeShape = field(default_factory=BladeShape)
@@ -68,41 +68,39 @@ class BladeModel:
     up_to: float | None = None
 
     def __post_init__(self) -> None:
-        found, length = Gathering(), "a length > 0, or None"
-        found.take(one, "blade, shape", self.shape, BladeShape, 'a size such as "small", or a BladeShape')
-        found.take(one, "blade, material", self.material, Material, "an ss.Material")
+        gathering, length = Gathering(), "a length > 0, or None"
+        gathering.take(one, "blade, shape", self.shape, BladeShape, 'a size such as "small", or a BladeShape')
+        gathering.take(one, "blade, material", self.material, Material, "an ss.Material")
         values = {
-            "contacts": found.take(_places, "blade, contacts", self.contacts),
-            "radius": self.radius
-            if self.radius is None
-            else found.take(number, "blade, radius", self.radius, length, above=SMALLEST),
-            "film": found.take(number, "blade, film", self.film, "a convection coefficient >= 0", above=0.0),
-            "modes": self.modes if self.modes is None else found.take(whole, "blade, modes", self.modes, 1),
-            "up_to": self.up_to if self.up_to is None else found.take(frequency, "blade, up_to", self.up_to),
+            "contacts": gathering.take(_places, "blade, contacts", self.contacts),
+            "radius": gathering.optional(number, "blade, radius", self.radius, length, above=SMALLEST),
+            "film": gathering.take(number, "blade, film", self.film, "a convection coefficient >= 0", above=0.0),
+            "modes": gathering.optional(whole, "blade, modes", self.modes, 1),
+            "up_to": gathering.optional(frequency, "blade, up_to", self.up_to),
         }
         if self.modes is not None and self.up_to is not None:
-            found.faults.append(Fault("blade, modes", "both modes and up_to are given", remedy="keep one"))
-        found.end()
+            gathering.faults.append(Fault("blade, modes", "both modes and up_to are given", remedy="keep one"))
+        gathering.end()
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
 
-def _places(name: str, value: Any) -> int | tuple[tuple[float, ...], ...]:
+def _places(name: str, value: object) -> int | tuple[tuple[float, ...], ...]:
     """How many contacts, or their positions."""
     expected = "how many, or positions (n, 3)"
-    found = count_or_numbers(name, value, expected)
-    if isinstance(found, int):
-        return found
-    if found.ndim != 2 or found.shape[1] != 3 or not found.size:
+    places = count_or_numbers(name, value, expected)
+    if isinstance(places, int):
+        return places
+    if places.ndim != 2 or places.shape[1] != 3 or not places.size:
         raise wrong(name, value, expected)
-    return tuple(tuple(position) for position in found.tolist())
+    return tuple(tuple(position) for position in places.tolist())
 
 
-def _check_tools(loss_factor: Any, cache: Any, listener: Any, solver: Any) -> None:
-    found = Gathering()
-    found.take(number, "loss_factor", loss_factor, "a number >= 0", above=0.0)
-    found.take(tools, solver, cache, listener)
-    found.end()
+def _check_tools(loss_factor: object, cache: object, listener: object, solver: object) -> None:
+    gathering = Gathering()
+    gathering.take(number, "loss_factor", loss_factor, "a number >= 0", above=0.0)
+    gathering.take(tools, solver, cache, listener)
+    gathering.end()
 
 
 def finite_element_blade(setup: BladeModel) -> ContactModel:
@@ -150,7 +148,7 @@ def reduced_blade(
     cache
         Folder in which blades are kept: the same one, made by the same code, is read from there.
     listener
-        Is given the progress of the modes.
+        Hears the progress of the modes.
 
     Raises
     ------

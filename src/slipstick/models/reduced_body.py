@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -70,7 +70,7 @@ class ReducedBody:
     source
         Where the model comes from and its units.
     notes, warnings
-        Of the imported model: what was left out; what is approximated or is suspicious.
+        Of the imported model: what was left out; what is approximated or suspicious.
     full
         Gives the full model, for comparison; that of a stored reduction may have to be made again.
     """
@@ -148,13 +148,13 @@ def reduced_body(
     modes, accuracy, up_to
         A number of modes, or as many as bring the receptance to a relative accuracy up to a frequency (rad/s). With
         neither, as many as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency, and
-        up to the frequency where one is given; 128 at most.
+        up to ``up_to`` where it is set; 128 at most.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force
         Take a reduction that is too coarse for ``up_to``.
     cache
-        Folder in which reductions are kept and found again by content.
+        Folder in which reductions are kept; the same model and options are read from there.
 
     Raises
     ------
@@ -166,15 +166,30 @@ def reduced_body(
     SlipstickWarning
         A damping matrix, which real modes do not use; an error above 1e-4 up to ``up_to``.
     """
-    wanted = _wanted(
-        model, surface=surface, contacts=contacts, radius=radius, pressure=pressure, base=base, films=films, cold=cold,
-        keep=keep, modes=modes, accuracy=accuracy, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
-        force=force, cache=cache, listener=listener,
-    )  # fmt: skip
+    gathering = Gathering()
+    gathering.take(one, "model", model, ImportedModel, "what ss.import_model returns")
+    wanted = _Wanted(
+        surface=_surface_table(gathering, surface),
+        contacts=contacts,
+        radius=gathering.optional(number, "radius", radius, "a length > 0", above=SMALLEST),
+        pressure=_pressures(gathering, pressure),
+        base=gathering.take(_axes, base) or (),
+        films=_films(gathering, films),
+        cold=gathering.optional(text, "cold", cold, "the name of a node set or surface"),
+        keep=gathering.take(names, "keep", keep) or (),
+        modes=gathering.optional(whole, "modes", modes, 1),
+        accuracy=gathering.optional(number, "accuracy", accuracy, "a relative error"),
+        up_to=gathering.optional(frequency, "up_to", up_to),
+    )
+    gathering.take(non_negative, "loss_factor", loss_factor)
+    gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
+    gathering.take(truth, "force", force)
+    gathering.take(tools, None, cache, listener)
+    gathering.end()
     _refuse(model, wanted)
-    whole = None if surface is None else _with_contacts(model, wanted)
+    body = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = (
-        {**_kept(model, wanted.keep), "skin": _seen(model)} if whole is None else _with_kept(whole, model, wanted.keep)
+        {**_kept(model, wanted.keep), "skin": _seen(model)} if body is None else _with_kept(body, model, wanted.keep)
     )
     request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
@@ -196,7 +211,7 @@ def reduced_body(
     warn(unused)
     return ReducedBody(
         structure=reduction.structure,
-        points=None if whole is None else whole.points,
+        points=None if body is None else body.points,
         n_dofs=reduction.n_full,
         solver=reduction.solver,
         seconds=reduction.seconds,
@@ -225,49 +240,35 @@ class _Wanted:
     up_to: float | None
 
 
-def _wanted(
-    model: Any, *, surface: Any, contacts: Any, radius: Any, pressure: Any, base: Any, films: Any, cold: Any, keep: Any,
-    modes: Any, accuracy: Any, up_to: Any, loss_factor: Any, damping_ratio: Any, force: Any, cache: Any, listener: Any,
-) -> _Wanted:  # fmt: skip
-    """The request, checked for kinds."""
-    found = Gathering()
-    found.take(one, "model", model, ImportedModel, "what ss.import_model returns")
-    if not (surface is None or isinstance(surface, str | Surface)):
-        surface = found.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+def _surface_table(gathering: Gathering, surface: object) -> str | Surface | Mapping[str, Any] | None:
+    if surface is None or isinstance(surface, str | Surface):
+        return surface
+    return gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+
+
+def _pressures(gathering: Gathering, pressure: object) -> dict[str, str]:
+    """Surfaces by load shape."""
     pressure = {"pressure": pressure} if isinstance(pressure, str) else pressure
-    shapes = {} if pressure is None else found.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
-    for name, on in (shapes or {}).items():
-        found.take(text, ("pressure", name), on, "the name of a surface")
-    expected = "convection coefficients by surface"
-    coefficients = {} if films is None else found.take(table, "films", films, expected)
-    for name, film in (coefficients or {}).items():
-        found.take(number, ("films", name), film, "a convection coefficient >= 0", above=0.0)
-    if cold is not None:
-        found.take(text, "cold", cold, "the name of a node set or surface")
-    checked = {
-        "radius": None if radius is None else found.take(number, "radius", radius, "a length > 0", above=SMALLEST),
-        "base": found.take(_axes, base),
-        "keep": found.take(names, "keep", keep),
-        "modes": None if modes is None else found.take(whole, "modes", modes, 1),
-        "accuracy": None if accuracy is None else found.take(number, "accuracy", accuracy, "a relative error"),
-        "up_to": None if up_to is None else found.take(frequency, "up_to", up_to),
-    }
-    found.take(non_negative, "loss_factor", loss_factor)
-    found.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
-    found.take(truth, "force", force)
-    found.take(tools, None, cache, listener)
-    found.end()
-    request: dict[str, Any] = {"surface": surface, "contacts": contacts, "pressure": shapes, "films": coefficients}
-    return _Wanted(**request, cold=cold, **cast(Any, checked))
+    shapes = gathering.optional(table, "pressure", pressure, "a surface, or surfaces by load shape") or {}
+    for name, on in shapes.items():
+        gathering.take(text, ("pressure", name), on, "the name of a surface")
+    return shapes
 
 
-def _axes(given: Any) -> tuple[str, ...]:
+def _films(gathering: Gathering, films: object) -> dict[str, float]:
+    coefficients = gathering.optional(table, "films", films, "convection coefficients by surface") or {}
+    for name, film in coefficients.items():
+        gathering.take(number, ("films", name), film, "a convection coefficient >= 0", above=0.0)
+    return coefficients
+
+
+def _axes(axes: object) -> tuple[str, ...]:
     """Directions of a support's motion, each once."""
-    found = names("base", given, 'a direction "x", "y" or "z", or a list of them')
-    for axis in found:
+    directions = names("base", axes, 'a direction "x", "y" or "z", or a list of them')
+    for axis in directions:
         if axis not in COMPONENTS[:3]:
             raise wrong("base", axis, 'a direction "x", "y" or "z"')
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(directions))
 
 
 def _base_shapes(model: ImportedModel, axes: Sequence[str]) -> dict[str, Array]:
@@ -376,7 +377,7 @@ def _seen(model: ImportedModel) -> SkinRows | None:
 
 
 def _kept(model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:
-    """Dofs to keep, by name where all have a row of their own."""
+    """Dofs to keep, by name where each has its row."""
     if model.dependence is None or not set(keep) & set(model.dependent_dofs):
         return {"keep": keep}
     return {"keep": model.directions(keep), "names": tuple(keep)}

@@ -1,4 +1,4 @@
-"""Friction contacts at the contact points of a body: one law, one rubbing direction, loads of their own or shared."""
+"""Friction contacts at the contact points of a body: one law, one rubbing direction, separate or shared loads."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def surface_contacts(
         Numbers of the points, counted from 1; "all" of them by default.
     normal
         Whether the normal load varies with the motion across the surface, with stiffness ``kn``; with an ``axis`` also
-        "radial", "axial" or "circumferential" instead of the surface's own normal, turned to look out of the body.
+        "radial", "axial" or "circumferential" instead of the normal of the surface, turned to look out of the body.
     shared
         Whether the normal load of ``contact`` is that of all these contacts together, shared by area; otherwise each
         carries it.
@@ -63,7 +63,7 @@ def surface_contacts(
     Raises
     ------
     InputError
-        If the body has no contact points, a point is not there or given twice, the direction is normal to the surface,
+        If the body has no contact points, a point is not there or stands twice, the direction is normal to the surface,
         there is not one value for each point, a gap is to be shared, a point lies on the axis, or there is no axis
         where one is needed.
     """
@@ -71,11 +71,11 @@ def surface_contacts(
     places = body.points
     if places is None:
         raise InputError(Fault("points", "the body has no contact points", remedy="give surface where it is reduced"))
-    found = Gathering()
-    chosen = found.take(places.chosen, points)
-    turned = found.take(places.outward, about, normal) if isinstance(normal, str) else None
-    directions = found.take(places.tangential, direction, axis=about, across=turned)
-    found.end()
+    gathering = Gathering()
+    chosen = gathering.take(places.chosen, points)
+    turned = gathering.take(places.outward, about, normal) if isinstance(normal, str) else None
+    directions = gathering.take(places.tangential, direction, axis=about, across=turned)
+    gathering.end()
     at, along = chosen or [], directions or []
     across = places.normal if turned is None else places.cosines(turned)
     if shared:
@@ -94,25 +94,29 @@ def surface_contacts(
     ]
 
 
-def _checked(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbing: Any, axis: Any) -> Axis | None:
+def _checked(
+    body: object, name: object, contact: object, normal: object, shared: object, rubbing: object, axis: object
+) -> Axis | None:
     """The axis, if there is one; InputError with everything that is of another kind."""
-    found = Gathering()
-    found.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
-    found.take(text, "name", name)
+    gathering = Gathering()
+    gathering.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
+    gathering.take(text, "name", name)
     if not isinstance(contact, Law):
-        found.faults.append(Fault("contact", found=shown(contact), expected="ss.FrictionContact(...), or a law"))
+        gathering.faults.append(Fault("contact", found=shown(contact), expected="ss.FrictionContact(...), or a law"))
     if not isinstance(normal, str):
-        found.take(truth, "normal", normal)
+        gathering.take(truth, "normal", normal)
     elif normal not in DIRECTIONS:
         expected = f"true, false, or with an axis one of {', '.join(DIRECTIONS)}"
-        found.faults.append(Fault("normal", found=shown(normal), expected=expected))
-    found.take(truth, "shared", shared)
-    about = None if axis is None else found.take(Axis.of, axis)
+        gathering.faults.append(Fault("normal", found=shown(normal), expected=expected))
+    gathering.take(truth, "shared", shared)
+    about = None if axis is None else gathering.take(Axis.of, axis)
     if rubbing is not None and not callable(rubbing):
-        found.take(one, "rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion, a function that gives one, or None")
+        gathering.take(
+            one, "rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion, a function that gives one, or None"
+        )
     elif callable(rubbing) and axis is None:
-        found.faults.append(Fault("rubbing", "a function of radius and angle needs an axis", remedy="give axis"))
-    found.end()
+        gathering.faults.append(Fault("rubbing", "a function of radius and angle needs an axis", remedy="give axis"))
+    gathering.end()
     return about
 
 

@@ -135,9 +135,9 @@ def _influence(
     if not films and cold is None:
         return None
     if model.basis is not None:
-        found = "some nodes depend on others (glued parts, rigid bodies), and heat is not led through that here"
+        reason = "some nodes depend on others (glued parts, rigid bodies), and heat is not led through that here"
         raise InputError(
-            Fault("films", found, remedy="mesh the body in one piece, or give the resistance of the contacts")
+            Fault("films", reason, remedy="mesh the body in one piece, or give the resistance of the contacts")
         )
     if model.conduction is None or not model.conduction.diagonal().max() > 0.0:
         raise InputError("convection is given, but no material has a conductivity; give one > 0, W/(m K)")
@@ -147,7 +147,7 @@ def _influence(
 
 
 def of_import(imported: ImportedModel) -> ElasticModel:
-    """The elastic model of an imported one that brought its mesh: its own matrices, our surfaces and patches.
+    """The elastic model of an imported one that brought its mesh: its matrices, our surfaces and patches.
 
     Raises
     ------

@@ -5,31 +5,18 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_PUBLIC = {
-    "response": "slipstick.plots.curves",
-    "phase": "slipstick.plots.curves",
-    "mean": "slipstick.plots.curves",
-    "power": "slipstick.plots.curves",
-    "friction": "slipstick.plots.curves",
-    "temperature": "slipstick.plots.curves",
-    "fractions": "slipstick.plots.shares",
-    "loop": "slipstick.plots.hysteresis",
-    "loops": "slipstick.plots.hysteresis",
-    "states": "slipstick.plots.points",
-    "history": "slipstick.plots.points",
-    "spectrum": "slipstick.plots.points",
-    "stability": "slipstick.plots.multipliers",
-    "tolerance_band": "slipstick.plots.tolerances",
-    "tornado": "slipstick.plots.tolerances",
-    "campbell": "slipstick.plots.rotor",
-    "backbone": "slipstick.plots.modes",
-    "damping": "slipstick.plots.modes",
-    "compare": "slipstick.plots.comparison",
-    "study_map": "slipstick.plots.study",
-    "study_curves": "slipstick.plots.study",
-    "abscissa_text": "slipstick.plots.quantities",
-    "save_figure": "slipstick.plots.style",
+_FIGURES = {
+    "curves": "response phase mean power friction temperature fractions stability compare",
+    "points": "loop loops states history spectrum",
+    "tolerances": "tolerance_band tornado",
+    "modes": "backbone damping",
+    "rotor": "campbell",
+    "study": "study_map study_curves",
+    "quantities": "abscissa_text",
+    "style": "save_figure",
 }
+"""Public functions by file."""
+_PUBLIC = {name: f"slipstick.plots.{file}" for file, names in _FIGURES.items() for name in names.split()}
 
 __all__ = sorted(_PUBLIC)
 

@@ -28,12 +28,12 @@ class Lengths(Formatter):
 
     @property
     def _labelled(self) -> bool:
-        """Whether the axis still has the label; under one of the user's own ticks are metres."""
+        """Whether the axis still has this label; ticks under a label of the user are metres."""
         names = (METRES, *(name for _, _, name in _SMALLER))
         return self.axis.label.get_text() in [self._label.replace(METRES, name) for name in names]
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
-        """As all ticks are about to be drawn."""
+        """The texts of all ticks, which are about to be drawn: the label follows."""
         if self._labelled:
             self.axis.label.set_text(self._label.replace(METRES, self._unit()[1]))
         return [self(value) for value in values]
@@ -54,7 +54,7 @@ class _BetweenDecades(Lengths):
 
 
 def on_log_axis(axis: Any) -> None:
-    """The same on a logarithmic axis, whose scale has just been set."""
+    """Lengths on a logarithmic axis, whose scale has just been set."""
     label = axis.get_label_text()
     if label.endswith(METRES):
         axis.set_major_formatter(Lengths(label))

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.plots.overlay import Curves
-from slipstick.plots.quantities import abscissa, chosen, dataset_of, quantity, values_of
-from slipstick.plots.smooth import corners_of, smooth
+from slipstick.plots.overlay import Curves, corners_of, smooth
+from slipstick.plots.quantities import Branches, OneBranch, abscissa, chosen, dataset_of, quantity, values_of
 from slipstick.plots.style import GREY, legend, styled, titled
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
 
 
 def backbone(
-    mode: Any, forced: Any = None, dof: str | None = None, *, ax: Axes | None = None, frequency: str | None = None
+    mode: OneBranch,
+    forced: Branches | None = None,
+    dof: str | None = None,
+    *,
+    ax: Axes | None = None,
+    frequency: str | None = None,
 ) -> DrawnAxes:
     """Amplitude of a nonlinear mode over its frequency: the line through the peaks of forced curves of all load levels.
 
@@ -57,7 +62,7 @@ def backbone(
     return ax
 
 
-def damping(mode: Any, *, ax: Axes | None = None) -> DrawnAxes:
+def damping(mode: OneBranch, *, ax: Axes | None = None) -> DrawnAxes:
     """Damping ratio of a nonlinear mode over its amplitude."""
     data, new = mode_dataset(mode), ax is None
     ax = styled(ax, quantity(data, "modal_amplitude"), quantity(data, "modal_damping"))
@@ -71,7 +76,7 @@ def damping(mode: Any, *, ax: Axes | None = None) -> DrawnAxes:
     return ax
 
 
-def mode_dataset(mode: Any) -> Any:
+def mode_dataset(mode: OneBranch) -> xarray.Dataset:
     """The dataset of a nonlinear mode; InputError for another branch."""
     data = dataset_of(mode)
     if "modal_damping" not in data:

@@ -1,8 +1,8 @@
-"""One point of a branch over its period: states, time histories, harmonics; loops are in ``hysteresis.py``.
+"""One point of a branch over its period: hysteresis loops, states, time histories, harmonics.
 
-All take a branch (or its dataset) and the number of a point, and return Axes: those given as ``ax``, else those of a
-new figure, which has the title of the results and tells where the point lies. They raise InputError for points and
-names that are not there.
+All take a branch (or its dataset) and the number of a point, and return Axes: ``ax``, else those of a new figure, which
+has the title of the results and tells where the point lies. They raise InputError for points and names that are not
+there.
 """
 
 from __future__ import annotations
@@ -12,17 +12,149 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.branch import Branch
 from slipstick.errors import InputError
-from slipstick.faults import truth
-from slipstick.plots.hysteresis import force_text
-from slipstick.plots.places import branch_of, point_number, point_titled
-from slipstick.plots.quantities import chosen, dataset_of, known_names, motion_label, units_of, with_unit
-from slipstick.plots.style import GREY, STATE_COLOURS, legend, over_decades, short, styled
+from slipstick.faults import shown, truth, whole
+from slipstick.faults import text as one_text
+from slipstick.plots.quantities import (
+    NO_POINTS,
+    OneBranch,
+    abscissa,
+    chosen,
+    dataset_of,
+    known_names,
+    motion_label,
+    title_of,
+    units_of,
+    with_unit,
+)
+from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
 from slipstick.results.contacts import force_of
 from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
+"""What a loop is drawn over: its key in ``Branch.loop`` and its name."""
+
+
+def loop(
+    branch: OneBranch,
+    point: int,
+    contact: Names = None,
+    *,
+    over: str = "vibration",
+    limit: bool = False,
+    ax: Axes | None = None,
+    label: str | None = None,
+) -> DrawnAxes:
+    """Hysteresis loop: force over the vibration x of the contact along its first port, or over its motion x + u.
+
+    That of a friction contact is its friction force. The area under the curve over x + u is the energy dissipated in a
+    period; with a constant rubbing velocity that curve does not close, it goes on by velocity x period. Over x alone
+    the area is the work taken from the structure.
+
+    Parameters
+    ----------
+    branch, point, contact
+        A contact at a point, or several contacts; by default the first.
+    over
+        "vibration" or "sliding".
+    limit
+        Whether the friction limit mu fy is drawn, thin and dotted, with both signs.
+    ax, label
+        Axes to draw into, and name of a single loop in the legend.
+
+    Returns
+    -------
+    Axes
+        One line for each contact.
+    """
+    if not isinstance(over, str) or over not in LOOP_MOTIONS:
+        raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
+    drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
+    point = point_number(dataset, point)
+    names, (key, text) = chosen(dataset, "contact", contact), LOOP_MOTIONS[over]
+    unit, limit = units_of(dataset), truth("limit", limit)
+    if label is not None:
+        one_text("label", label)
+    periods = {name: drawn.loop(point, name) for name in names}
+    force = with_unit(force_text(periods), unit.label("force"))
+    ax = styled(ax, with_unit(text, unit.label("length")), force)
+    for name, period in periods.items():
+        (line,) = ax.plot(period[key], period["force"], linewidth=1.6, label=label if len(names) == 1 else name)
+        if not np.ptp(period[key]) and not np.ptp(period["force"]):
+            line.set_marker("o")  # at rest: a loop without extent
+        for sign in (1.0, -1.0) if limit and "limit" in period else ():
+            ax.plot(period[key], sign * period["limit"], color=line.get_color(), linewidth=0.7, linestyle=":")
+    if new:
+        point_titled(ax, dataset, point, names)
+    if not new or label is not None or len(names) > 1:
+        legend(ax)
+    return ax
+
+
+def force_text(periods: Mapping[str, Mapping[str, Array]]) -> str:
+    """What the force of these loops is called."""
+    return "Friction force" if all("limit" in period for period in periods.values()) else "Contact force"
+
+
+def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool = False) -> tuple[Axes, Axes]:
+    """The loop over the vibration x and, beside it, over the sliding motion x + u, whose area is the energy dissipated.
+
+    Arguments as in :func:`loop`; always a new figure.
+    """
+    dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
+    point = point_number(dataset, point)
+    left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
+    for ax, over in ((left, "vibration"), (right, "sliding")):
+        loop(branch, point, names, over=over, limit=limit, ax=ax)
+    right.set_ylabel("")
+    if len(names) == 1:
+        _shade(right, branch_of(branch), point, names[0])
+    elif left.get_legend() is not None:
+        left.get_legend().remove()
+    point_titled(left, dataset, point, names)
+    return left, right
+
+
+def _shade(ax: Axes, branch: Branch, point: int, contact: str) -> None:
+    """The area of a loop over the sliding motion, and how much it is."""
+    at, period = branch.dataset.isel(point=point), branch.loop(point, contact)
+    unit = units_of(branch.dataset).after("force length")
+    if "limit" in period:
+        area = 2 * np.pi * float(at["dissipated_power"].sel(contact=contact)) / float(at["omega"])
+    else:  # of the one port that is drawn: a law may dissipate along others too
+        area = float(np.trapezoid(period["force"], period["total"]))
+    energy = f"{area:.4g}{unit}"
+    w, force = (np.asarray(values) for values in ax.lines[0].get_data())
+    if float(at["rubbing_velocity"].sel(contact=contact)):  # does not close: down to no force and back
+        w, force = np.append(w, w[[-1, 0]]), np.append(force, [0.0, 0.0])
+    ax.fill(w, force, alpha=0.12, color=ax.lines[0].get_color(), linewidth=0)
+    ax.set_title(f"area = energy dissipated a period = {energy}", fontsize="small", parse_math=False)
+
+
+def point_number(dataset: xarray.Dataset, point: int) -> int:
+    """The number of a point; InputError where there is none."""
+    count = dataset.sizes["point"]
+    if not count:
+        raise InputError(NO_POINTS)
+    return whole("point", point, -count, count - 1)
+
+
+def branch_of(branch: OneBranch) -> Branch:
+    """The branch, or that of a dataset."""
+    return branch if isinstance(branch, Branch) else Branch.from_dataset(dataset_of(branch))
+
+
+def point_titled(ax: Axes, dataset: xarray.Dataset, point: int, names: list[str]) -> None:
+    """Title of a figure of a point; it tells the name of what is drawn alone."""
+    figure: Figure = ax.figure  # type: ignore[assignment]
+    about = names if len(names) == 1 else []
+    titled(figure, title_of([(None, dataset)]), *about, f"at {abscissa(dataset).text(dataset, point)}")
 
 
 _MOST_ROWS = 40
@@ -32,15 +164,15 @@ _LEAST = 1e-8
 """Harmonics smaller than this part of the largest are not shown on a logarithmic scale."""
 
 
-def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> DrawnAxes:
+def states(branch: OneBranch, point: int, contact: Names = None, *, ax: Axes | None = None) -> DrawnAxes:
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom.
 
     A contact whose law does not tell its states is a grey bar, "unknown".
     """
-    found, dataset, new = branch_of(branch), dataset_of(branch), ax is None
+    drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
     names, point = chosen(dataset, "contact", every if contact is None else contact), point_number(dataset, point)
-    intervals = found.states(point)
+    intervals = drawn.states(point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
     if new:
         point_titled(ax, dataset, point, names)
@@ -81,7 +213,13 @@ def _period_axis(ax: Axes) -> None:
 
 
 def history(
-    branch: Any, point: int, dof: Names = None, *, contact: Names = None, limit: bool = True, ax: Axes | None = None
+    branch: OneBranch,
+    point: int,
+    dof: Names = None,
+    *,
+    contact: Names = None,
+    limit: bool = True,
+    ax: Axes | None = None,
 ) -> DrawnAxes:
     """One period in time: the motion of dofs (by default the first), or the force of contacts along their first port.
 
@@ -112,7 +250,7 @@ def history(
 
 
 def spectrum(
-    branch: Any,
+    branch: OneBranch,
     point: int,
     dof: Names = None,
     *,
@@ -161,21 +299,21 @@ def _sizes(X: Array) -> Array:
     return np.concatenate([np.abs(X[:1]), np.hypot(X[1::2], X[2::2])])
 
 
-def _names(dataset: Any, dof: Names, contact: Names) -> list[str]:
+def _names(dataset: xarray.Dataset, dof: Names, contact: Names) -> list[str]:
     """Dofs or contacts of which something is drawn."""
     if dof is not None and contact is not None:
         raise InputError("both dof and contact are given; their motion and force do not fit in one figure")
     return chosen(dataset, "dof", dof) if contact is None else chosen(dataset, "contact", contact)
 
 
-def _motion(dataset: Any, point: int, dof: str) -> Array:
+def _motion(dataset: xarray.Dataset, point: int, dof: str) -> Array:
     return np.asarray(dataset["displacement"].isel(point=point).sel(dof=dof))
 
 
-def _forces(dataset: Any, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
+def _forces(dataset: xarray.Dataset, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
     """What the forces along the first port of contacts are called, with their unit, and their coefficients."""
     at, names = dataset.isel(point=point), known_names(dataset, "contact")
-    found = {name: force_of(at, names.index(name)) for name in contacts}
-    text = "Friction force" if all(friction for _, friction in found.values()) else "Contact force"
-    forces = {name: np.asarray(at[variable].sel(contact=name)) for name, (variable, _) in found.items()}
+    variables = {name: force_of(at, names.index(name)) for name in contacts}
+    text = "Friction force" if all(friction for _, friction in variables.values()) else "Contact force"
+    forces = {name: np.asarray(at[variable].sel(contact=name)) for name, (variable, _) in variables.items()}
     return with_unit(text, units_of(dataset).label("force")), forces

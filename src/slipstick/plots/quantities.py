@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
@@ -19,52 +19,61 @@ from slipstick.units import Units, after_number
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.branch import Branch
+
+OneBranch: TypeAlias = "Branch | xarray.Dataset"
+"""A branch, or its dataset."""
+
+Branches: TypeAlias = "OneBranch | Iterable[OneBranch] | Mapping[str, OneBranch]"
+"""One, several, or several by label."""
+
 NO_POINTS = "the branch has no points to draw"
 
 ROUNDING = 1e-11
 """Smaller than this beside what it is made of, a value is what rounding left of zero."""
 
 
-def datasets(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
+def datasets(branches: Branches) -> list[tuple[str | None, xarray.Dataset]]:
     """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
-    found = _labelled(branches)
-    if not all(dataset.sizes.get("point", 1) for _, dataset in found):
+    labelled = _labelled(branches)
+    if not all(dataset.sizes.get("point", 1) for _, dataset in labelled):
         raise InputError(NO_POINTS)
-    return found
+    return labelled
 
 
-def _labelled(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
+def _labelled(branches: Branches) -> list[tuple[str | None, xarray.Dataset]]:
     if _is_one(branches):
         return [(None, dataset_of(branches))]
-    pairs: Iterable[tuple[str | None, Any]]
+    pairs: Iterable[tuple[str | None, OneBranch]]
     if isinstance(branches, Mapping):
-        pairs = ((one_text("label", label), branch) for label, branch in branches.items())
+        by_label = cast("Mapping[str, OneBranch]", branches)
+        pairs = ((one_text("label", label), branch) for label, branch in by_label.items())
     else:
         pairs = ((None, branch) for branch in listed("nothing to draw", branches, "a branch, or several"))
-    found = [(label, dataset_of(branch)) for label, branch in pairs]
-    if not found:
+    labelled = [(label, dataset_of(branch)) for label, branch in pairs]
+    if not labelled:
         raise InputError(f"nothing to draw: found {shown(branches)}; expected a branch, or several")
-    return found
+    return labelled
 
 
-def _is_one(branch: Any) -> bool:
+def _is_one(branch: object) -> bool:
     return hasattr(branch, "data_vars") or hasattr(branch, "dataset")
 
 
-def dataset_of(branch: Any) -> xarray.Dataset:
-    """The dataset of a branch, or the one given; InputError for anything else."""
+def dataset_of(branch: object) -> xarray.Dataset:
+    """The dataset of a branch, or the dataset itself; InputError for anything else."""
     if not _is_one(branch):
         raise InputError(f"nothing to draw: found {shown(branch)}; expected a branch, or several")
-    dataset: xarray.Dataset = getattr(branch, "dataset", branch)
+    dataset: xarray.Dataset = branch.dataset if hasattr(branch, "dataset") else cast("xarray.Dataset", branch)
     if "omega" not in dataset:
         raise InputError("nothing to draw: the dataset is not that of a branch, it has no omega")
     return dataset
 
 
-def chosen(dataset: xarray.Dataset, dim: str, given: str | Sequence[str] | None) -> list[str]:
+def chosen(dataset: xarray.Dataset, dim: str, wanted: str | Sequence[str] | None) -> list[str]:
     """Names along a dimension: one, several, or the first; InputError for one that is not there."""
     known = known_names(dataset, dim)
-    names = known[:1] if given is None else list(texts(dim, given, f"the name of a {dim}"))
+    names = known[:1] if wanted is None else list(texts(dim, wanted, f"the name of a {dim}"))
     for name in names:
         if name not in known:
             raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
@@ -127,9 +136,9 @@ def units_of(dataset: xarray.Dataset) -> Units:
     return Units.of_results(dataset.attrs)
 
 
-def title_of(found: Sequence[tuple[str | None, xarray.Dataset]]) -> str:
+def title_of(labelled: Sequence[tuple[str | None, xarray.Dataset]]) -> str:
     """The title that all of them share."""
-    titles = {str(dataset.attrs.get("title", "")) for _, dataset in found}
+    titles = {str(dataset.attrs.get("title", "")) for _, dataset in labelled}
     return titles.pop() if len(titles) == 1 else ""
 
 
@@ -154,9 +163,9 @@ class Abscissa:
 
 
 def abscissa(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
-    """What a branch follows; a frequency in the unit given, else in that of its case's range.
+    """What a branch follows; a frequency in the unit ``frequency``, else in that of its case's range.
 
-    Raises InputError for a unit that is none, and for one given where a parameter is followed.
+    Raises InputError for an unknown unit, and for any where a parameter is followed.
     """
     parameter = str(dataset.attrs.get("parameter", ""))
     if parameter and "parameter" in dataset:
@@ -168,7 +177,7 @@ def abscissa(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
 
 
 def frequency_axis(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
-    """The frequency in the unit given, else in that of the range of its case; InputError for a unit that is none."""
+    """The frequency in the unit ``frequency``, else in that of its case's range; InputError for an unknown unit."""
     units = units_of(dataset)
     unit = frequency if frequency is not None else str(dataset.attrs.get("frequency_unit", units.angular))
     factor = units.frequency_factor(unit)

@@ -12,7 +12,7 @@ from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import GREY, legend, over_decades, styled
-from slipstick.typing import DrawnAxes
+from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
     import xarray
@@ -24,7 +24,9 @@ _MOST = 100
 """No more curves are drawn into one figure."""
 
 
-def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes | None = None) -> DrawnAxes:
+def study_map(
+    study: xarray.Dataset, dof: str | None = None, *, over: Names = None, ax: Axes | None = None
+) -> DrawnAxes:
     """Peak amplitude over the parameters of a study.
 
     Over one parameter it is a line, over two a map: of a grid with more the other parameters are at the values where
@@ -66,7 +68,9 @@ def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes 
     return axes
 
 
-def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes | None) -> DrawnAxes:
+def _line(
+    data: xarray.Dataset, name: str, peaks: xarray.DataArray, complete: xarray.DataArray, label: str, ax: Axes | None
+) -> DrawnAxes:
     ax = styled(ax, _labelled(data[name], name), label)
     x, y, good = data[name].to_numpy(), peaks.to_numpy(), complete.to_numpy()
     if peaks.ndim != 1:
@@ -80,7 +84,14 @@ def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes 
     return ax
 
 
-def _map(data: Any, names: tuple[str, ...], peaks: Any, complete: Any, label: str, ax: Axes | None) -> DrawnAxes:
+def _map(
+    data: xarray.Dataset,
+    names: tuple[str, ...],
+    peaks: xarray.DataArray,
+    complete: xarray.DataArray,
+    label: str,
+    ax: Axes | None,
+) -> DrawnAxes:
     from matplotlib.colors import LogNorm, Normalize
 
     ax = styled(ax, _labelled(data[names[0]], names[0]), _labelled(data[names[1]], names[1]))
@@ -121,7 +132,12 @@ def _edges(values: np.ndarray) -> np.ndarray:
 
 
 def study_curves(
-    curves: Any, study: Any, dof: str | None = None, *, over: str | None = None, ax: Axes | None = None
+    curves: xarray.Dataset,
+    study: xarray.Dataset,
+    dof: str | None = None,
+    *,
+    over: str | None = None,
+    ax: Axes | None = None,
 ) -> DrawnAxes:
     """The curves of a study, coloured by one of its parameters; of hundreds some, as the title says.
 
@@ -159,11 +175,11 @@ def study_curves(
     y, part = curves["amplitude"].sel(dof=one).to_numpy(), curves["branch_part"].to_numpy()
     present = np.unique(case)
     drawn = _evenly(present, by_case)
-    for own_case in drawn:
-        own = slice(*np.searchsorted(case, [own_case, own_case + 1]))
-        broken = np.where(np.diff(part[own], prepend=part[own][:1]) != 0, np.nan, y[own])
-        text = f"{by_case[own_case]:.6g}" if present.size <= _FEW else None
-        ax.plot(x[own], broken, color=cividis(norm(by_case[own_case])), linewidth=1.1, linestyle="-", label=text)
+    for shown_case in drawn:
+        span = slice(*np.searchsorted(case, [shown_case, shown_case + 1]))
+        broken = np.where(np.diff(part[span], prepend=part[span][:1]) != 0, np.nan, y[span])
+        text = f"{by_case[shown_case]:.6g}" if present.size <= _FEW else None
+        ax.plot(x[span], broken, color=cividis(norm(by_case[shown_case])), linewidth=1.1, linestyle="-", label=text)
     if len(drawn) < present.size:
         ax.set_title(f"{len(drawn)} of {present.size} curves", fontsize="small")
     if present.size <= _FEW:
@@ -184,26 +200,25 @@ def _evenly(cases: np.ndarray, values: Mapping[int, float]) -> list[int]:
     return [order[i] for i in np.unique(np.linspace(0, len(order) - 1, min(_MOST, len(order))).astype(int))]
 
 
-def _flat(data: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _flat(data: xarray.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Number of every case, and its value of a parameter."""
     number = data["case"]
     value = data[name].broadcast_like(number).transpose(*number.dims)
     return number.to_numpy().ravel(), value.to_numpy().ravel()
 
 
-def _study(given: Any) -> xarray.Dataset:
-    if not hasattr(given, "data_vars") or "peak_amplitude" not in given or "study_parameters" not in given.attrs:
-        raise InputError(f"nothing to draw: found {shown(given)}; expected the dataset that ss.study returns")
-    found: xarray.Dataset = given
-    return found
+def _study(study: xarray.Dataset) -> xarray.Dataset:
+    if not hasattr(study, "data_vars") or "peak_amplitude" not in study or "study_parameters" not in study.attrs:
+        raise InputError(f"nothing to draw: found {shown(study)}; expected the dataset that ss.study returns")
+    return study
 
 
-def _over(data: xarray.Dataset, given: Any) -> tuple[str, ...]:
+def _over(data: xarray.Dataset, parameters: Names) -> tuple[str, ...]:
     """The one or two parameters that are drawn."""
     known = str(data.attrs["study_parameters"]).splitlines()
-    if given is None:
+    if parameters is None:
         return tuple(known[:2])
-    names = name_list("over", given, "the name of a parameter")
+    names = name_list("over", parameters, "the name of a parameter")
     for name in names:
         if name not in known:
             raise InputError(f"there is no parameter {shown(name)} in the study; {suggestion(name, known)}")
@@ -212,5 +227,5 @@ def _over(data: xarray.Dataset, given: Any) -> tuple[str, ...]:
     return names
 
 
-def _labelled(variable: Any, text: str) -> str:
+def _labelled(variable: xarray.DataArray, text: str) -> str:
     return with_unit(text, str(variable.attrs.get("units", "1")))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from cycler import cycler
@@ -48,7 +48,7 @@ def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
 
 
 def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> DrawnAxes:
-    """The given or new axes with labels, a light grid and the palette."""
+    """The axes, or new ones, with labels, a light grid and the palette."""
     from matplotlib.ticker import ScalarFormatter
 
     from slipstick.plots.lengths import METRES, Lengths
@@ -107,20 +107,18 @@ def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
 
 def legend(ax: Axes, *, least: int = 1) -> None:
     """Legend of at least so many names, once each, markers last; beside the axes where it is long."""
-    found = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    found = {name: handle for name, handle in found.items() if name and not name.startswith("_")}
-    if PEAK in found:
-        found[PEAK] = found.pop(PEAK)
-    if len(found) < max(least, 1):
+    entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    entries = {name: handle for name, handle in entries.items() if name and not name.startswith("_")}
+    if PEAK in entries:
+        entries[PEAK] = entries.pop(PEAK)
+    if len(entries) < max(least, 1):
         return
-    many, names = len(found) > _MOST_INSIDE, short(list(found))
-    if len(found) > _MOST_NAMED:
+    many, names = len(entries) > _MOST_INSIDE, short(list(entries))
+    if len(entries) > _MOST_NAMED:
         names = [*names[: _MOST_NAMED - 1], f"... ({len(names)} in all)"]
-    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
-    made = ax.legend(
-        list(found.values())[: len(names)], names, frameon=True, framealpha=0.85, edgecolor="none",
-        fontsize="small", **place,
-    )  # fmt: skip
+    place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
+    look = {"frameon": True, "framealpha": 0.85, "edgecolor": "none", "fontsize": "small", **place}
+    made = ax.legend(list(entries.values())[: len(names)], names, **look)
     for text in made.get_texts():
         text.set_parse_math(False)
 

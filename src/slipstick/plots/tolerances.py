@@ -48,18 +48,18 @@ def tolerance_band(
     InputError
         For what is no branch with a problem, and names, shares and units that are not right.
     """
-    own = one("branch", branch, Branch, "an ss.Branch with its problem")
-    name = _dof(own, dof)
-    found = amplitude_band(own, name, tolerances)
-    curves = Curves(own, ax, label, frequency)
+    known = one("branch", branch, Branch, "an ss.Branch with its problem")
+    name = _dof(known, dof)
+    band = amplitude_band(known, name, tolerances)
+    curves = Curves(known, ax, label, frequency)
     ax = curves.draw("amplitude", "dof", name)
     dataset = curves.first
-    x, low, high = parted(dataset, curves.abscissa.values(dataset), found.low, found.high)
+    x, low, high = parted(dataset, curves.abscissa.values(dataset), band.low, band.high)
     said = ", ".join(_varied(parameter, share) for parameter, share in tolerances.items())
     colour = ax.lines[-1].get_color()
     ax.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0.0, label=said)
     if curves.new:
-        ax.set_ylim(0.0, 1.05 * float(np.nanmax(found.high)))
+        ax.set_ylim(0.0, 1.05 * float(np.nanmax(band.high)))
     legend(ax)
     return ax
 
@@ -93,25 +93,25 @@ def tornado(
     InputError
         As of ``tolerance_band``, and for a point that is not there.
     """
-    own = one("branch", branch, Branch, "an ss.Branch with its problem")
-    name, most = _dof(own, dof), whole("most", most, 1)
-    at = highest(own, name) if point is None else whole("point", point, -len(own), len(own) - 1)
-    found = ranked_bars(own, name, at, tolerances)[:most][::-1]
-    new, dataset = ax is None, own.dataset
+    known = one("branch", branch, Branch, "an ss.Branch with its problem")
+    name, most = _dof(known, dof), whole("most", most, 1)
+    at = highest(known, name) if point is None else whole("point", point, -len(known), len(known) - 1)
+    bars = ranked_bars(known, name, at, tolerances)[:most][::-1]
+    new, dataset = ax is None, known.dataset
     label = quantity(dataset, "amplitude").replace("Amplitude", f"Change of the amplitude of {name}")
-    ax = styled(ax, label, "", height=1.4 + 0.3 * max(3, len(found)))
-    places = np.arange(len(found))
+    ax = styled(ax, label, "", height=1.4 + 0.3 * max(3, len(bars)))
+    places = np.arange(len(bars))
     for sign, colour, text in ((1.0, COLOURS[1], "more"), (-1.0, COLOURS[0], "less")):
-        changes = [sign * bar.change for bar in found]
+        changes = [sign * bar.change for bar in bars]
         ax.barh(places, changes, color=colour, height=0.7, label=text)
     shares = [
         f"{n} \N{PLUS-MINUS SIGN}{100 * bar.share:g} %"
-        for n, bar in zip(short([b.name for b in found]), found, strict=True)
+        for n, bar in zip(short([b.name for b in bars]), bars, strict=True)
     ]
     ax.set_yticks(places, shares)
     ax.axvline(0.0, color=GREY, linewidth=0.8)
     if new:
-        amplitude = float(dataset["amplitude"].to_numpy()[at, own.dof_index(name)])
+        amplitude = float(dataset["amplitude"].to_numpy()[at, known.dof_index(name)])
         titled(ax.figure, str(dataset.attrs.get("title", "")), f"{amplitude:.4g} at {abscissa_text(dataset, at)}")
     legend(ax)
     return ax

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 
 STATES = ("separation", "stick", "slip+", "slip-")
 """A state is stored as its place here."""
-COEFFICIENTS = (
-    "contact_tangential", "contact_normal", "rubbing_motion", "normal_motion", "friction_force", "normal_force"
-)  # fmt: skip
+_MOTIONS = ("contact_tangential", "contact_normal", "rubbing_motion", "normal_motion")
+COEFFICIENTS = (*_MOTIONS, "friction_force", "normal_force")
 """Variables over contact and coefficient."""
 NEEDED_VARIABLES = (*COEFFICIENTS, "rubbing_velocity", *FRICTION_VARIABLES.values())
 """Variables that make a friction contact's force."""
@@ -31,16 +30,16 @@ STEP = 4e-11
 
 
 def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> dict[str, Any] | None:
-    """Friction contacts among those kept: their force follows exactly from motion, parameters and states.
+    """Friction contacts among those kept: motion, parameters and states give their force exactly.
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
     """
     if not len(kept) or not set(NEEDED_VARIABLES) <= set(dataset):
         return None
-    own = np.flatnonzero(np.all([_known(dataset, name, kept) for name in NEEDED_VARIABLES], axis=0))
-    if not len(own):
+    of = np.flatnonzero(np.all([_known(dataset, name, kept) for name in NEEDED_VARIABLES], axis=0))
+    if not len(of):
         return None
-    d = {name: dataset[name].to_numpy()[:, kept[own]] for name in NEEDED_VARIABLES}
+    d = {name: dataset[name].to_numpy()[:, kept[of]] for name in NEEDED_VARIABLES}
     drift = d["rubbing_velocity"] / dataset["omega"].to_numpy()[:, None]
     friction, limit = d["friction_force"], d["friction_coefficient"] * d["normal_stiffness"]
     total, normal = d["contact_tangential"] + d["rubbing_motion"], d["contact_normal"] + d["normal_motion"]
@@ -51,7 +50,7 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
     alone = np.array([len(states) == 1 for states in intervals]).reshape(drift.shape)
     tangential = d["contact_tangential"]
     return {
-        "of": own.tolist(),
+        "of": of.tolist(),
         "motion": fixed(tangential, 6, _needed(tangential, friction, d["tangential_stiffness"])),
         "rubbing": packed(d["rubbing_motion"], "f8"),
         "normal": fixed(normal, 6, _needed(normal, friction, limit, d["normal_force"], d["normal_stiffness"])),
@@ -63,14 +62,14 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
 
 
 def _known(dataset: ResultTable, name: str, kept: Indices) -> BoolArray:
-    """Which contacts have numbers of a machine everywhere, as the element needs them."""
+    """Which contacts have plausible numbers at every point, as the element needs them."""
     small = np.abs(dataset[name].to_numpy()[:, kept]) <= LARGEST
     return np.asarray(small.all(axis=(0, *range(2, small.ndim))))
 
 
-def _needed(own: Array, *forces_and_springs: Array) -> Array:
+def _needed(coefficients: Array, *forces_and_springs: Array) -> Array:
     """Step (n, m) for coefficients (n, m, L): small beside them, and beside the forces that springs make of them."""
-    size = np.abs(own[:, :, 1:]).max(axis=2, initial=0.0)
+    size = np.abs(coefficients[:, :, 1:]).max(axis=2, initial=0.0)
     for force, spring in zip(forces_and_springs[::2], forces_and_springs[1::2], strict=True):
         load = np.abs(force).max(axis=2)
         size = np.minimum(size, np.divide(load, spring, out=np.full_like(load, np.inf), where=spring > 0))
@@ -79,16 +78,16 @@ def _needed(own: Array, *forces_and_springs: Array) -> Array:
 
 def _states(intervals: list[list[Interval]], shape: tuple[int, ...]) -> dict[str, Any]:
     """Each interval ends where the next begins, round the period: starts and states say all."""
-    starts = np.array([start for own in intervals for start, _, _ in own])
-    codes = np.array([STATES.index(state) for own in intervals for _, _, state in own])
-    counts = np.array([len(own) for own in intervals]).reshape(shape)
+    starts = np.array([start for states in intervals for start, _, _ in states])
+    codes = np.array([STATES.index(state) for states in intervals for _, _, state in states])
+    counts = np.array([len(states) for states in intervals]).reshape(shape)
     return {"counts": packed(counts, "u2"), "starts": packed(starts, "f8"), "codes": packed(codes, "u1")}
 
 
 def series_of(dataset: ResultTable, kept: Indices, friction: Indices) -> list[dict[str, Any]]:
-    """Contacts of other laws by port: motion and force as the harmonics kept, which is all the results know."""
+    """Contacts of other laws by port: the harmonics of motion and force, which is all that results hold of them."""
     others = np.setdiff1d(np.arange(len(kept)), friction)
-    return [found for port, force in _ports(dataset) if (found := _port(dataset, kept, others, port, force))]
+    return [series for port, force in _ports(dataset) if (series := _port(dataset, kept, others, port, force))]
 
 
 def _ports(dataset: ResultTable) -> Iterator[tuple[str, str]]:

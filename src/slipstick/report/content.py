@@ -12,9 +12,7 @@ from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.report.references import references_of
-from slipstick.report.shape import shape_of
-from slipstick.report.tolerances import bands_of, what_matters
+from slipstick.results.deflection import deflection_of
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
 from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
@@ -23,8 +21,9 @@ if TYPE_CHECKING:
     from slipstick.branch import Branch
     from slipstick.results.table import ResultTable
 
+
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
-"""Attributes that have a place of their own, or say nothing to a reader."""
+"""Attributes that stand elsewhere on the page, or say nothing to a reader."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
@@ -59,7 +58,8 @@ def content_of(
         "frequency": frequency_of(dataset),
         "omega": packed(dataset["omega"].to_numpy(), "f8"),
         **_marks(dataset),
-        "dofs": _named(dataset, "dof", kept["dof"]) | {
+        "dofs": _named(dataset, "dof", kept["dof"])
+        | {
             **meaning(dataset, "displacement"),
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
@@ -69,21 +69,21 @@ def content_of(
         "references": references_of(branch, kept["dof"]) if analysis == "response" else [],
         "contacts": _contacts(branch, kept["contact"]),
         "shape": shape_of(branch),
-    }  # fmt: skip
+    }
 
 
 def _check(dataset: ResultTable, label: str) -> None:
-    """InputError where a dataset, perhaps a stranger's, is not as the schema has it."""
+    """InputError where a dataset, which may come from anywhere, does not follow the schema."""
     if not {"omega", "amplitude", "displacement"} <= set(dataset):
         raise InputError(f"{label}: these results hold no motion of dofs; give those of a response")
-    dims = {name: declared.dims for name, declared in VARIABLES.items()}
-    dims |= {name: ("contact", *own.dims) for name, own in FrictionLaw.variables.items()}
+    dims = {name: variable.dims for name, variable in VARIABLES.items()}
+    dims |= {name: ("contact", *declared.dims) for name, declared in FrictionLaw.variables.items()}
     dims |= dict.fromkeys(COEFFICIENTS, ("contact", "coefficient"))
     for name in set(dims) & set(dataset):
-        found, kinds = dataset[name], "biuf"
+        column, kinds = dataset[name], "biuf"
         if name in VARIABLES:
             kinds = "biu" if VARIABLES[name].whole else "OUS" if VARIABLES[name].texts else kinds
-        if found.dims != ("point", *dims[name]) or found.to_numpy().dtype.kind not in kinds:
+        if column.dims != ("point", *dims[name]) or column.to_numpy().dtype.kind not in kinds:
             wanted = ", ".join(("point", *dims[name]))
             raise InputError(f"{label}: '{name}' is not as results hold it, numbers over {wanted}; compute them again")
     labels = [str(name) for name in dataset["coefficient"].to_numpy()]
@@ -103,7 +103,7 @@ def frequency_of(dataset: Any) -> dict[str, Any]:
 
 
 def _largest(dataset: ResultTable, dim: str, by: str, most: int) -> Indices:
-    """Indices, in their own order, of those with the largest values anywhere along the branch."""
+    """Ascending indices of those with the largest values anywhere along the branch."""
     if dim not in dataset.dims or by not in dataset:
         return np.arange(min(most, dataset.sizes.get(dim, 0)))
     sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
@@ -127,7 +127,7 @@ def _provenance(branch: Branch) -> dict[str, Any]:
 
 
 def provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """What the attributes of results say of where they come from, and how they ended."""
+    """What the attributes of results say about their origin, and how they ended."""
     name = str(attributes.get("outcome", ""))
     about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
     return {
@@ -146,14 +146,14 @@ def _residuals(dataset: ResultTable) -> list[list[str]]:
     between = (
         dataset["kind"].to_numpy() == "interpolated" if "kind" in dataset else np.zeros(residual.shape, dtype=bool)
     )
-    found = [["largest residual", f"{float(residual[~between].max(initial=0.0)):.2g}"]]
+    rows = [["largest residual", f"{float(residual[~between].max(initial=0.0)):.2g}"]]
     if between.any():
         of = f"{int(between.sum())} of {between.size}, residual up to {float(residual[between].max()):.2g}"
-        found.append(["interpolated points", of])
-    return found
+        rows.append(["interpolated points", of])
+    return rows
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return f"{float(value):.6g}" if isinstance(value, float | np.floating) else str(value)
 
 
@@ -174,8 +174,7 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
 
 
 def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
-    """Places of the dofs that were asked for, whose peaks or largest amplitudes were sought; those whose peaks are
-    there; or none."""
+    """Places, among the dofs kept, of those whose peaks or largest amplitudes were sought, else of those with peaks."""
     names = [str(name) for name in dataset["dof"].to_numpy()]
     sought = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
     sought[2:] = [[*sought[2], *sought[3]]]
@@ -201,23 +200,98 @@ def _notes(dataset: ResultTable, kept: Indices, analysis: str) -> list[list[Any]
     if "kind" not in dataset:
         return []
     place, kinds = {int(d): i for i, d in enumerate(kept)}, dataset["kind"].to_numpy()
-    found: list[list[Any]] = [
+    notes: list[list[Any]] = [
         [int(p), -1, str(kinds[p])] for p in np.flatnonzero(np.isin(kinds, np.array(_NOTED[analysis], dtype=str)))
     ]
     if "peak_dof" in dataset and analysis in ("response", "parameter"):
         of = dataset["peak_dof"].to_numpy()
-        found += [[int(p), place[int(of[p])], "peak"] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
-    return found
+        notes += [[int(p), place[int(of[p])], "peak"] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
+    return notes
 
 
 def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
     dataset = branch.table
     friction = friction_of(dataset, branch.harmonics, kept)
-    own = np.array(friction["of"] if friction else [], dtype=np.intp)
+    friction_places = np.array(friction["of"] if friction else [], dtype=np.intp)
     force = next((n for n in ("friction_force", "normal_force") if n in dataset), None)
     return _named(dataset, "contact", kept) | {
         "friction": friction,
-        "series": series_of(dataset, kept, own) if len(kept) else [],
+        "series": series_of(dataset, kept, friction_places) if len(kept) else [],
         "force_units": meaning(dataset, force)["units"] if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),
     }
+
+
+def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
+    """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
+    from slipstick.analysis.sensitivity.tolerances import amplitude_band
+
+    names = [str(name) for name in branch.table["dof"].to_numpy()]
+    bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
+    said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())
+    return {
+        "low": packed(np.array([band.low for band in bands]).T),
+        "high": packed(np.array([band.high for band in bands]).T),
+        "said": said,
+    }
+
+
+def what_matters(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> list[list[str]]:
+    """For each dof the change of its largest amplitude by each tolerance, the largest first, as rows of a table."""
+    from slipstick.analysis.sensitivity.tolerances import ranked_bars
+
+    rows, names = [], [str(name) for name in branch.table["dof"].to_numpy()]
+    for d in kept:
+        size = branch.table["amplitude"].to_numpy()[:, d]
+        bars = ranked_bars(branch, names[d], int(np.nanargmax(size)), tolerances)
+        text = ", ".join(f"{bar.name}: {100.0 * bar.change / np.nanmax(size):+.2g} %" for bar in bars)
+        rows.append([f"largest amplitude of {names[d]} with tolerances", text])
+    return rows
+
+
+UNSEEN = 1e-3
+"""Relative to the largest motion: less is not seen."""
+
+
+def shape_of(branch: Branch) -> dict[str, Any] | None:
+    """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
+    structure = getattr(branch.problem, "structure", None)
+    if getattr(structure, "skin", None) is None or not len(branch):
+        return None
+    deflection = deflection_of(branch, small=UNSEEN)
+    size = float(np.abs(deflection.fields).max()) or 1.0
+    return {
+        "nodes": packed(deflection.skin.nodes, "f4"),
+        "triangles": packed(deflection.skin.triangles, "u2"),
+        "fields": packed(deflection.fields.T / size, "f4"),
+        "coefficients": fixed(deflection.coefficients * size, 3),
+    }
+
+
+_MOST_PORTS = 100
+"""Beyond, a limit is a large system at every frequency, and takes longer than the page is worth."""
+
+
+_SECONDS = 0.2
+"""About the time each limit may take."""
+
+
+def references_of(branch: Branch, kept: Indices) -> list[dict[str, Any]]:
+    """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
+    from slipstick.analysis.curve.linear import linear_references
+
+    problem, dataset = branch.problem, branch.table
+    if problem is None or not len(branch) or not problem.contacts:
+        return []
+    if branch.balance.n_ports > _MOST_PORTS:
+        return []
+    omega = dataset["omega"].to_numpy()
+    limits = linear_references(branch.balance, (float(omega.min()), float(omega.max())), seconds=_SECONDS)
+    return [
+        {
+            "label": label,
+            "omega": packed(limit.table["omega"].to_numpy(), "f8"),
+            "amplitude": packed(limit.table["amplitude"].to_numpy()[:, kept]),
+        }
+        for label, limit in limits
+    ]

@@ -21,10 +21,9 @@ if TYPE_CHECKING:
 
 _ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
-_FIRST = (
-    "dissipated_power", *(own.name for own in STATE_VARIABLES), "friction_coefficient",
-    "stick_fraction", "slip_fraction", "separation_fraction",
-)  # fmt: skip
+_FRACTIONS = ("stick_fraction", "slip_fraction", "separation_fraction")
+_STATES = tuple(variable.name for variable in STATE_VARIABLES)
+_FIRST = ("dissipated_power", *_STATES, "friction_coefficient", *_FRACTIONS)
 _ALWAYS = ("dissipated_power", "friction_coefficient")
 _OVER = {
     "response": ("omega",),
@@ -34,6 +33,8 @@ _OVER = {
     "cycles": ("parameter", "omega"),
 }
 """What the results of each analysis can be drawn over, the first to begin with."""
+_OF_POINTS = ("omega", "modal_damping", "modal_amplitude", "load_factor", "multiplier_max")
+_WORK = ("truncation", "newton_iterations")
 _BEGIN = {"modes": "omega"}
 COMPANIONS = {"peaks": "omega", "modes": "modal_damping", "cycles": "omega"}
 """The quantity drawn beside the one that is chosen: the other half of the result."""
@@ -47,13 +48,13 @@ def curves_of(branch: Branch, kept: Mapping[str, Indices], analysis: str) -> lis
     dataset = branch.table
     if not len(branch):
         return []
-    found = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, analysis)]
+    curves = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, analysis)]
     first = _BEGIN.get(analysis, "amplitude")
-    return sorted(found, key=lambda curve: curve["key"] != first)
+    return sorted(curves, key=lambda curve: curve["key"] != first)
 
 
 def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
-    """What curves can be drawn over, the first what the branch is of: the frequency, a parameter, an amplitude."""
+    """What curves can be drawn over, first what the branch follows: the frequency, a parameter, an amplitude."""
     return [
         {"key": key, **meaning(dataset, key), "values": packed(dataset[key].to_numpy(), "f8")}
         for key in _OVER[analysis]
@@ -62,7 +63,7 @@ def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
 
 
 def analysis_of(dataset: ResultTable) -> str:
-    """What the results are of: "response", "parameter", "peaks" over a parameter, "modes" or "cycles"."""
+    """The kind of results: "response", "parameter", "peaks" over a parameter, "modes" or "cycles"."""
     if "modal_damping" in dataset:
         return "modes"
     if is_self_excited(dataset):
@@ -91,15 +92,8 @@ def _of_dofs(branch: Branch, kept: Indices) -> Iterator[dict[str, Any]]:
         least = _ROUNDING * float(np.nanmax(np.abs(X), initial=0.0))
         values = np.stack([phase_of(X[:, d], 1, parts, least) for d in kept], axis=1)
         if np.isfinite(values).any():
-            label = f"Phase of harmonic {branch.harmonics.orders[1]}"
-            yield {
-                "key": "phase",
-                "over": "dof",
-                "label": label,
-                "units": "deg",
-                "after": " deg",
-                "values": packed(values),
-            }
+            shown = {"label": f"Phase of harmonic {branch.harmonics.orders[1]}", "units": "deg", "after": " deg"}
+            yield {"key": "phase", "over": "dof", **shown, "values": packed(values)}
 
 
 def without_rounding(mean: Array, amplitude: Array) -> Array:
@@ -112,8 +106,8 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
     """Variables over point and contact that say something: those that vary along the branch, power and friction."""
     if not len(kept):
         return
-    found = [name for name, v in dataset.data_vars.items() if v.dims == ("point", "contact")]
-    for name in sorted(found, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
+    names = [name for name, v in dataset.data_vars.items() if v.dims == ("point", "contact")]
+    for name in sorted(names, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
         values = dataset[name].to_numpy().astype(float)
         known = values[:, np.isfinite(values).any(axis=0)]
         if not known.size or not (name in _ALWAYS or (known != known[:1]).any()):
@@ -123,8 +117,7 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
 
 
 def _of_points(dataset: ResultTable, analysis: str) -> Iterator[dict[str, Any]]:
-    for name in ("omega", "modal_damping", "modal_amplitude", "load_factor", "multiplier_max", "truncation",
-                 "newton_iterations"):  # fmt: skip
+    for name in (*_OF_POINTS, *_WORK):
         if name == _OVER[analysis][0] or name not in dataset or dataset[name].dims != ("point",):
             continue
         values = dataset[name].to_numpy().astype(float)

@@ -44,9 +44,9 @@ def _alike(array: NDArray[Any]) -> bool:
 
 
 def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[str, Any]:
-    """Coefficients (n, m, L) as whole numbers of ``width`` bytes, at most 6, in steps of their own for each (n, m).
+    """Coefficients (n, m, L) as whole numbers of ``width`` bytes, at most 6, each (n, m) in its own steps.
 
-    A step is a power of two: the next one above that given, (n, m), and above 2^(1 - 8 width) of the largest
+    A step is a power of two: the next one above ``step`` (n, m), and above 2^(1 - 8 width) of the largest
     coefficient. The mean, which may be far larger, stays apart in eight bytes, rounded to the same steps.
     """
     values = np.asarray(coefficients, dtype=float)
@@ -59,14 +59,14 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
     return {"zero": zero, "scale": packed(scale, "f8"), "rest": _packed(kept, f"i{width}", rest.shape)}
 
 
-def gathered(content: Any) -> tuple[Any, str]:
-    """Content with all its bytes in one place, deflated, in base64; where they stood is where they are found there."""
+def gathered(content: object) -> tuple[Any, str]:
+    """Content with all its bytes in one place, deflated, in base64; each is replaced by its place there."""
     parts: list[bytes] = []
     plain = _without_bytes(content, parts, [0])
     return plain, base64.b64encode(zlib.compress(b"".join(parts))).decode("ascii")
 
 
-def _without_bytes(content: Any, parts: list[bytes], end: list[int]) -> Any:
+def _without_bytes(content: object, parts: list[bytes], end: list[int]) -> Any:
     if isinstance(content, bytes):
         start = end[0]
         parts.append(content)
@@ -79,7 +79,7 @@ def _without_bytes(content: Any, parts: list[bytes], end: list[int]) -> Any:
     return content
 
 
-def safe_json(content: Any) -> str:
+def safe_json(content: object) -> str:
     r"""JSON that may stand in a page: it holds no character that could end a script element, or begin markup.
 
     >>> safe_json("</script>")

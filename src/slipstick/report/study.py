@@ -50,7 +50,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "file": "" if not study.attrs.get("case") else "study.nc",
         "cases": _cases(study),
         **_curves(curves, kept),
-    }  # fmt: skip
+    }
 
 
 def _largest(peaks: Any) -> Any:
@@ -62,8 +62,8 @@ def _followed(study: xarray.Dataset, dims: Any) -> tuple[dict[str, str], Any]:
     """What the curves are over, and where the peaks are (n_cases, n_dofs)."""
     name = "peak_parameter" if "peak_parameter" in study else "peak_omega"
     label = str(study.attrs.get("parameter", "")) or "Frequency"
-    found = study[name].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
-    return {"key": name.removeprefix("peak_"), "label": label, "units": _units(study[name].attrs)}, found
+    at = study[name].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
+    return {"key": name.removeprefix("peak_"), "label": label, "units": _units(study[name].attrs)}, at
 
 
 def _units(attrs: Mapping[str, Any]) -> str:
@@ -98,12 +98,12 @@ def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
     some = present[np.unique(np.linspace(0, present.size - 1, min(MOST_CURVES, present.size)).astype(int))]
     x = data["parameter" if "parameter" in data else "omega"].to_numpy()
     amplitude, part = data["amplitude"].to_numpy()[:, kept], data["branch_part"].to_numpy()
-    peaks, found = data["peak_dof"].to_numpy() if "peak_dof" in data else np.full(case.size, -1), []
+    peaks, drawn = data["peak_dof"].to_numpy() if "peak_dof" in data else np.full(case.size, -1), []
     for number in some.tolist():
-        own = np.flatnonzero(case == number)
-        thin = np.arange(own.size) % -(-own.size // MOST_POINTS) == 0
-        at = own[thin | (peaks[own] >= 0)]
+        points = np.flatnonzero(case == number)
+        thin = np.arange(points.size) % -(-points.size // MOST_POINTS) == 0
+        at = points[thin | (peaks[points] >= 0)]
         y = [packed(amplitude[at, d], "f8") for d in range(amplitude.shape[1])]
-        found.append({"case": int(number), "x": packed(x[at], "f8"), "y": y, "part": packed(part[at], "u1")})
+        drawn.append({"case": int(number), "x": packed(x[at], "f8"), "y": y, "part": packed(part[at], "u1")})
     less = f"{some.size} of {present.size} curves are in this page" if some.size < present.size else ""
-    return {"curves": found, "left_out": less}
+    return {"curves": drawn, "left_out": less}

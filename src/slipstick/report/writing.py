@@ -1,12 +1,18 @@
-"""Reports written to a file."""
+"""Reports written to a file: our few files of the page, the plotting library and the content, in one without links."""
 
 from __future__ import annotations
 
 import os
+import re
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import cache
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipstick import __version__
 from slipstick.branch import Branch
@@ -14,14 +20,18 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
 from slipstick.replacing import replacing
+from slipstick.report.encoding import gathered, safe_json
+
+if TYPE_CHECKING:
+    import xarray
 
 MARK = '<meta name="generator" content="slipstick report">'
-"""By it a report is known again: any other file is not replaced."""
+"""It marks a file as a report: no other file is replaced."""
 MOST_WRITTEN = 12
 
 
 def write_report(
-    branches: Any,
+    branches: Branch | Iterable[Branch] | Mapping[str, Branch],
     path: str | os.PathLike[str],
     *,
     title: str = "",
@@ -55,7 +65,6 @@ def write_report(
         If the file cannot be written, or there is one that is no report; if there is nothing to report, or several
         results have other axes or units.
     """
-    from slipstick.report.assembly import page
     from slipstick.report.content import content_of
 
     target = path_of("report", path, "the path of a report such as report.html")
@@ -64,20 +73,29 @@ def write_report(
     most["tolerances"] = tolerances
     results = [content_of(branch, label, **most) for label, branch in labelled(branches)]
     _check_together(results)
-    title = title or results[0]["title"] or ", ".join(filter(None, (own["label"] for own in results[:3]))) or "Results"
+    title = (
+        title
+        or results[0]["title"]
+        or ", ".join(filter(None, (result["label"] for result in results[:3])))
+        or "Results"
+    )
     content = {"title": title, "version": __version__, "written": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}
     _write(target, page(title, content | {"results": results}))
     return target
 
 
 def write_study_report(
-    study: Any, curves: Any, path: str | os.PathLike[str], *, title: str = "", dofs: int = MOST_WRITTEN
+    study: xarray.Dataset,
+    curves: xarray.Dataset | None,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "",
+    dofs: int = MOST_WRITTEN,
 ) -> Path:
     """Write one self-contained page with the cases of a study: the datasets in ``study.nc`` and ``curves.nc``, or None.
 
     Arguments and errors are otherwise those of ``write_report``.
     """
-    from slipstick.report.assembly import study_page
     from slipstick.report.study import study_content
 
     target = path_of("report", path, "the path of a report such as report.html")
@@ -89,7 +107,7 @@ def write_study_report(
 
 
 def _check_together(results: Sequence[Mapping[str, Any]]) -> None:
-    """InputError where results have not the same axes: over what they are, of what, and in which units."""
+    """InputError where results do not have the same axes: over what they are, of what, and in which units."""
     first = results[0]
     for other in results[1:]:
         for of, words in ((_over, "over"), (_motion, "with motion in"), (_force, "with forces in")):
@@ -106,7 +124,7 @@ def _check_together(results: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _over(content: Mapping[str, Any]) -> str:
-    """What results are of, and over what, with its unit."""
+    """What results are, and over what, with its unit."""
     over = content["abscissae"][0]
     of = {"peaks": "peaks ", "modes": "a nonlinear mode ", "cycles": "self-excited vibration "}
     return f"{of.get(content['analysis'], '')}{over['label']} [{over['units'] or '1'}]"
@@ -120,7 +138,7 @@ def _force(content: Mapping[str, Any]) -> str:
     return str(content["contacts"]["force_units"])
 
 
-def labelled(branches: Any) -> list[tuple[str, Branch]]:
+def labelled(branches: object) -> list[tuple[str, Branch]]:
     """Labels, each once, with their branches."""
     if isinstance(branches, Branch):
         branches = [branches]
@@ -152,3 +170,79 @@ def _write(path: Path, content: str) -> None:
 def _is_report(path: Path) -> bool:
     with path.open("rb") as stream:
         return MARK.encode() in stream.read(2000)
+
+
+STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "print.css")
+
+
+STUDY_STYLES = ("look.css", "study.css", "print.css")
+
+
+STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "study.js")
+
+
+_NAMES = "decode law model view charts save curves strip shape panels tables head main"
+SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
+"""Our own, in the order they are put together: one script, so that nothing but ``slipstick`` is left in the page."""
+
+
+def part(name: str) -> str:
+    """A file of the page."""
+    return (files("slipstick.report") / "page" / name).read_text(encoding="utf-8")
+
+
+@cache
+def style(names: tuple[str, ...] = STYLES) -> str:
+    """All styles, the library's first."""
+    return "\n".join(part(name) for name in names)
+
+
+@cache
+def scripts() -> tuple[str, str]:
+    """The library with its licence, and our own script."""
+    licence = part("uplot/LICENSE").replace("*/", "* /")
+    return f"/*\n{licence}\n*/\n{part('uplot/uPlot.iife.min.js')}", _script(SCRIPTS)
+
+
+@cache
+def _script(names: tuple[str, ...]) -> str:
+    source = "\n".join(part(name) for name in names)
+    return f'"use strict";\n(() => {{\n{source}\n}})();'
+
+
+def page(title: str, content: object) -> str:
+    """The whole page.
+
+    Its policy forbids every request, and every script and style but the very ones it was written with.
+    """
+    library, script = scripts()
+    return _filled("page.html", title, content, style(), {"library": library, "script": script})
+
+
+def study_page(title: str, content: object) -> str:
+    """The whole page of a study, under the same policy."""
+    return _filled("study.html", title, content, style(STUDY_STYLES), {"script": _script(STUDY_SCRIPTS)})
+
+
+def _filled(template: str, title: str, content: object, look: str, parts: dict[str, str]) -> str:
+    plain, numbers = gathered(content)
+    slots = {
+        "title": escape(title),
+        "policy": _policy([look], list(parts.values())),
+        "style": look,
+        "content": safe_json(plain),
+        "numbers": numbers,
+        **parts,
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda slot: slots[slot[1]], part(template))
+
+
+def _policy(styles: list[str], scripts: list[str]) -> str:
+    return (
+        f"default-src 'none'; script-src {_hashes(scripts)}; style-src {_hashes(styles)}; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hashes(texts: list[str]) -> str:
+    return " ".join(f"'sha256-{b64encode(sha256(text.encode('utf-8')).digest()).decode('ascii')}'" for text in texts)

@@ -81,6 +81,6 @@ def _open(values: Mapping[str, Array], contacts: Sequence[str]) -> Iterator[str]
     share = values.get("separation_fraction")
     if share is None or not len(share):
         return
-    for name, own in zip(contacts, np.asarray(share).T, strict=True):
-        if np.all(own >= 1.0):
+    for name, shares in zip(contacts, np.asarray(share).T, strict=True):
+        if np.all(shares >= 1.0):
             yield f"contact '{name}': it was open at every point, so it never acted: check its gap and its units"

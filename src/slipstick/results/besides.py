@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class Besides:
-    """Takes what can be had about points that are found: truncation, stability, peaks, measures, what a law records.
+    """Takes what can be had about solved points: truncation, stability, peaks, measures, what a law records.
 
     A point is worth more than what is told about it, so no failure here is let through; each kind is named once.
     """
@@ -55,8 +55,8 @@ class Besides:
     def said(self, compute: Callable[[], Sequence[str]]) -> list[str]:
         """What failed, and what ``compute`` finds wrong in the results."""
         nothing: Sequence[str] = ()
-        found = self.take("what is suspicious in the results", compute, nothing)
-        return [*self.sentences, *found]
+        doubts = self.take("what is suspicious in the results", compute, nothing)
+        return [*self.sentences, *doubts]
 
 
 def _times(count: int) -> str:

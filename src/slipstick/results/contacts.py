@@ -70,7 +70,7 @@ class ContactsAtPoint:
         Q, drift = tuple(X[e] for X in self.motion.Q), self.motion.drift[:, e]
         return ContactsAtPoint(
             law=self.law, elements=self.elements[e], motion=self.motion._replace(Q=Q, drift=drift),
-            relative=tuple(X[e] for X in self.relative), values={name: own[e] for name, own in self.values.items()},
+            relative=tuple(X[e] for X in self.relative), values={name: array[e] for name, array in self.values.items()},
         )  # fmt: skip
 
 
@@ -94,29 +94,31 @@ def contacts_at(branch: Branch, point: int) -> list[ContactsAtPoint]:
         known = [_friction(branch.harmonics, d, point, np.flatnonzero(friction))] if friction.any() else []
         rest = np.flatnonzero(~friction)
         return [*known, *([_unknown(branch.harmonics, d, rest)] if rest.size else [])]
-    problem, numbers, found = branch.problem_at(point), np.arange(count), []
-    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+    problem, numbers, at_point = branch.problem_at(point), np.arange(count), []
+    for batch, inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         elements = numbers[batch.elements]
         if is_friction(batch.law):
-            found.append(_friction(branch.harmonics, d, point, elements))
+            at_point.append(_friction(branch.harmonics, d, point, elements))
             continue
         relative = tuple(_numbers(d, f"contact_{port}", point, elements) for port in batch.law.ports)
         stored = {v.source: name for name, v in law_variables(batch.law).items() if v.source in batch.law.values}
         values = {
-            name: _numbers(d, stored[name], point, elements) if stored.get(name) in d else own
-            for name, own in given.values.items()
+            name: _numbers(d, stored[name], point, elements) if stored.get(name) in d else default
+            for name, default in inputs.values.items()
         }
         motion = Motion(
-            branch.harmonics, omega, tuple(X + u for X, u in zip(relative, given.motion, strict=True)),
-            given.drift(omega), given.velocity_per_omega,
+            branch.harmonics, omega, tuple(X + u for X, u in zip(relative, inputs.motion, strict=True)),
+            inputs.drift(omega), inputs.velocity_per_omega,
         )  # fmt: skip
-        found.append(ContactsAtPoint(law=batch.law, elements=elements, motion=motion, relative=relative, values=values))
-    return found
+        at_point.append(
+            ContactsAtPoint(law=batch.law, elements=elements, motion=motion, relative=relative, values=values)
+        )
+    return at_point
 
 
 def contact_at(branch: Branch, point: int, contact: int) -> ContactsAtPoint:
     """One contact of a point, by its number."""
-    return next(own.of(contact) for own in contacts_at(branch, point) if contact in own.elements)
+    return next(batch.of(contact) for batch in contacts_at(branch, point) if contact in batch.elements)
 
 
 def states_at(branch: Branch, point: int) -> dict[str, list[Interval]]:
@@ -124,38 +126,41 @@ def states_at(branch: Branch, point: int) -> dict[str, list[Interval]]:
 
     Raises InputError where no law does.
     """
-    found: dict[int, list[Interval]] = {}
+    by_element: dict[int, list[Interval]] = {}
     told = False
-    for own in contacts_at(branch, point):
-        states = None if own.law is None else own.law.states(own.motion, own.values)
+    for batch in contacts_at(branch, point):
+        states = None if batch.law is None else batch.law.states(batch.motion, batch.values)
         told = told or states is not None
-        unknown = [[(0.0, 2.0 * np.pi, UNKNOWN_STATE)] for _ in own.elements]
-        found |= dict(zip(own.elements.tolist(), states if states is not None else unknown, strict=True))
+        unknown = [[(0.0, 2.0 * np.pi, UNKNOWN_STATE)] for _ in batch.elements]
+        by_element |= dict(zip(batch.elements.tolist(), states if states is not None else unknown, strict=True))
     if not told:
         raise InputError(NO_FRICTION)
     names = [str(name) for name in branch.table["contact"].to_numpy()]
-    return {name: found[i] for i, name in enumerate(names)}
+    return {name: by_element[i] for i, name in enumerate(names)}
 
 
 def loop_at(branch: Branch, point: int, contact: int, port: str | None, tau: Array) -> dict[str, Array]:
     """One period of a contact at phases (k,), see ``Branch.loop``."""
     name = str(branch.table["contact"].to_numpy()[contact])
-    own = contact_at(branch, point, contact)
-    if own.law is None:
+    there = contact_at(branch, point, contact)
+    if there.law is None:
         raise InputError(
             f"the law of contact '{name}' is not known: {branch.without}; give the problem, ss.load(path, problem)"
         )
-    i = _port(own.law, name, port)
-    forces = own.law.forces_in_time(own.motion, own.values, tau)
+    i = _port(there.law, name, port)
+    forces = there.law.forces_in_time(there.motion, there.values, tau)
     if forces is None:
-        raise InputError(f"the law of contact '{name}', a {type(own.law).__name__}, does not give its force in time")
-    H, v = own.motion.harmonics.H_minus(tau), float(own.motion.drift[i, 0])
-    found = {
-        "tau": tau, "motion": H @ own.relative[i][0], "total": H @ own.motion.Q[i][0] + v * tau, "force": forces[i][0],
-    }  # fmt: skip
-    if is_friction(own.law) and i == TANGENTIAL_PORT:
-        found |= {"friction": forces[i][0], "limit": own.values["mu"] * forces[NORMAL_PORT][0]}
-    return found
+        raise InputError(f"the law of contact '{name}', a {type(there.law).__name__}, does not give its force in time")
+    H, v = there.motion.harmonics.H_minus(tau), float(there.motion.drift[i, 0])
+    loop = {
+        "tau": tau,
+        "motion": H @ there.relative[i][0],
+        "total": H @ there.motion.Q[i][0] + v * tau,
+        "force": forces[i][0],
+    }
+    if is_friction(there.law) and i == TANGENTIAL_PORT:
+        loop |= {"friction": forces[i][0], "limit": there.values["mu"] * forces[NORMAL_PORT][0]}
+    return loop
 
 
 def force_of(dataset: Any, contact: int) -> tuple[str, bool]:

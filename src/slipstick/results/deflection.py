@@ -37,8 +37,8 @@ class Deflection:
 
     def at(self, point: int) -> Array:
         """Displacement coefficients of all nodes at a point, (n_nodes, 3, L)."""
-        found: Array = (self.fields @ self.coefficients[point]).reshape(-1, 3, self.coefficients.shape[2])
-        return found
+        fields: Array = (self.fields @ self.coefficients[point]).reshape(-1, 3, self.coefficients.shape[2])
+        return fields
 
 
 def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:

@@ -73,9 +73,9 @@ def _of_one_harmonic(harmonics: Harmonics, X: Array) -> tuple[Array, Array] | No
     sizes = np.hypot(X[:, 1::2], X[:, 2::2])
     if np.any(np.count_nonzero(sizes, axis=1) > 1):
         return None
-    rows, own = np.arange(len(X)), sizes.argmax(axis=1)
-    angle = np.arctan2(X[rows, 2 * own + 2], X[rows, 2 * own + 1])
-    return sizes[rows, own], np.mod(angle, 2.0 * np.pi) / harmonics.m[own]
+    rows, largest = np.arange(len(X)), sizes.argmax(axis=1)
+    angle = np.arctan2(X[rows, 2 * largest + 2], X[rows, 2 * largest + 1])
+    return sizes[rows, largest], np.mod(angle, 2.0 * np.pi) / harmonics.m[largest]
 
 
 def _of_several(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
@@ -121,6 +121,6 @@ def phase_of(X: Array, harmonic: int, parts: ArrayLike, least: float) -> Array:
     known, parts = np.abs(z) > least, np.asarray(parts)
     angle = np.where(known, np.angle(z), np.nan)
     for part in np.unique(parts):
-        own = known & (parts == part)
-        angle[own] = np.unwrap(angle[own])
+        inside = known & (parts == part)
+        angle[inside] = np.unwrap(angle[inside])
     return np.degrees(angle)

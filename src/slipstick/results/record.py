@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from slipstick.results.schema import Layout, law_variables, layout_of, state_nam
 from slipstick.results.stability import PointStability, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Reaction, Structures, moved, truncation
+from slipstick.solve.continuation import Step
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
 
@@ -79,7 +79,7 @@ class Outputs:
         self.far = [i for i, port in enumerate(self._ports) if port is None]
         """Which of them are no contact ports."""
         self.receptance = balance.rows_to(wanted[:, self.far]) if self.far else None
-        self._known: list[tuple[Any, tuple[Array, Array]]] = []
+        self._known: list[tuple[Step, tuple[Array, Array]]] = []
 
     def __len__(self) -> int:
         return len(self.names)
@@ -103,25 +103,25 @@ class Outputs:
         """The same of those that are no contact ports, (n, n_far, L)."""
         return self._answer(np.concatenate([force, -P], axis=1), omega, structures)
 
-    def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
+    def motion_along(self, step: Step, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         """Motion of the outputs at a step and its derivative along the branch, both (n_outputs, L).
 
         Those of the last steps are remembered.
         """
-        for known, found in self._known:
+        for known, motion in self._known:
             if known is step:
-                return found
-        found = self._motion_along(step, system)
-        self._known = [*self._known[1 - _REMEMBERED :], (step, found)]
-        return found
+                return motion
+        motion = self._motion_along(step, system)
+        self._known = [*self._known[1 - _REMEMBERED :], (step, motion)]
+        return motion
 
-    def _motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
+    def _motion_along(self, step: Step, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
         motion, change = self.assembled(step.x, None), self.assembled(tangent[:-1], None)
         if self.far:
             rate = float(tangent[-1])
-            G = b.excitation(detail.forces, detail.inputs.P)
-            dG = b.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
+            G = b.layout.excitation(detail.forces, detail.inputs.P)
+            dG = b.layout.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
             assert self.receptance is not None
             along = None if isinstance(system, FrequencySystem) else system.path.at(step.parameter)[1].structure
             at = Compliance(adjusted(self.receptance, detail.inputs.structure), b.orders, detail.omega, along)
@@ -194,30 +194,30 @@ class Recorder:
         P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
         force = np.zeros((len(points), b.n_ports, b.L))
         layout = self.layout
-        found: dict[str, AnyArray] = {
+        values: dict[str, AnyArray] = {
             name: np.full((len(points), *layout.shape(name)), np.nan)
             for name, declared in layout.variables.items()
             if "contact" in declared.dims
         }
         for k in range(len(b.batches)):
-            self._of_batch(k, points, x, answers, found, force)
+            self._of_batch(k, points, x, answers, values, force)
         structures = [p.detail.inputs.structure for p in points]
-        motion = self._each(
+        motion = self.besides.each(
             "the motion of the outputs",
             lambda at: self.outputs.motion(x[at], force[at], P[at], omega[at], [structures[i] for i in at]),
             len(points), (len(self.outputs), b.L),
         )  # fmt: skip
         outputs = self.outputs.names
-        found |= {
+        values |= {
             "omega": omega,
             "excitation_frequency": omega * b.problem.load_order,
             "parameter": np.array([p.parameter for p in points], dtype=float),
             "displacement": motion,
-            "amplitude": self._each(
+            "amplitude": self.besides.each(
                 "amplitude", lambda at: amplitude(b.harmonics, motion[at]).value, len(points), (len(self.outputs),)
             ),
             "mean": motion[:, :, 0],
-            "truncation": self._each(
+            "truncation": self.besides.each(
                 "truncation",
                 lambda at: self._truncation([points[i] for i in at], x[at], motion[at], omega[at]),
                 len(points),
@@ -233,16 +233,13 @@ class Recorder:
             ),
         }
         if self.stability:
-            found |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
-        found |= self.further(points)
-        return {name: found[name] for name in layout.variables}
+            values |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
+        values |= self.further(points)
+        return {name: values[name] for name in layout.variables}
 
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
         """Variables that a subclass adds to the layout."""
         return {}
-
-    def _each(self, what: str, compute: Callable[[list[int]], Array], count: int, shape: tuple[int, ...]) -> Array:
-        return self.besides.each(what, compute, count, shape)
 
     def _truncation(self, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
         """What the harmonics left out would add (n_points,); points with some of the harmonics know it themselves."""
@@ -256,36 +253,36 @@ class Recorder:
         return out
 
     def _of_batch(
-        self, k: int, points: Sequence[Point], x: Array, answers: _Answers, found: dict[str, AnyArray], force: Array
+        self, k: int, points: Sequence[Point], x: Array, answers: _Answers, values: dict[str, AnyArray], force: Array
     ) -> None:
         """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
         b, batch = self.balance, self.balance.batches[k]
         at, shape = batch.elements, (batch.count, b.L)
-        given = [p.detail.inputs.batches[k] for p in points]
+        inputs = [p.detail.inputs.batches[k] for p in points]
         X = x.reshape(len(points), b.n_ports, b.L)
         for i, name in enumerate(batch.law.force_names):
-            own, port = answers.of(k, _force_of(i), shape), batch.ports[i]
-            found[f"{name}_force"][:, at] = own
-            force[:, port.rows] = own[:, port.members]
-            moved = np.zeros_like(own)
+            forces, port = answers.of(k, _force_of(i), shape), batch.ports[i]
+            values[f"{name}_force"][:, at] = forces
+            force[:, port.rows] = forces[:, port.members]
+            moved = np.zeros_like(forces)
             moved[:, port.members] = X[:, port.rows]
-            found[f"contact_{batch.law.ports[i]}"][:, at] = moved
+            values[f"contact_{batch.law.ports[i]}"][:, at] = moved
         omega = np.array([p.omega for p in points])[:, None]
-        found["dissipated_power"][:, at] = omega * answers.of(k, lambda response: response.work, shape[:1])
+        values["dissipated_power"][:, at] = omega * answers.of(k, lambda response: response.work, shape[:1])
         surface, place = batch.law.surface_ports, batch.law.ports.index
         along, across = (place(surface[d]) if d in surface else None for d in ("tangential", "normal"))
-        speeds = [] if along is None else [g.speed(p.omega)[along] for g, p in zip(given, points, strict=True)]
-        found["rubbing_velocity"][:, at] = 0.0 if along is None else _stack(speeds, shape[:1])
-        for name, own_port in (("rubbing_motion", along), ("normal_motion", across)):
-            found[name][:, at] = 0.0 if own_port is None else _stack([g.motion[own_port] for g in given], shape)
+        speeds = [] if along is None else [g.speed(p.omega)[along] for g, p in zip(inputs, points, strict=True)]
+        values["rubbing_velocity"][:, at] = 0.0 if along is None else _stack(speeds, shape[:1])
+        for name, number in (("rubbing_motion", along), ("normal_motion", across)):
+            values[name][:, at] = 0.0 if number is None else _stack([g.motion[number] for g in inputs], shape)
         for s, (name, state) in enumerate(zip(state_names(b.problem), b.states, strict=True)):
             if state.batch == k:
-                found[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])
+                values[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])
         for name, variable in law_variables(batch.law).items():
             get = (_values_of if variable.source in batch.law.values else _detail_of)(variable.source)
-            shown = (batch.count, *found[name].shape[2:])
+            shown = (batch.count, *values[name].shape[2:])
             unknown = np.full((len(points), *shown), np.nan)
-            found[name][:, at] = self.besides.take(name, partial(answers.of, k, get, shown), unknown)
+            values[name][:, at] = self.besides.take(name, partial(answers.of, k, get, shown), unknown)
 
     def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
@@ -311,8 +308,8 @@ def contact_states(table: ResultTable, balance: Balance, point: int) -> Array | 
     if not names or any(name not in table for name in names):
         return None
     places = [balance.batches[state.batch].elements for state in balance.states]
-    own = np.concatenate([table[name].to_numpy()[point][at] for name, at in zip(names, places, strict=True)])
-    return own if np.all(np.isfinite(own)) else None
+    states = np.concatenate([table[name].to_numpy()[point][at] for name, at in zip(names, places, strict=True)])
+    return states if np.all(np.isfinite(states)) else None
 
 
 def _in_use(balance: Balance, point: Point) -> int:
@@ -334,9 +331,9 @@ class _Answers:
         others = [i for i, point in enumerate(points) if not point.detail.responses]
 
         def ask(at: list[int]) -> Array:
-            found = Together(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
-            residual = found.relative_residuals()
-            self._known.append((at, found.responses))
+            together = Together(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
+            residual = together.relative_residuals()
+            self._known.append((at, together.responses))
             return residual
 
         if others:

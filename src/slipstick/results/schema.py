@@ -76,7 +76,7 @@ VARIABLES: dict[str, Declared] = {
     "amplitude": Declared(("dof",), "length", "amplitude (0-to-peak, without the mean)"),
     "mean": Declared(("dof",), "length", "mean"),
     "dissipated_power": Declared(("contact",), "force length/time", "dissipated power"),
-    **{own.name: Declared(("contact",), own.units, own.long_name) for own in STATE_VARIABLES},
+    **{state.name: Declared(("contact",), state.units, state.long_name) for state in STATE_VARIABLES},
     "rubbing_velocity": Declared(("contact",), "length/time", "constant rubbing velocity"),
     "rubbing_motion": Declared(("contact", "coefficient"), "length", "periodic rubbing motion coefficients"),
     "normal_motion": Declared(
@@ -152,8 +152,8 @@ class Layout:
         """One point as a flat row; variables left out are nan. Raises InputError for a wrong shape or text."""
         parts = []
         for name, declared in self.variables.items():
-            given = point.get(name, np.nan)
-            value = np.asarray(_code(name, given, declared.texts) if declared.texts else given, dtype="<f8")
+            number = point.get(name, np.nan)
+            value = np.asarray(_code(name, number, declared.texts) if declared.texts else number, dtype="<f8")
             if value.shape != self.shape(name) and value.ndim:
                 raise InputError(f"results: '{name}' has shape {value.shape}; expected {self.shape(name)}")
             parts.append(np.broadcast_to(value, self.shape(name)).ravel())
@@ -205,9 +205,9 @@ def layout_of(
     problem: Problem, *, parameter: str = "", stability: bool = False, only: Sequence[str] | None = None
 ) -> Layout:
     """What is kept of each point of a branch of a problem; ``only`` some variables of a linear one."""
-    own = {name: _of_problem(problem, VARIABLES[name]) for name in only or ()}
-    found = dict(_declared(problem, parameter)) if only is None else own
-    found |= STABILITY if stability else {}
+    chosen = {name: _of_problem(problem, VARIABLES[name]) for name in only or ()}
+    variables = dict(_declared(problem, parameter)) if only is None else chosen
+    variables |= STABILITY if stability else {}
     labels = {
         "dof": tuple(problem.outputs or ()),
         "coefficient": problem.harmonics.labels,
@@ -216,8 +216,10 @@ def layout_of(
         "rank": ranks(problem) if stability else (),
         "part": PARTS,
     }
-    used = {dim for declared in found.values() for dim in declared.dims}
-    labelled = {name: declared._replace(units=problem.units.label(declared.units)) for name, declared in found.items()}
+    used = {dim for declared in variables.values() for dim in declared.dims}
+    labelled = {
+        name: declared._replace(units=problem.units.label(declared.units)) for name, declared in variables.items()
+    }
     return Layout(labels={dim: names for dim, names in labels.items() if dim in used}, variables=labelled)
 
 
@@ -233,8 +235,8 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
             dims = ("contact", "coefficient")
             yield f"contact_{port}", Declared(dims, "length", f"{port} relative motion coefficients")
             yield f"{force}_force", Declared(dims, "force", f"{force} force coefficients")
-        for name, own in law_variables(batch.law).items():
-            yield name, Declared(("contact", *own.dims), own.units, own.long_name)
+        for name, variable in law_variables(batch.law).items():
+            yield name, Declared(("contact", *variable.dims), variable.units, variable.long_name)
     for name, state in zip(state_names(problem), problem.contact_states, strict=True):
         if name not in VARIABLES:
             yield name, Declared(("contact",), state.variable.units, state.variable.long_name)
@@ -243,20 +245,20 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
 def state_names(problem: Problem) -> list[str]:
     """What results call the values of each contact state; "state_" comes before a name that means something else."""
     laws = {name for batch in problem.batches for name in law_variables(batch.law)}
-    taken = {*VARIABLES, *STABILITY, *_DIMENSIONS, *laws} - {own.name for own in STATE_VARIABLES}
+    taken = {*VARIABLES, *STABILITY, *_DIMENSIONS, *laws} - {state.name for state in STATE_VARIABLES}
     return [
-        f"state_{own.variable.name}" if own.variable.name in taken else own.variable.name
-        for own in problem.contact_states
+        f"state_{state.variable.name}" if state.variable.name in taken else state.variable.name
+        for state in problem.contact_states
     ]
 
 
 def law_variables(law: Law) -> dict[str, Variable]:
     """Variables of a law by name; "law_" comes before one that every branch or friction contact may have, or a
     dimension."""
-    own, taken = law.variables, {*VARIABLES, *STABILITY, *_DIMENSIONS}
+    variables, taken = law.variables, {*VARIABLES, *STABILITY, *_DIMENSIONS}
     if not is_friction(law):
         taken |= FrictionLaw.variables.keys()
-    return {f"law_{name}" if name in taken else name: own[name] for name in own}
+    return {f"law_{name}" if name in taken else name: variables[name] for name in variables}
 
 
 def _of_problem(problem: Problem, declared: Declared) -> Declared:
@@ -270,8 +272,8 @@ def branch_parts(data: Any) -> AnyArray:
     """Part of the branch that each point of a dataset belongs to; of version 0.1.0 it is called "part"."""
     for name in ("branch_part", "part"):
         if name in data and tuple(data[name].dims) == ("point",):
-            own: AnyArray = data[name].to_numpy()
-            return own
+            parts: AnyArray = data[name].to_numpy()
+            return parts
     return np.ones(int(data.sizes.get("point", 0)), dtype=np.int32)
 
 

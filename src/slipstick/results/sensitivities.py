@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from slipstick.branch import Branch
 
 
-def parameter_names(problem: Problem, given: Any = None) -> tuple[str, ...]:
+def parameter_names(problem: Problem, asked: Any = None) -> tuple[str, ...]:
     """The parameters asked for; by default those of every contact pair, every load and the structure.
 
     By default those are left out that a contact state gives, or that stand for nothing.
@@ -34,14 +34,14 @@ def parameter_names(problem: Problem, given: Any = None) -> tuple[str, ...]:
     InputError
         For a name that is none, and for one of those.
     """
-    if given is None:
-        own = [f"{pair.name}.{quantity}" for pair in problem.contacts for quantity in pair.quantities]
-        known = [*own, *load_names(problem), *structure_values(problem.structure)]
+    if asked is None:
+        of_contacts = [f"{pair.name}.{quantity}" for pair in problem.contacts for quantity in pair.quantities]
+        known = [*of_contacts, *load_names(problem), *structure_values(problem.structure)]
         return tuple(name for name in dict.fromkeys(known) if _can_vary(problem, name))
-    chosen, found = names("parameters", given, 'a name such as "damper.mu"'), Gathering()
+    chosen, faults = names("parameters", asked, 'a name such as "damper.mu"'), Gathering()
     for name in chosen:
-        found.take(direction_of, problem, name)
-    found.end()
+        faults.take(direction_of, problem, name)
+    faults.end()
     return tuple(dict.fromkeys(chosen))
 
 
@@ -104,21 +104,21 @@ def sensitivity_dataset(
     assert problem is not None
     label = problem.units.label
     by = [label(parameter_units(problem, name)) for name in parameters]
-    found = {name: np.array([getattr(p, name) for p in points]).T for name in (*SUBJECTS, "followed")}
+    rates = {name: np.array([getattr(p, name) for p in points]).T for name in (*SUBJECTS, "followed")}
     subjects = {name: (subject.format(dof=dof), VARIABLES[name].units) for name, subject in SUBJECTS.items()}
     for s, (name, state) in enumerate(dict(zip(state_names(problem), problem.contact_states, strict=True)).items()):
-        found[name] = np.array([p.states[s] for p in points]).T
+        rates[name] = np.array([p.states[s] for p in points]).T
         subjects[name] = state.extreme_name, state.variable.units
     data: dict[str, Any] = {}
     for name, (subject, units) in subjects.items():
         meaning = {"long_name": f"derivative of the {subject}", "of": label(units)}
-        data[name] = (("parameter", "point"), found[name], meaning)
+        data[name] = (("parameter", "point"), rates[name], meaning)
     of = table["peak_dof"].to_numpy() == branch.dof_index(dof)
     peaks, where = np.flatnonzero(of), table[followed]
     place = {"long_name": f"derivative of where {dof} peaks", "of": str(where.attrs.get("units", "1"))}
-    heights = np.where(np.isnan(found["followed"]), np.nan, found["amplitude"])
+    heights = np.where(np.isnan(rates["followed"]), np.nan, rates["amplitude"])
     data["peak_amplitude"] = (("parameter", "peak"), heights[:, peaks], data["amplitude"][2])
-    data[f"peak_{followed}"] = (("parameter", "peak"), found["followed"][:, peaks], place)
+    data[f"peak_{followed}"] = (("parameter", "peak"), rates["followed"][:, peaks], place)
     coordinates: dict[str, Any] = {
         "parameter": ("parameter", np.array(parameters, dtype=np.str_)),
         "units": ("parameter", np.array(by, dtype=np.str_)),

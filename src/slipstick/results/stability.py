@@ -104,14 +104,14 @@ def truncated_folds(kinds: Sequence[str], unstable: Array, multipliers: Array) -
     ``unstable`` (n_points,) and ``multipliers`` (n_points, n_ranks, 2). At a fold of the motion itself the number of
     growing disturbances changes from even to odd or back, and a real multiplier is 1.
     """
-    found = []
+    folds = []
     for i in np.flatnonzero(np.asarray(kinds) == TURNING_POINT).tolist():
         known = multipliers[i][np.abs(multipliers[i, :, 1]) == 0.0, 0]
         if known.size and np.abs(known - 1.0).min() > _AT_THE_FOLD:
             sides = [_parity(kinds, unstable, places) for places in (range(i - 1, -1, -1), range(i + 1, len(kinds)))]
             if None not in sides and sides[0] == sides[1]:
-                found.append(i)
-    return found
+                folds.append(i)
+    return folds
 
 
 def _parity(kinds: Sequence[str], unstable: Array, places: range) -> bool | None:
@@ -141,22 +141,22 @@ def ranks(problem: Problem) -> tuple[str, ...]:
     return tuple(str(i + 1) for i in range(min(2 * n + len(problem.elements), MOST_MULTIPLIERS)))
 
 
-def stability_values(found: Sequence[PointStability | None], n_ranks: int) -> Mapping[str, AnyArray]:
+def stability_values(points: Sequence[PointStability | None], n_ranks: int) -> Mapping[str, AnyArray]:
     """Every variable of stability, (n_points, ...)."""
-    multipliers = np.full((len(found), n_ranks, 2), np.nan)
-    largest = np.full(len(found), np.nan)
-    for i, own in enumerate(found):
-        if own is not None and own.multipliers.size:
-            kept = own.multipliers[:n_ranks]
+    multipliers = np.full((len(points), n_ranks, 2), np.nan)
+    largest = np.full(len(points), np.nan)
+    for i, point in enumerate(points):
+        if point is not None and point.multipliers.size:
+            kept = point.multipliers[:n_ranks]
             multipliers[i, : kept.size] = np.stack([kept.real, kept.imag], axis=1)
             largest[i] = abs(kept[0])
-    unstable = np.array([UNKNOWN if own is None else own.unstable for own in found], dtype=np.int32)
+    unstable = np.array([UNKNOWN if point is None else point.unstable for point in points], dtype=np.int32)
     return {
         "multiplier": multipliers,
         "multiplier_max": largest,
         "unstable_multipliers": unstable,
         "stable": np.where(unstable == UNKNOWN, UNKNOWN, unstable == 0).astype(np.int32),
-        "stability_method": np.array(["" if own is None else own.method for own in found], dtype=np.str_),
-        "hill_pw_difference": np.array([np.nan if own is None else own.difference for own in found]),
-        "neutral_contacts": np.array([UNKNOWN if own is None else own.neutral for own in found], dtype=np.int32),
+        "stability_method": np.array(["" if point is None else point.method for point in points], dtype=np.str_),
+        "hill_pw_difference": np.array([np.nan if point is None else point.difference for point in points]),
+        "neutral_contacts": np.array([UNKNOWN if point is None else point.neutral for point in points], dtype=np.int32),
     }

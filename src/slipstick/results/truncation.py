@@ -1,4 +1,4 @@
-"""What the harmonics left out would add: one element call with more of them at the points found, and one solve.
+"""What the harmonics left out would add: one element call with more of them at the points of a branch, and one solve.
 
 The forces at the motion of the kept harmonics have others too; those move the structure by ``-A(m omega) F_m``, which
 the balance leaves out (THEORY.md (11.1)). This motion changes the forces of the kept harmonics, and these answer: with
@@ -99,7 +99,7 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
             force[:, port.rows] = F.reshape(n, batch.count, -1)[:, port.members]
     receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
     parts = [
-        moved(own, further.m.astype(float), _loaded(balance, force[..., new]), omega, structures) for own in receptances
+        moved(one, further.m.astype(float), _loaded(balance, force[..., new]), omega, structures) for one in receptances
     ]
     added = np.zeros((n, sum(part.shape[1] for part in parts), wide.size))
     added[..., new] = np.concatenate(parts, axis=1)[..., 1:]
@@ -108,21 +108,21 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
     at = np.array([i for i, p in enumerate(points) if p.reaction is not None and more[i] > worth[i]], dtype=int)
     if at.size:
         tangents = [{pair: T.reshape(n, -1, *T.shape[1:])[at] for pair, T in r.by_motion.items()} for r in responses]
-        own, where = added[at], (omega[at], [structures[i] for i in at])
-        right = _answered(balance, _changes(balance, tangents, own)[..., kept], *where)
+        change, where = added[at], (omega[at], [structures[i] for i in at])
+        right = _answered(balance, _changes(balance, tangents, change)[..., kept], *where)
         answers = [points[i].reaction(r) for i, r in zip(at, right, strict=True)]
-        own[:, : balance.n_ports, kept] = -np.reshape(answers, (len(at), balance.n_ports, -1))
+        change[:, : balance.n_ports, kept] = -np.reshape(answers, (len(at), balance.n_ports, -1))
         if outputs.receptance is not None:
-            G = _loaded(balance, _changes(balance, tangents, own)[..., kept])
-            own[:, balance.n_ports :, kept] = moved(outputs.receptance, balance.orders, G[..., 1:], *where)
-        more[at] = largest_deviation(wide, own).max(axis=1, initial=0.0)
+            G = _loaded(balance, _changes(balance, tangents, change)[..., kept])
+            change[:, balance.n_ports :, kept] = moved(outputs.receptance, balance.orders, G[..., 1:], *where)
+        more[at] = largest_deviation(wide, change).max(axis=1, initial=0.0)
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 
 @lru_cache(maxsize=64)
-def _columns(wide: Harmonics, own: Harmonics) -> Sequence[int]:
+def _columns(wide: Harmonics, kept: Harmonics) -> Sequence[int]:
     """Places of a set's orders above 0 among the coefficients of a wider one."""
-    return [wide.index(m, part) for m in own.orders[1:] for part in ("c", "s")]
+    return [wide.index(m, part) for m in kept.orders[1:] for part in ("c", "s")]
 
 
 def _response(balance: Balance, k: int, points: Sequence[Point], omega: Array, wide: Harmonics) -> Response:
@@ -133,8 +133,8 @@ def _response(balance: Balance, k: int, points: Sequence[Point], omega: Array, w
 def _changes(balance: Balance, tangents: Sequence[Mapping[tuple[int, int], Array]], change: Array) -> Array:
     """Change of the forces (n, n_ports, L') by a change (n, n_ports or more, L') of the motion at the ports."""
     out = np.zeros((len(change), balance.n_ports, change.shape[2]))
-    for batch, own in zip(balance.batches, tangents, strict=True):
-        for pair, tangent in own.items():
+    for batch, by_port in zip(balance.batches, tangents, strict=True):
+        for pair, tangent in by_port.items():
             members, felt, moving = batch.couplings[pair]
             out[:, felt] += (tangent[:, members] @ change[:, moving, :, None])[..., 0]
     return out
@@ -153,7 +153,7 @@ def _answered(balance: Balance, F: Array, omega: Array, structures: Structures) 
         return out.reshape(len(F), -1)
     pairs = np.zeros((*F.shape[:2], balance.L + 1))
     pairs[..., 0], pairs[..., 2:] = F[..., 0], F[..., 1:]
-    at = (balance.compliance(float(w), own) for w, own in zip(omega, structures, strict=True))
+    at = (balance.compliance(float(w), values) for w, values in zip(omega, structures, strict=True))
     return np.array([one.answer(G) for one, G in zip(at, pairs.view(complex), strict=True)])
 
 
@@ -206,8 +206,8 @@ def _moved_by_modes(receptance: Any, orders: Array, G: Array, omega: Array) -> A
     """The same without a receptance between all ports, which would be large."""
     out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * orders.size))
     for i, w in enumerate(omega):
-        own = np.zeros((G.shape[1], 1 + orders.size), dtype=complex)
-        own[:, 1:] = G[i, :, 0::2] + 1j * G[i, :, 1::2]
-        answer = FactoredCompliance(receptance.factors(orders, float(w))).answer(own)
+        force = np.zeros((G.shape[1], 1 + orders.size), dtype=complex)
+        force[:, 1:] = G[i, :, 0::2] + 1j * G[i, :, 1::2]
+        answer = FactoredCompliance(receptance.factors(orders, float(w))).answer(force)
         out[i, :, 1:] = -answer.reshape(len(out[i]), -1)[:, 1:]
     return out

@@ -47,10 +47,10 @@ def homotopy(
     (True, True)
     """
     start = np.array(x0, dtype=float)
-    walk = ContinuationOptions(first_step=0.05, max_step=0.3, locate_turning_points=False, max_points=max_points)
+    settings = ContinuationOptions(first_step=0.05, max_step=0.3, locate_turning_points=False, max_points=max_points)
     scaling = ArclengthScaling(x=scale, adaptive=False, weight=1.0)
     last = start
-    path = continuation(_Shifted(system, start), start, 0.0, 1.0, options=walk, scaling=scaling)
+    path = continuation(_Shifted(system, start), start, 0.0, 1.0, options=settings, scaling=scaling)
     for step in path:
         last = step.x
     result = newton(system, last, options=options, scale=scale)

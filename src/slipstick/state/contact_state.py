@@ -156,9 +156,9 @@ class ContactState(ABC):
 
     def held(self) -> Self:
         """The same, slow."""
-        own = copy(self)
-        object.__setattr__(own, "slow", True)
-        return own
+        held = copy(self)
+        object.__setattr__(held, "slow", True)
+        return held
 
     def settled(self, law: Law, motion: Motion, given: Mapping[str, Array], near: Array | None) -> Carried:
         """In equilibrium at a motion, next to values (n,); from the start where there are none.
@@ -196,8 +196,8 @@ class ContactState(ABC):
         if np.array_equal(inside, z):
             return self.parameters(z, given)
         return {
-            name: Sampled(own.value, np.where(inside == z, own.derivative, 0.0))
-            for name, own in self.parameters(inside, given).items()
+            name: Sampled(sampled.value, np.where(inside == z, sampled.derivative, 0.0))
+            for name, sampled in self.parameters(inside, given).items()
         }
 
 
@@ -232,18 +232,18 @@ class Carried:
     def power_by_value(self) -> Array:
         """``dP/dz`` (n,) at fixed motion [THEORY.md (8.4)]."""
         slope = np.zeros(self.values.size)
-        for name, own in self.sampled.items():
-            slope += self.power.by_parameter(name) * own.derivative
+        for name, sampled in self.sampled.items():
+            slope += self.power.by_parameter(name) * sampled.derivative
         return slope
 
     @cached_property
     def force_by_value(self) -> Mapping[int, Array]:
         """``dF_i/dz`` (n, L) by port, at fixed motion."""
-        found: dict[int, Array] = {}
-        for name, own in self.sampled.items():
+        forces: dict[int, Array] = {}
+        for name, sampled in self.sampled.items():
             for i, tangent in self.response.by_parameter(name).items():
-                add_to(found, i, tangent * own.derivative[:, None])
-        return found
+                add_to(forces, i, tangent * sampled.derivative[:, None])
+        return forces
 
     def solve(self, right: Array) -> Array:
         """``(r_z + r_P P_z)^-1`` times something (n, ...)."""
@@ -316,8 +316,8 @@ def respond(
 
 
 def _with(given: Mapping[str, Array], sampled: Mapping[str, Sampled]) -> dict[str, Array]:
-    return {**given, **{name: own.value for name, own in sampled.items()}}
+    return {**given, **{name: value.value for name, value in sampled.items()}}
 
 
-def _square(own: Array) -> Array:
-    return np.diag(own) if own.ndim == 1 else own
+def _square(gain: Array) -> Array:
+    return np.diag(gain) if gain.ndim == 1 else gain

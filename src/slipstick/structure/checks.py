@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, SMALLEST, Name, listed, shown, table
-from slipstick.typing import Array, Matrix, Sparse
+from slipstick.typing import AnyArray, Array, Matrix, Sparse
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""
@@ -49,8 +49,8 @@ def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
         return [Fault(name, found=shown(value), expected="real numbers")]
     if array.dtype.kind != "c" or not array.imag.any():
         return []
-    found = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"
-    return [Fault(name, f"is complex ({found})", expected="real numbers", remedy=remedy)]
+    sizes = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"
+    return [Fault(name, f"is complex ({sizes})", expected="real numbers", remedy=remedy)]
 
 
 def real(value: Any) -> Any:
@@ -125,12 +125,12 @@ def symmetry_faults(name: Name, value: Any, *, tolerance: float = ASYMMETRY) -> 
     ]
 
 
-def within_range(entries: Any) -> bool:
+def within_range(entries: AnyArray) -> bool:
     """Whether all entries of an array are finite and of a size that can be computed with."""
     return bool(np.all(np.abs(entries) <= LARGEST))
 
 
-def entry_faults(name: Name, entries: Any) -> list[Fault]:
+def entry_faults(name: Name, entries: AnyArray) -> list[Fault]:
     """Faults of an array that is not :func:`within_range`."""
     return [] if within_range(entries) else [Fault(name, _WRONG, remedy=_LOOK)]
 
@@ -163,16 +163,16 @@ def directions(name: str, value: Any, n_dofs: int) -> Array:
     return array
 
 
-def named_shapes(given: Any, faults: list[Fault]) -> dict[str, Any]:
+def named_shapes(load_shapes: Any, faults: list[Fault]) -> dict[str, Any]:
     """Distributed loads by name; those that are not become a fault. None is none."""
     try:
-        return {} if given is None else table("load_shapes", given, "a dict of loads by name")
+        return {} if load_shapes is None else table("load_shapes", load_shapes, "a dict of loads by name")
     except InputError as error:
         faults += error.faults
         return {}
 
 
-def known_shapes(shapes: Sequence[str], available: Mapping[str, Any]) -> None:
+def known_shapes(shapes: Sequence[str], available: Mapping[str, object]) -> None:
     """Raise InputError for the names of load shapes which do not exist."""
     listed = ", ".join(available) or "none"
     faults = [

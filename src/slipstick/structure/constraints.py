@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Matrix
 
 _NEGLIGIBLE = 1e-12
 """Coefficients below this fraction of the largest are what is left of a cancellation."""
@@ -65,12 +64,12 @@ class Elimination:
     zero: IntArray
     idle: Mapping[str, int] = field(default_factory=dict)
 
-    def reduce(self, matrix: Any) -> csr_array:
+    def reduce(self, matrix: Matrix) -> csr_array:
         """``T' A T``, exactly symmetric for a symmetric A."""
         reduced = csr_array(self.T.T @ csr_array(matrix) @ self.T)
         return csr_array((reduced + reduced.T) * 0.5)
 
-    def forces(self, columns: Any) -> Any:
+    def forces(self, columns: Matrix) -> Matrix:
         """``T' f``: loads or directions (n, ...) as seen by q."""
         return self.T.T @ columns
 
@@ -100,14 +99,14 @@ def eliminate(
     [[0.5, 0.5], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]
     """
     zero = {int(dof) for dof in held}
-    found = [one("equations", equation, Equation, "an Equation") for equation in equations]
-    faults = [fault for equation in found for fault in _faults(equation, size)]
+    checked = [one("equations", equation, Equation, "an Equation") for equation in equations]
+    faults = [fault for equation in checked for fault in _faults(equation, size)]
     faults += [Fault("held", f"there is no dof {dof}") for dof in zero if not 0 <= dof < size]
     if faults:
         raise InputError(faults)
     order = (Dependent.FIRST, Dependent.ANY, Dependent.YIELDING)
     resolver = _Resolver(zero, name)
-    for equation in sorted(found, key=lambda e: order.index(e.dependent)):
+    for equation in sorted(checked, key=lambda e: order.index(e.dependent)):
         resolver.take(equation)
     if resolver.faults:
         raise InputError(resolver.faults)
@@ -116,8 +115,8 @@ def eliminate(
 
 def _faults(equation: Equation, size: int) -> list[Fault]:
     if len(equation.dofs) != len(equation.coefficients) or not equation.dofs:
-        found = f"{len(equation.dofs)} dofs and {len(equation.coefficients)} coefficients"
-        return [Fault(equation.where, found=found, expected="as many of each, at least one")]
+        counts = f"{len(equation.dofs)} dofs and {len(equation.coefficients)} coefficients"
+        return [Fault(equation.where, found=counts, expected="as many of each, at least one")]
     wrong = [dof for dof in equation.dofs if not 0 <= dof < size]
     faults = [Fault(equation.where, f"there is no dof {dof}; it is one of 0 to {size - 1}") for dof in wrong[:1]]
     if not all(np.isfinite(equation.coefficients)):
@@ -140,17 +139,17 @@ class _Resolver:
         self.faults: list[Fault] = []
 
     def take(self, equation: Equation) -> None:
-        own: _Row = {}
+        row: _Row = {}
         for dof, value in zip(equation.dofs, equation.coefficients, strict=True):
-            own[dof] = own.get(dof, 0.0) + value
+            row[dof] = row.get(dof, 0.0) + value
         first = equation.dofs[0]
         taken = first in self.zero or first in self.rows
-        left = self.resolved(own)
+        left = self.resolved(row)
         if not left or (taken and equation.dependent is Dependent.YIELDING):
             self.idle[equation.where] = self.idle.get(equation.where, 0) + 1
         elif equation.dependent is Dependent.ANY or first in self.zero:
             self.settle(max(left, key=lambda dof: abs(left[dof])), left, equation)
-        elif not taken and first in left and np.isclose(left[first], own[first], rtol=1e-9, atol=0.0):
+        elif not taken and first in left and np.isclose(left[first], row[first], rtol=1e-9, atol=0.0):
             self.settle(first, left, equation)
         elif equation.dependent is Dependent.YIELDING:
             self.idle[equation.where] = self.idle.get(equation.where, 0) + 1

@@ -76,14 +76,14 @@ def structure_values(structure: Any) -> Mapping[str, float]:
     return dict(getattr(structure, "values", {}))
 
 
-def checked_values(known: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
+def checked_values(known: Mapping[str, float], values: Mapping[str, Any]) -> dict[str, float]:
     """New values of parameters a structure has, >= 0 but for a speed; InputError for others."""
-    for name in given:
+    for name in values:
         if name not in known:
             raise InputError(f"the structure has no parameter '{name}'; {suggestion(name, list(known))}")
     return {
         name: number(name, value) if name == SPEED else number(name, value, "a number >= 0", above=0.0)
-        for name, value in given.items()
+        for name, value in values.items()
     }
 
 

@@ -113,9 +113,9 @@ class MatrixStructure:
         n = len(self._dofs)
         if not n:
             raise InputError(faults)
-        given = {"M": M, "K": K} | ({} if C is None else {"C": C})
+        arguments = {"M": M, "K": K} | ({} if C is None else {"C": C})
         self._dense = n <= DENSE_LIMIT
-        matrices, wrong = system_matrices(given, n, dense=self._dense, turns=gyroscopic is not None)
+        matrices, wrong = system_matrices(arguments, n, dense=self._dense, turns=gyroscopic is not None)
         faults += wrong
         turning, wrong = rotation_matrices(
             {"gyroscopic": gyroscopic, "circulatory": circulatory}, speed, engine_order, n, dense=self._dense
@@ -190,10 +190,10 @@ class MatrixStructure:
 
     def changed(self, **values: float) -> MatrixStructure:
         """A copy with another ``loss_factor``, factor ``damping`` (InputError below 0) or ``speed``."""
-        given = checked_values(self.values, values)
-        new = self._copied(given.get(SPEED, self.speed))
-        new.loss_factor = given.get("loss_factor", self.loss_factor)
-        new.damping = given.get("damping", self.damping)
+        checked = checked_values(self.values, values)
+        new = self._copied(checked.get(SPEED, self.speed))
+        new.loss_factor = checked.get("loss_factor", self.loss_factor)
+        new.damping = checked.get("damping", self.damping)
         return new
 
     def _copied(self, speed: float) -> MatrixStructure:
@@ -227,11 +227,11 @@ class MatrixStructure:
     @property
     def arguments(self) -> dict[str, Any]:
         """What an equal structure is made from; matrices that are mostly zeros as sparse ones."""
-        given = {"M": self.M, "C": _added(self._viscous, self._skew_damping), "K": self.K}
+        matrices = {"M": self.M, "C": _added(self._viscous, self._skew_damping), "K": self.K}
         turns = self.gyroscopic is not None or self.circulatory is not None
         tied = {"engine_order": self.engine_order} if self.engine_order else {SPEED: self.speed}
-        given |= {"gyroscopic": self.gyroscopic, "circulatory": self.circulatory} | (tied if turns else {})
-        matrices = {name: _thin(matrix) for name, matrix in given.items() if matrix is not None}
+        matrices |= {"gyroscopic": self.gyroscopic, "circulatory": self.circulatory} | (tied if turns else {})
+        matrices = {name: _thin(matrix) for name, matrix in matrices.items() if matrix is not None}
         numbers = {"loss_factor": self.loss_factor, "damping": self.damping}
         return {**matrices, **numbers, "dofs": self._dofs, "load_shapes": self._shapes}
 
@@ -283,8 +283,8 @@ class MatrixStructure:
     @cached_property
     def energy_fed(self) -> str:
         """Where viscous damping feeds energy in, in words; empty where it takes it out of every motion."""
-        found = "" if self._viscous is None or self.damping == 0.0 else energy_fed(self._viscous, self.M)
-        return (fed_modes(self.natural_frequencies, self._viscous_ratios) or found) if found and self._dense else found
+        where = "" if self._viscous is None or self.damping == 0.0 else energy_fed(self._viscous, self.M)
+        return (fed_modes(self.natural_frequencies, self._viscous_ratios) or where) if where and self._dense else where
 
     @cached_property
     def growing(self) -> str:
@@ -377,8 +377,8 @@ class MatrixStructure:
 
     def _columns(self, columns: ArrayLike, shapes: Sequence[str]) -> Array:
         known_shapes(shapes, self._shapes)
-        given = directions("columns", columns, len(self._dofs))
-        return np.column_stack([given, *(self._shapes[s] for s in shapes)]) if shapes else given
+        cosines = directions("columns", columns, len(self._dofs))
+        return np.column_stack([cosines, *(self._shapes[s] for s in shapes)]) if shapes else cosines
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and load shapes.
@@ -490,7 +490,7 @@ def _added(first: Any, second: Any) -> Any:
     return first + second
 
 
-def _thin(matrix: Matrix) -> Any:
+def _thin(matrix: Matrix) -> Matrix:
     """A large dense matrix of mostly zeros as a sparse one, others as they are."""
     if isinstance(matrix, np.ndarray) and matrix.size > _SMALL and 4 * np.count_nonzero(matrix) < matrix.size:
         return csc_array(matrix)

@@ -46,7 +46,7 @@ _FED = 3
 
 
 def system_matrices(
-    given: Mapping[str, Any], n: int, *, dense: bool, turns: bool = False
+    arguments: Mapping[str, Any], n: int, *, dense: bool, turns: bool = False
 ) -> tuple[dict[str, Any], list[Fault]]:
     """Those of the matrices M, K, C (n, n) that are right, stored dense or sparse, and all faults.
 
@@ -55,7 +55,7 @@ def system_matrices(
     """
     right: dict[str, Any] = {}
     faults: list[Fault] = []
-    for name, value in given.items():
+    for name, value in arguments.items():
         wrong = number_faults(name, value, DAMPING_ELSEWHERE)
         matrix = None if wrong else _numbers(value)
         wrong = wrong or _shape_faults(name, matrix, n)
@@ -75,7 +75,7 @@ def system_matrices(
 
 
 def rotation_matrices(
-    given: Mapping[str, Any], speed: Any, engine_order: Any, n: int, *, dense: bool
+    arguments: Mapping[str, Any], speed: Any, engine_order: Any, n: int, *, dense: bool
 ) -> tuple[dict[str, Any], list[Fault]]:
     """Skew-symmetric matrices for unit speed (None: there is none), stored dense or sparse, and what is wrong.
 
@@ -83,7 +83,7 @@ def rotation_matrices(
     """
     right: dict[str, Any] = {}
     faults: list[Fault] = []
-    for name, value in given.items():
+    for name, value in arguments.items():
         wrong = [] if value is None else number_faults(name, value)
         matrix = None if wrong or value is None else _numbers(value)
         wrong = wrong or ([] if value is None else _shape_faults(name, matrix, n) or _skew_faults(name, matrix))
@@ -96,7 +96,7 @@ def rotation_matrices(
             whole("engine_order", engine_order, 1)
         except InputError as error:
             faults += error.faults
-    turns = any(value is not None for value in given.values())
+    turns = any(value is not None for value in arguments.values())
     told = [name for name, value in (("speed", speed), ("engine_order", engine_order)) if value is not None]
     if turns and len(told) != 1:
         what = "both are given" if told else "neither is given"
@@ -105,7 +105,7 @@ def rotation_matrices(
         faults.append(
             Fault(told[0], "nothing turns at it", remedy="give the gyroscopic matrix for unit speed, or leave it out")
         )
-    if engine_order is not None and given.get("circulatory") is not None:
+    if engine_order is not None and arguments.get("circulatory") is not None:
         tied = "with an engine order harmonic 0 would have another compliance at each frequency"
         faults.append(Fault("circulatory", tied, remedy="give a fixed speed"))
     return right, faults
@@ -199,9 +199,9 @@ def definite_faults(name: str, matrix: Sparse) -> list[Fault]:
     return [_not_definite(name, f"{what} {smallest:g}")]
 
 
-def _not_definite(name: str, found: str) -> Fault:
+def _not_definite(name: str, evidence: str) -> Fault:
     statement, remedy = _NOT_DEFINITE[name]
-    return Fault(name, f"{statement} ({found})", remedy=remedy)
+    return Fault(name, f"{statement} ({evidence})", remedy=remedy)
 
 
 def energy_fed(C: Sparse, M: Sparse) -> str:
@@ -218,13 +218,13 @@ def energy_fed(C: Sparse, M: Sparse) -> str:
     unit = scaled(C, np.maximum(per_mass, floor if floor > 0.0 else 1.0) * M.diagonal())
     if sparse.issparse(C):
         smallest = smallest_pivot(unit + DAMPING_ROUNDING * sparse.eye_array(C.shape[0]))
-        found = f"pivot {smallest:.2g} with unit diagonal"
+        evidence = f"pivot {smallest:.2g} with unit diagonal"
         right = smallest > 0.0
     else:
         smallest = float(np.linalg.eigvalsh(unit)[0])
-        found = f"smallest eigenvalue with unit diagonal {smallest:.2g}"
+        evidence = f"smallest eigenvalue with unit diagonal {smallest:.2g}"
         right = smallest >= -DAMPING_ROUNDING
-    return "" if right else found
+    return "" if right else evidence
 
 
 def fed_modes(omega: Array, ratios: Array) -> str:
@@ -277,7 +277,7 @@ def _pivots(matrix: Sparse) -> float | None:
     return float(factors.U.diagonal().min()) if np.array_equal(factors.perm_r, factors.perm_c) else None
 
 
-def scaled(matrix: Sparse, diagonal: Array) -> Any:
+def scaled(matrix: Sparse, diagonal: Array) -> Sparse:
     """The matrix, dense or sparse, divided by the roots of ``diagonal`` from both sides."""
     scale = 1.0 / np.sqrt(diagonal)
     if sparse.issparse(matrix):

@@ -133,7 +133,7 @@ class ModalStructure:
         skin: Skin | None = None,
     ) -> None:
         self._dofs, faults = checked_names(dofs)
-        given = {
+        arguments = {
             "omega": omega,
             "mode_shapes": mode_shapes,
             "static_compliance": static_compliance,
@@ -143,7 +143,7 @@ class ModalStructure:
             "damping": damping,
         }
         shapes = named_shapes(load_shapes, faults)
-        faults += modal_faults(given, shapes, len(self._dofs) or None)
+        faults += modal_faults(arguments, shapes, len(self._dofs) or None)
         if faults:
             raise InputError(faults)
         self.omega, self.mode_shapes = real(omega), real(mode_shapes)
@@ -241,9 +241,9 @@ class ModalStructure:
         """
         missing = [name for name in ("omega", "mode_shapes") if name not in arrays]
         if missing:
-            found = ", ".join(sorted(arrays)) or "nothing"
+            present = ", ".join(sorted(arrays)) or "nothing"
             raise InputError(
-                [Fault("modal arrays", f"{name!r} is missing", remedy=f"found {found}") for name in missing]
+                [Fault("modal arrays", f"{name!r} is missing", remedy=f"found {present}") for name in missing]
             )
         shapes = {}
         if "load_participation" in arrays:
@@ -303,8 +303,8 @@ class ModalStructure:
         """What an equal structure is made from."""
         names = ("omega", "mode_shapes", "dofs", "loss_factor", "second_residual", "damping", "skin")
         compliance = self.static_compliance if self._knows_residual else None
-        given = {name: getattr(self, name) for name in names} | {"damping_ratio": self._viscous}
-        return {**given, "static_compliance": compliance, "load_shapes": self.shapes}
+        numbers = {name: getattr(self, name) for name in names} | {"damping_ratio": self._viscous}
+        return {**numbers, "static_compliance": compliance, "load_shapes": self.shapes}
 
     @property
     def load_shapes(self) -> tuple[str, ...]:
@@ -351,15 +351,15 @@ class ModalStructure:
     @property
     def values(self) -> dict[str, float]:
         """Named parameters: ``loss_factor`` (the mean of the modes'), and ``damping``, a factor on viscous damping."""
-        found = {"loss_factor": float(np.mean(self.loss_factor))}
-        return found | ({"damping": self.damping} if np.any(self._viscous) else {})
+        loss = {"loss_factor": float(np.mean(self.loss_factor))}
+        return loss | ({"damping": self.damping} if np.any(self._viscous) else {})
 
     def changed(self, **values: float) -> ModalStructure:
         """A copy with another ``loss_factor`` of all modes, or another factor ``damping``; InputError below 0."""
-        new, given = copy(self), checked_values(self.values, values)
-        if "loss_factor" in given:
-            new.loss_factor = np.full(self.omega.shape, given["loss_factor"])
-        new.damping = given.get("damping", self.damping)
+        new, checked = copy(self), checked_values(self.values, values)
+        if "loss_factor" in checked:
+            new.loss_factor = np.full(self.omega.shape, checked["loss_factor"])
+        new.damping = checked.get("damping", self.damping)
         return new
 
     @property
@@ -382,9 +382,9 @@ class ModalStructure:
         if self.second_residual is None and all(s.second_response is None for s in chosen):
             return left, right, static, None
         zero = np.zeros(n)
-        own = np.zeros_like(c) if self.second_residual is None else self.second_residual @ c
+        of_columns = np.zeros_like(c) if self.second_residual is None else self.second_residual @ c
         responses = [zero if s.second_response is None else np.asarray(s.second_response) for s in chosen]
-        return left, right, static, r.T @ np.column_stack([own, *responses])
+        return left, right, static, r.T @ np.column_stack([of_columns, *responses])
 
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
@@ -409,10 +409,10 @@ class ModalStructure:
         return f"ModalStructure({self.omega.size} modes, {len(self._dofs)} dofs)"
 
 
-def modal_number_faults(given: Mapping[str, Any], load_shapes: Mapping[str, LoadShape]) -> list[Fault]:
+def modal_number_faults(arguments: Mapping[str, Any], load_shapes: Mapping[str, LoadShape]) -> list[Fault]:
     """Faults of modal arrays that are not made of real numbers; those that are None are left alone."""
     faults = []
-    for name, value in given.items():
+    for name, value in arguments.items():
         faults += [] if value is None else number_faults(name, value, REAL_MODES.get(name, ""))
     for name, shape in load_shapes.items():
         if not hasattr(shape, "arrays"):
@@ -423,14 +423,14 @@ def modal_number_faults(given: Mapping[str, Any], load_shapes: Mapping[str, Load
     return faults
 
 
-def modal_faults(given: Mapping[str, Any], load_shapes: Mapping[str, LoadShape], n: int | None) -> list[Fault]:
+def modal_faults(arguments: Mapping[str, Any], load_shapes: Mapping[str, LoadShape], n: int | None) -> list[Fault]:
     """Faults of all modal arrays at ``n`` dofs (None: not known), those of one beside those of the others.
 
     What is of the wrong shape, or is no number, does not say how many modes or dofs there are.
     """
-    faults = modal_number_faults(given, load_shapes)
+    faults = modal_number_faults(arguments, load_shapes)
     wrong = {fault.where for fault in faults}
-    there = {name: v for name, v in given.items() if v is not None or name not in _COMPLIANCES}
+    there = {name: v for name, v in arguments.items() if v is not None or name not in _COMPLIANCES}
     known = {name: real(v) for name, v in there.items() if (name,) not in wrong}
     shapes: tuple[int, ...] = known["mode_shapes"].shape if "mode_shapes" in known else ()
     omega = known.pop("omega", None)

@@ -68,8 +68,8 @@ class Skin:
         triangles = real(self.triangles)
         faults += array_faults(("skin", "triangles"), triangles, (len(triangles) if triangles.ndim else 0, 3))
         if not faults and triangles.size and not (triangles.min() >= 0 and triangles.max() < count):
-            found = f"nodes {triangles.min():g} to {triangles.max():g} of {count}"
-            faults.append(Fault(("skin", "triangles"), found=found))
+            numbers = f"nodes {triangles.min():g} to {triangles.max():g} of {count}"
+            faults.append(Fault(("skin", "triangles"), found=numbers))
         if faults:
             raise InputError(faults)
         made: dict[str, Any] = {"modes": modes.astype(np.float32), "static": static.astype(np.float32)}
@@ -79,10 +79,10 @@ class Skin:
 
     def faults(self, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[Fault]:
         """Why this is no skin of a structure with so many modes and dofs, and these load shapes."""
-        found = (np.shape(self.modes)[1], np.shape(self.static)[1])
-        wrong = Fault("skin", found=f"modes and dofs {found}", expected=f"{(modes, dofs)}")
+        sizes = (np.shape(self.modes)[1], np.shape(self.static)[1])
+        wrong = Fault("skin", found=f"modes and dofs {sizes}", expected=f"{(modes, dofs)}")
         missing = [Fault("skin", f"it has no load shape '{name}'") for name in shapes if name not in self.loads]
-        return missing if found == (modes, dofs) else [wrong, *missing]
+        return missing if sizes == (modes, dofs) else [wrong, *missing]
 
     @property
     def basis(self) -> Array:

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError, Outcome
-from slipstick.io.journal import Journal, Recorded, read_journal
+from slipstick.io.journal import Journal, Recorded, read_journal, unpacked
 from slipstick.io.lock import FolderLock
-from slipstick.io.notes import unpacked
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
 from slipstick.studies.plan import StudyPlan
@@ -51,14 +50,14 @@ WHOLE = Share()
 
 
 class StudyFolder:
-    """Where a study is kept; held by one process for each share.
+    """Where a study is kept; one process holds each share of it.
 
     Parameters
     ----------
     folder
         Made if it is not there.
     job, plan, about
-        What is computed, and attributes of the results besides.
+        What is computed, and further attributes of the results.
 
     Raises
     ------
@@ -85,7 +84,7 @@ class StudyFolder:
             raise _unwritable(folder, error) from None
         try:
             self._alone()
-            self.found: dict[int, CaseSolved] = self._read()
+            self.cases: dict[int, CaseSolved] = self._read()
         except BaseException:
             self.release()
             raise
@@ -97,8 +96,8 @@ class StudyFolder:
             FolderLock(self.folder, path.name).release()
 
     def _read(self) -> dict[int, CaseSolved]:
-        """Every case in the journals; of several of one case a complete one, else the last."""
-        found: dict[int, CaseSolved] = {}
+        """Every case in the journals; of one that stands there several times a complete one, else the last."""
+        cases: dict[int, CaseSolved] = {}
         for path in sorted(self.folder.glob(JOURNALS)):
             recorded = read_journal(path)
             if recorded.about.get("study") != self._mark:
@@ -106,13 +105,13 @@ class StudyFolder:
                     f"{self.folder}: another study is in it, or the case has changed since ({path.name}); choose "
                     "another folder with -o"
                 )
-            for solved in self._cases(recorded):
-                known = found.get(solved.row["case"])
+            for solved in self._cases_of(recorded):
+                known = cases.get(solved.row["case"])
                 if known is None or solved.outcome.ok or not known.outcome.ok:
-                    found[solved.row["case"]] = solved
-        return found
+                    cases[solved.row["case"]] = solved
+        return cases
 
-    def _cases(self, recorded: Recorded) -> list[CaseSolved]:
+    def _cases_of(self, recorded: Recorded) -> list[CaseSolved]:
         size = self.job.curve_layout.size
         values, cases = recorded.layout.unpack(recorded.rows), []
         for i, note in enumerate(recorded.notes):
@@ -132,7 +131,7 @@ class StudyFolder:
 
     def todo(self, *, missing: bool = False) -> list[int]:
         """Cases of this share to be computed; ``missing``: also those that were, but did not complete."""
-        done = [case for case, solved in self.found.items() if solved.outcome.ok or not missing]
+        done = [case for case, solved in self.cases.items() if solved.outcome.ok or not missing]
         return [case for case in range(len(self.plan)) if case in self.share and case not in set(done)]
 
     def begin(self) -> None:
@@ -147,7 +146,7 @@ class StudyFolder:
         row = self._layout.pack({**solved.row, **dict(values)})
         note = {"message": solved.message, "warnings": list(solved.warnings), "curve": solved.curve.ravel()}
         journal.append(row, note)
-        self.found[solved.row["case"]] = solved
+        self.cases[solved.row["case"]] = solved
 
     def _opened(self) -> Journal:
         path = self.folder / f"{self.share.name}.journal"
@@ -159,21 +158,21 @@ class StudyFolder:
 
     def attributes(self) -> dict[str, Any]:
         """What the study says of itself now."""
-        return study_attributes(self.job, self.plan, self.found, self._about)
+        return study_attributes(self.job, self.plan, self.cases, self._about)
 
     def dataset(self) -> xarray.Dataset:
         """All cases so far."""
-        return study_dataset(self.job, self.plan, self.found, self.attributes())
+        return study_dataset(self.job, self.plan, self.cases, self.attributes())
 
     def write(self) -> xarray.Dataset:
         """Results of all cases so far, each file in one step; the dataset of the cases.
 
         The journals go once every case is complete.
         """
-        self.found = self._read()  # what other shares have found by now
+        self.cases = self._read()  # with what other shares have computed by now
         dataset = self.dataset()
         try:
-            save_dataset(curves_dataset(self.job, self.found, dataset.attrs), self.folder / CURVES_FILE)
+            save_dataset(curves_dataset(self.job, self.cases, dataset.attrs), self.folder / CURVES_FILE)
             save_dataset(dataset, self.folder / STUDY_FILE)
         except OSError as error:
             raise _unwritable(self.folder, error) from None
@@ -186,7 +185,7 @@ class StudyFolder:
     @property
     def complete(self) -> bool:
         """Whether every case is there and complete."""
-        return len(self.found) == len(self.plan) and all(solved.outcome.ok for solved in self.found.values())
+        return len(self.cases) == len(self.plan) and all(solved.outcome.ok for solved in self.cases.values())
 
     def _close(self) -> None:
         if self._journal is not None:
@@ -195,7 +194,7 @@ class StudyFolder:
 
     def abandon(self) -> None:
         """Remove what was begun here: nothing was computed, and nothing can be."""
-        if self._journal is not None and self._begun and not self.found:
+        if self._journal is not None and self._begun and not self.cases:
             self._journal.close(remove=True)
             self._journal = None
         self.release()

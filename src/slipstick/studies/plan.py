@@ -14,11 +14,12 @@ from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
-from slipstick.studies.ranges import box_of, given_values
+from slipstick.studies.ranges import parameter_values, sampled_range
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
+
 
 STUDY = ("study",)
 """Path to what is asked of a study."""
@@ -42,7 +43,7 @@ class StudyPlan:
     axes
         Of a grid, the values along each parameter: cases are its points, the last parameter fastest. Else empty.
     method, seed
-        How the values were found.
+        How the values were chosen.
     warnings
         What is suspicious.
     """
@@ -69,26 +70,26 @@ class StudyPlan:
 
     def problem(self, base: Problem, case: int) -> Problem:
         """The problem of one case; raises InputError where its values are not allowed together."""
-        found = base
+        problem = base
         for name, value in zip(self.names, self.values[case].tolist(), strict=True):
-            found = found.at_parameter(name, value)
-        return found
+            problem = problem.at_parameter(name, value)
+        return problem
 
 
 def make_plan(
-    problem: Problem, parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0
+    problem: Problem, parameters: object, *, method: object = "grid", samples: object = None, seed: object = 0
 ) -> StudyPlan:
-    """The cases that are asked for.
+    """The cases of a study.
 
     Raises
     ------
     InputError
-        For an unknown parameter or method, values that are none or not allowed, and parameters that set the same thing:
-        every fault found.
+        For an unknown parameter or method, values that are no numbers or not allowed, and parameters that set the same
+        thing: all faults at once.
     """
-    found = Gathering()
-    asked = _asked(found, problem, parameters, method, samples, seed)
-    found.end()
+    gathering = Gathering()
+    asked = _asked(gathering, problem, parameters, method, samples, seed)
+    gathering.end()
     order = sorted(asked.parts, key=lambda name: _is_derived(problem, name))
     plan = _plan(order, asked.parts, asked.method, asked.size, asked.seed)
     _allowed(problem, plan)
@@ -100,15 +101,17 @@ def make_plan(
     return replace(plan, warnings=tuple(said))
 
 
-def study_faults(parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0) -> list[Fault]:
+def study_faults(
+    parameters: object, *, method: object = "grid", samples: object = None, seed: object = 0
+) -> list[Fault]:
     """What is wrong with a study whose problem is not known."""
-    found = Gathering()
-    _asked(found, None, parameters, method, samples, seed)
-    return found.faults
+    gathering = Gathering()
+    _asked(gathering, None, parameters, method, samples, seed)
+    return gathering.faults
 
 
 class _Asked(NamedTuple):
-    """What a study says, of no meaning where there are faults."""
+    """What a study asks for; it means nothing where there are faults."""
 
     parts: dict[str, Any]
     """Values or ranges by parameter."""
@@ -117,50 +120,52 @@ class _Asked(NamedTuple):
     seed: int
 
 
-def _asked(found: Gathering, problem: Problem | None, parameters: Any, method: Any, samples: Any, seed: Any) -> _Asked:
-    """What is asked for, held against the problem where there is one."""
-    given = found.take(table, STUDY, parameters, _EXPECTED) or {}
-    method = found.take(_method, method)
-    seed = found.take(whole, (*STUDY, "seed"), seed, 0)
-    if not given and not found.faults:
-        found.faults.append(Fault(STUDY, "no parameter is given", remedy=f"give {_EXPECTED}"))
+def _asked(
+    gathering: Gathering, problem: Problem | None, parameters: Any, method: Any, samples: Any, seed: Any
+) -> _Asked:
+    """The arguments, checked, also against the problem where there is one."""
+    values = gathering.take(table, STUDY, parameters, _EXPECTED) or {}
+    method = gathering.take(_method, method)
+    seed = gathering.take(whole, (*STUDY, "seed"), seed, 0)
+    if not values and not gathering.faults:
+        gathering.faults.append(Fault(STUDY, "no parameter is given", remedy=f"give {_EXPECTED}"))
     if problem is not None:
-        known = [name for name in given if found.take(_is_known, problem, name)]
+        known = [name for name in values if gathering.take(_is_known, problem, name)]
         if known:
-            found.take(_distinct, problem, known)
+            gathering.take(_distinct, problem, known)
     where = (*STUDY, "samples")
     if method in SAMPLED and samples is None:
-        found.faults.append(Fault(where, IS_MISSING, remedy=f'method = "{method}" needs it, such as samples = 64'))
+        gathering.faults.append(Fault(where, IS_MISSING, remedy=f'method = "{method}" needs it, such as samples = 64'))
     elif method is not None and method not in SAMPLED and samples is not None:
         said = f'it is given, but method = "{method}" counts the values of its parameters'
-        found.faults.append(Fault(where, said, remedy="leave it out"))
-    count = found.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
-    read = box_of if method in SAMPLED else given_values
-    parts = {name: found.take(read, (*STUDY, name), value) for name, value in given.items()}
+        gathering.faults.append(Fault(where, said, remedy="leave it out"))
+    count = gathering.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
+    read = sampled_range if method in SAMPLED else parameter_values
+    parts = {name: gathering.take(read, (*STUDY, name), value) for name, value in values.items()}
     return _Asked(parts, str(method), count or 1, int(seed or 0))
 
 
 def _plan(names: Sequence[str], parts: Mapping[str, Any], method: str, samples: int, seed: int) -> StudyPlan:
-    own: list[Any] = [parts[name] for name in names]
+    axes: list[Any] = [parts[name] for name in names]
     common: dict[str, Any] = {"names": tuple(names), "method": method, "seed": seed}
     if method in SAMPLED:
         return StudyPlan(
-            values=_samples(own, method, samples, seed), axes=(), warnings=_uneven(method, samples), **common
+            values=_samples(axes, method, samples, seed), axes=(), warnings=_uneven(method, samples), **common
         )
     if method == "list":
-        if len({values.size for values in own}) > 1:
-            listed = ", ".join(f"{values.size} of {name}" for name, values in zip(names, own, strict=True))
+        if len({values.size for values in axes}) > 1:
+            listed = ", ".join(f"{values.size} of {name}" for name, values in zip(names, axes, strict=True))
             raise InputError(Fault(STUDY, found=listed, expected='as many of each with method = "list"'))
-        return StudyPlan(values=np.stack(own, axis=1), axes=(), **common)
-    for name, values in zip(names, own, strict=True):
+        return StudyPlan(values=np.stack(axes, axis=1), axes=(), **common)
+    for name, values in zip(names, axes, strict=True):
         repeated = [value for i, value in enumerate(values.tolist()) if value in values[:i]]
         if repeated:
             raise InputError(Fault((*STUDY, name), found=f"{repeated[0]:g} twice", expected="every value once"))
-    if prod(values.size for values in own) > MOST_ITEMS:
-        count = prod(values.size for values in own)
+    if prod(values.size for values in axes) > MOST_ITEMS:
+        count = prod(values.size for values in axes)
         raise InputError(Fault(STUDY, found=f"{count} cases", expected=f"at most {MOST_ITEMS}"))
-    grid = np.meshgrid(*own, indexing="ij")
-    return StudyPlan(values=np.stack([axis.ravel() for axis in grid], axis=1), axes=tuple(own), **common)
+    grid = np.meshgrid(*axes, indexing="ij")
+    return StudyPlan(values=np.stack([axis.ravel() for axis in grid], axis=1), axes=tuple(axes), **common)
 
 
 def _samples(boxes: Sequence[tuple[float, float, str]], method: str, count: int, seed: int) -> Array:
@@ -186,12 +191,12 @@ def _uneven(method: str, count: int) -> tuple[str, ...]:
     return (f"study: {count} Sobol samples do not fill the ranges evenly; a power of two does, such as {near}",)
 
 
-def _method(given: Any) -> str:
+def _method(value: object) -> str:
     where = (*STUDY, "method")
-    found = text(where, given, f"one of {', '.join(METHODS)}")
-    if found not in METHODS:
-        raise InputError(Fault(where, found=shown(found), remedy=suggestion(found, METHODS)))
-    return found
+    method = text(where, value, f"one of {', '.join(METHODS)}")
+    if method not in METHODS:
+        raise InputError(Fault(where, found=shown(method), remedy=suggestion(method, METHODS)))
+    return method
 
 
 def _is_known(problem: Problem, name: str) -> bool:
@@ -214,15 +219,15 @@ def _sets(problem: Problem, name: str) -> set[Any]:
 
 
 def _underlying(problem: Problem, member: tuple[int, int], quantity: str) -> str:
-    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+    for batch, inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         if member in batch.members:
-            found = batch.law.stands_for(quantity, given.values)
-            return found[0] if found is not None else quantity
+            underlying = batch.law.stands_for(quantity, inputs.values)
+            return underlying[0] if underlying is not None else quantity
     return quantity
 
 
 def _is_derived(problem: Problem, name: str) -> bool:
-    """Whether a parameter stands for another with a factor, which must be set before (a normal load: kn)."""
+    """Whether a parameter stands for another one times a factor, which must be set first (a normal load: kn)."""
     target = problem.parameter_target(name)
     return any(_underlying(problem, member, target.quantity) != target.quantity for member in target.members)
 

@@ -15,25 +15,17 @@ from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import Declared, Layout, layout_of
 from slipstick.studies.plan import StudyPlan
-from slipstick.typing import Array
+from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.analysis.curve.request import StabilityRequest
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
     from slipstick.solve.continuation import ContinuationOptions
 
-CURVE = (
-    "omega",
-    "amplitude",
-    "mean",
-    "dissipated_power",
-    "truncation",
-    "branch_part",
-    "peak_dof",
-    "stable",
-    "multiplier_max",
-)
+_STABILITY = ("stable", "multiplier_max")
+CURVE = ("omega", "amplitude", "mean", "dissipated_power", "truncation", "branch_part", "peak_dof", *_STABILITY)
 """What is kept of every point of every curve."""
 
 _CASE = Declared((), "1", "number of the case in the study", whole=True)
@@ -56,16 +48,16 @@ class Job:
     parameter: str = ""
     omega: float = 0.0
     requested: tuple[float, ...] = ()
-    peaks_of: Any = None
+    peaks_of: Names = None
     options: ContinuationOptions | Mapping[str, Any] | None = None
-    stability: Any = False
+    stability: StabilityRequest = False
 
     def request(self, problem: Problem) -> CurveRequest:
         """The branch of one case."""
-        given = (self.requested, self.peaks_of, self.options, (), None, self.stability)
+        arguments = (self.requested, self.peaks_of, self.options, (), None, self.stability)
         if self.parameter:
-            return parameter_request(problem, self.parameter, self.span, self.omega, *given)
-        return frequency_request(problem, self.span, *given)
+            return parameter_request(problem, self.parameter, self.span, self.omega, *arguments)
+        return frequency_request(problem, self.span, *arguments)
 
     @cached_property
     def curve_layout(self) -> Layout:
@@ -74,7 +66,7 @@ class Job:
         names = [name for name in (*(("parameter",) if self.parameter else ()), *CURVE) if name in full.variables]
         variables = {"case": _CASE, **{name: full.variables[name] for name in names}}
         used = {dim for declared in variables.values() for dim in declared.dims}
-        return Layout(labels={dim: own for dim, own in full.labels.items() if dim in used}, variables=variables)
+        return Layout(labels={dim: labels for dim, labels in full.labels.items() if dim in used}, variables=variables)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,10 +113,8 @@ def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
     layout = job.curve_layout
     values = {"case": np.full(len(branch), case), **{n: data[n].to_numpy() for n in layout.variables if n != "case"}}
     rows = [layout.pack({name: value[i] for name, value in values.items()}) for i in range(len(branch))]
-    row = {
-        "case": case, "outcome": branch.outcome.name, "points": len(branch), "seconds": time.perf_counter() - begin,
-        "evaluations": int(data.attrs["evaluations"]),
-    }  # fmt: skip
+    row: dict[str, Any] = {"case": case, "outcome": branch.outcome.name, "points": len(branch)}
+    row |= {"seconds": time.perf_counter() - begin, "evaluations": int(data.attrs["evaluations"])}
     if len(branch):
         row |= _peaks(values, "parameter" if job.parameter else "omega", branch)
     curve = np.array(rows, dtype=float).reshape(len(rows), layout.size)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.curve.request import common_arguments, followed_problem
+from slipstick.analysis.curve.request import StabilityRequest, common_arguments, followed_problem
 from slipstick.analysis.events import CaseDone
 from slipstick.balance.checks import range_faults, two_frequencies
 from slipstick.balance.problem import Problem
@@ -18,27 +18,32 @@ from slipstick.studies.plan import StudyPlan, make_plan
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.table import study_attributes, study_dataset
 from slipstick.studies.workers import solutions
-from slipstick.typing import FrequencyRange
+from slipstick.typing import FrequencyRange, Names
 
 if TYPE_CHECKING:
     import xarray
+    from distributed import Client
+
+    from slipstick.case.case import Case
+    from slipstick.solve.continuation import ContinuationOptions
 
 _MOST_WORKERS = 1024
+Listeners = tuple[Callable[[CaseDone], None], ...]
 
 
 def study(
-    problem: Any,
+    problem: Problem | Case,
     parameters: Mapping[str, Any] | None = None,
     *,
     omega: FrequencyRange | None = None,
     method: str = "grid",
     samples: int | None = None,
     seed: int = 0,
-    peaks_of: Any = None,
-    options: Any = None,
-    stability: Any = False,
+    peaks_of: Names = None,
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    stability: StabilityRequest = False,
     workers: int | None = None,
-    client: Any = None,
+    client: Client | None = None,
     folder: str | Path | None = None,
     missing: bool = False,
     listeners: Iterable[Callable[[CaseDone], None]] | Callable[[CaseDone], None] = (),
@@ -48,10 +53,10 @@ def study(
     Parameters
     ----------
     problem
-        A problem, whose response over ``omega`` is followed, or an ``ss.Case``, which says what is followed itself.
+        A problem, whose response over ``omega`` is followed, or an ``ss.Case``, which itself says what is followed.
     parameters
         Values by name, such as ``{"damper.velocity": [0, 1, 10], "damper.mu": {"from": 0.1, "to": 0.4, "count": 4}}``;
-        ``"spacing": "log"`` spreads a range evenly in its logarithm. Of samples the two ends are given. A case with
+        ``"spacing": "log"`` spreads a range evenly in its logarithm. For samples it takes the two ends. A case with
         ``[study]`` needs none.
     omega
         First and last frequency, of a problem.
@@ -80,12 +85,12 @@ def study(
     xarray.Dataset
         ``peak_amplitude``, ``peak_omega`` over the parameters and ``dof``, ``outcome``, ``message`` and work over the
         parameters, which are coordinates: dimensions of a grid, else along ``case``. A case that fails is there with
-        its outcome. After Ctrl-C, with a folder, what was found is kept there.
+        its outcome. After Ctrl-C the cases computed so far are kept in the folder, where there is one.
 
     Raises
     ------
     InputError
-        For an unknown parameter, values that are none or not allowed, a folder with another study.
+        For an unknown parameter, values that are no numbers or not allowed, a folder with another study.
 
     Examples
     --------
@@ -95,8 +100,8 @@ def study(
     ...     name="damper", tangential="x", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
     ...     rubbing=ss.RubbingMotion(velocity=100.0))
     >>> problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(6))
-    >>> found = ss.study(problem, {"load.x.amplitude": [50.0, 100.0]}, omega=(5.0, 7.0), workers=1)
-    >>> found.peak_amplitude.sel(dof="x").values.round(2).tolist()
+    >>> peaks = ss.study(problem, {"load.x.amplitude": [50.0, 100.0]}, omega=(5.0, 7.0), workers=1)
+    >>> peaks.peak_amplitude.sel(dof="x").values.round(2).tolist()
     [16.76, 18.25]
     """
     job, about = job_of(problem, omega, peaks_of, options, stability)
@@ -112,8 +117,8 @@ def study(
         if missing:
             said = "it is given without folder"
             raise InputError(Fault(("study", "missing"), said, remedy="give the folder of the study"))
-        found = _in_memory(job, plan, heard, workers, client)
-        return _told(study_dataset(job, plan, found, study_attributes(job, plan, found, about)))
+        cases = _in_memory(job, plan, heard, workers, client)
+        return _with_warnings(problem, study_dataset(job, plan, cases, study_attributes(job, plan, cases, about)))
     place = StudyFolder(path(("study", "folder"), folder, "the path of a folder"), job, plan, about=about)
     try:
         todo, total = place.todo(missing=missing), len(plan)
@@ -122,57 +127,59 @@ def study(
             try:
                 for solved in solutions(job, plan, todo, workers=workers, client=client):
                     place.add(solved)
-                    _tell(heard, plan, solved, len(place.found), total)
+                    _tell(heard, plan, solved, len(place.cases), total)
             finally:
                 dataset = place.write()
-            return _told(dataset)
-        return _told(place.dataset())
+            return _with_warnings(problem, dataset)
+        return _with_warnings(problem, place.dataset())
     finally:
         place.release()
 
 
-def _in_memory(job: Job, plan: StudyPlan, heard: Any, workers: int | None, client: Any) -> dict[int, CaseSolved]:
-    found: dict[int, CaseSolved] = {}
+def _in_memory(
+    job: Job, plan: StudyPlan, heard: Listeners, workers: int | None, client: Client | None
+) -> dict[int, CaseSolved]:
+    cases: dict[int, CaseSolved] = {}
     for solved in solutions(job, plan, range(len(plan)), workers=workers, client=client):
-        found[solved.row["case"]] = solved
-        _tell(heard, plan, solved, len(found), len(plan))
-    return found
+        cases[solved.row["case"]] = solved
+        _tell(heard, plan, solved, len(cases), len(plan))
+    return cases
 
 
-def _told(dataset: xarray.Dataset) -> xarray.Dataset:
-    warn(str(dataset.attrs["warnings"]).splitlines())
+def _with_warnings(problem: Any, dataset: xarray.Dataset) -> xarray.Dataset:
+    """The dataset; its warnings are given, those of a problem that no analysis of it gave yet."""
+    (problem.warn if isinstance(problem, Problem) else warn)(str(dataset.attrs["warnings"]).splitlines())
     return dataset
 
 
-def _tell(heard: Iterable[Any], plan: StudyPlan, solved: CaseSolved, done: int, total: int) -> None:
+def _tell(heard: Listeners, plan: StudyPlan, solved: CaseSolved, done: int, total: int) -> None:
     case = solved.row["case"]
     values = dict(zip(plan.names, plan.values[case].tolist(), strict=True))
     for listener in heard:
         listener(CaseDone(case=case, values=values, solved=solved, done=done, total=total))
 
 
-def _listeners(given: Any) -> tuple[Any, ...]:
-    if callable(given):
-        return (given,)
-    found = listed(("study", "listeners"), given, "a function of one event, or a list of them")
-    for listener in found:
+def _listeners(listeners: object) -> Listeners:
+    if callable(listeners):
+        return (listeners,)
+    functions = listed(("study", "listeners"), listeners, "a function of one event, or a list of them")
+    for listener in functions:
         if not callable(listener):
             raise wrong(("study", "listeners"), listener, "a function of one event, or a list of them")
-    return found
+    return functions
 
 
 def job_of(
-    given: Any, omega: Any, peaks_of: Any = None, options: Any = None, stability: Any = False
+    problem_or_case: Any, omega: Any, peaks_of: Any = None, options: Any = None, stability: Any = False
 ) -> tuple[Job, dict[str, Any]]:
-    """What is done for every case, and what the results say of where it comes from."""
-    if hasattr(given, "study_job"):
+    """What is done for every case, and what the results say about its origin."""
+    if hasattr(problem_or_case, "study_job"):
         for name, value in {"omega": omega, "peaks_of": peaks_of, "options": options, "stability": stability}.items():
             if value is not None and value is not False:
                 said = "it is given, but the case says what is followed"
                 raise InputError(Fault(("study", name), said, remedy="leave it out"))
-        job: Job = given.study_job()
-        return job, given.names
-    problem = followed_problem(one(("study", "problem"), given, Problem, "an ss.Problem or an ss.Case"))
+        return problem_or_case.study_job(), problem_or_case.names
+    problem = followed_problem(one(("study", "problem"), problem_or_case, Problem, "an ss.Problem or an ss.Case"))
     if omega is None:
         raise InputError(Fault(("study", "omega"), IS_MISSING, remedy="give frequencies such as omega=(2.0, 15.0)"))
     start, stop = two_frequencies(omega, problem.units)
@@ -181,7 +188,6 @@ def job_of(
         raise InputError(faults)
     problem = replace(problem, told=None)
     arguments = common_arguments(problem, (), peaks_of, options, (), None, stability)
-    return Job(
-        problem=problem, span=(start, stop), peaks_of=None if peaks_of is None else arguments["peaks_of"],
-        options=arguments["options"], stability=stability,
-    ), {}  # fmt: skip
+    wanted = None if peaks_of is None else arguments["peaks_of"]
+    job = Job(problem=problem, span=(start, stop), peaks_of=wanted, options=arguments["options"], stability=stability)
+    return job, {}

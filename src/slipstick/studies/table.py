@@ -16,7 +16,7 @@ from slipstick.studies.solving import CaseSolved, Job
 if TYPE_CHECKING:
     import xarray
 
-Found = Mapping[int, CaseSolved]
+Cases = Mapping[int, CaseSolved]
 """Cases by number, as far as they are computed."""
 OUTCOMES = tuple(outcome.name for outcome in Outcome)
 
@@ -57,19 +57,17 @@ def row_layout(job: Job, plan: StudyPlan) -> Layout:
     return Layout(labels={"dof": tuple(job.problem.outputs or ())}, variables=labelled)
 
 
-def study_dataset(
-    job: Job, plan: StudyPlan, found: Mapping[int, CaseSolved], attributes: Mapping[str, Any]
-) -> xarray.Dataset:
+def study_dataset(job: Job, plan: StudyPlan, cases: Cases, attributes: Mapping[str, Any]) -> xarray.Dataset:
     """The cases along their parameters: a grid has its parameters as dimensions, else they lie along ``case``."""
     import xarray
 
     layout = row_layout(job, plan)
     rows = np.full((len(plan), layout.size), np.nan)
-    for case, solved in found.items():
+    for case, solved in cases.items():
         rows[case] = layout.pack({**solved.row, **_values(plan, case)})
     flat, dims, shape = layout.unpack(rows), plan.dims, plan.shape
     flat["case"] = np.arange(len(plan))
-    flat["message"] = np.array([found[i].message if i in found else "" for i in range(len(plan))], dtype=np.str_)
+    flat["message"] = np.array([cases[i].message if i in cases else "" for i in range(len(plan))], dtype=np.str_)
     variables: dict[str, Any] = {}
     for name, values in flat.items():
         declared = layout.variables.get(name, Declared((), "1", "how the case ended, in words"))
@@ -88,29 +86,27 @@ def _values(plan: StudyPlan, case: int) -> dict[str, float]:
     return dict(zip(plan.names, plan.values[case].tolist(), strict=True))
 
 
-def curves_dataset(job: Job, found: Found, attributes: Mapping[str, Any]) -> xarray.Dataset:
+def curves_dataset(job: Job, cases: Cases, attributes: Mapping[str, Any]) -> xarray.Dataset:
     """All curves one after another along ``point``; ``case`` says whose a point is."""
     layout = job.curve_layout
-    curves = [found[case].curve for case in sorted(found) if len(found[case].curve)]
+    curves = [cases[case].curve for case in sorted(cases) if len(cases[case].curve)]
     rows = np.concatenate(curves) if curves else np.zeros((0, layout.size))
     return make_table(layout, layout.unpack(rows), attributes).to_dataset()
 
 
-def study_attributes(
-    job: Job, plan: StudyPlan, found: Mapping[int, CaseSolved], more: Mapping[str, Any]
-) -> dict[str, Any]:
-    """What a study says of itself; its outcome is COMPLETED where every case is."""
-    failed = sum(not solved.outcome.ok for solved in found.values())
-    done = len(found) == len(plan) and not failed
-    text = f"{len(found)} of {len(plan)} cases are computed" + (
+def study_attributes(job: Job, plan: StudyPlan, cases: Cases, more: Mapping[str, Any]) -> dict[str, Any]:
+    """What a study says about itself; its outcome is COMPLETED where every case is."""
+    failed = sum(not solved.outcome.ok for solved in cases.values())
+    done = len(cases) == len(plan) and not failed
+    text = f"{len(cases)} of {len(plan)} cases are computed" + (
         f", {failed} of them did not complete" if failed else ""
     )
-    said = list(dict.fromkeys([*plan.warnings, *(w for case in sorted(found) for w in found[case].warnings)]))
-    outcome = Outcome.COMPLETED if done else Outcome.INTERRUPTED if len(found) < len(plan) else Outcome.FAILED
+    said = list(dict.fromkeys([*plan.warnings, *(w for case in sorted(cases) for w in cases[case].warnings)]))
+    outcome = Outcome.COMPLETED if done else Outcome.INTERRUPTED if len(cases) < len(plan) else Outcome.FAILED
     made = attributes_of(job.problem, outcome, text, said[:MOST_WARNINGS], parameter=job.parameter)
     sampled = {"study_seed": plan.seed} if plan.method not in ("grid", "list") else {}
-    own = {"study_method": plan.method, "study_parameters": "\n".join(plan.names), **sampled}
-    return {**made, **own, **more}
+    about = {"study_method": plan.method, "study_parameters": "\n".join(plan.names), **sampled}
+    return {**made, **about, **more}
 
 
 MOST_WARNINGS = 20

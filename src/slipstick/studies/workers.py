@@ -10,16 +10,19 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from queue import SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING
 
 from slipstick.errors import InputError
 from slipstick.interrupts import held
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job, solve
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
 
 WORTH = 6.0
 """Seconds that local workers must save to be started; they take about three to be there."""
@@ -36,7 +39,7 @@ def in_turn(job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolv
         yield solve(job, plan, case)
 
 
-def on_cluster(client: Any, job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
+def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
     """Cases as they are finished by the workers of a Dask client.
 
     Dask holds locks where an interrupt would leave them: it waits while Dask is at work, and cases are waited for in a
@@ -48,7 +51,7 @@ def on_cluster(client: Any, job: Job, plan: StudyPlan, todo: Sequence[int]) -> I
         warnings.filterwarnings("ignore", "Sending large graph")  # a reduced model may have hundreds of megabytes
         shared = client.submit(_Shared, job, plan, pure=False)
     cases, sent, suspects = iter(todo), {}, []
-    finished: SimpleQueue[Any] = SimpleQueue()
+    finished: SimpleQueue[Future] = SimpleQueue()
 
     def send(case: int) -> None:
         future = client.submit(_solve_shared, shared, case, pure=False)
@@ -90,11 +93,11 @@ def _solve_shared(shared: _Shared, case: int) -> CaseSolved:
     return solve(shared.job, shared.plan, case)
 
 
-def _outcome_of(future: Any, case: int) -> CaseSolved | None:
+def _outcome_of(future: Future, case: int) -> CaseSolved | None:
     """The case, or None where its worker died."""
     try:
-        found: CaseSolved = future.result()
-        return found
+        solved: CaseSolved = future.result()
+        return solved
     except Exception as error:
         kind = type(error).__name__
         if kind == "KilledWorker":
@@ -120,7 +123,7 @@ def cores() -> int:
 
 
 @contextmanager
-def connected(scheduler: str) -> Iterator[Any]:
+def connected(scheduler: str) -> Iterator[Client]:
     """A client of the cluster at an address.
 
     Raises
@@ -146,7 +149,7 @@ def connected(scheduler: str) -> Iterator[Any]:
 
 
 @contextmanager
-def local_workers(count: int) -> Iterator[Any]:
+def local_workers(count: int) -> Iterator[Client]:
     """A client of ``count`` processes on this machine, one thread each.
 
     They are processes of their own, not children made by ``multiprocessing``: a script needs no main guard, and Ctrl-C
@@ -159,7 +162,7 @@ def local_workers(count: int) -> Iterator[Any]:
         yield client
 
 
-def _begun(stack: ExitStack, count: int) -> Any:
+def _begun(stack: ExitStack, count: int) -> Client:
     """A client with its workers, which end with the stack."""
     import dask
     from distributed import Client, LocalCluster
@@ -173,15 +176,12 @@ def _begun(stack: ExitStack, count: int) -> Any:
     )
     client = Client(cluster, timeout=_WAIT)
     stack.callback(_within, _CLOSING, client.close, cluster.close)
-    process = subprocess.Popen(
-        [
-            sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address),
-            "--nworkers", str(count), "--nthreads", "1", "--memory-limit", "0", "--no-dashboard",
-            "--death-timeout", str(_WAIT), "--local-directory", folder,
-        ],
-        env={**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
-    )  # fmt: skip
+    options = {"nworkers": count, "nthreads": 1, "memory-limit": 0, "death-timeout": _WAIT, "local-directory": folder}
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address), "--no-dashboard"]
+    command += [f"--{name}={value}" for name, value in options.items()]
+    environment = {**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)}
+    null = subprocess.DEVNULL
+    process = subprocess.Popen(command, env=environment, stdin=null, stdout=null, stderr=null, start_new_session=True)
     stack.callback(_kill, process)
     client.wait_for_workers(1, timeout=2 * _WAIT)
     return client
@@ -205,8 +205,14 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 
 def solutions(
-    job: Job, plan: StudyPlan, todo: Sequence[int], *, workers: int | None = None, client: Any = None, tell: Any = str
-) -> Iterator[CaseSolved]:
+    job: Job,
+    plan: StudyPlan,
+    todo: Sequence[int],
+    *,
+    workers: int | None = None,
+    client: Client | None = None,
+    tell: Callable[[str], object] = str,
+) -> Generator[CaseSolved, None, None]:
     """Every case of ``todo`` as it is finished.
 
     ``workers`` None: as many as there are processors, started only where that saves time. ``tell`` hears why there are
@@ -224,11 +230,11 @@ def solutions(
         if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
             break
     with ExitStack() as stack:
-        own = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
-        yield from in_turn(job, plan, rest) if own is None else on_cluster(own, job, plan, rest)
+        workers_client = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
+        yield from in_turn(job, plan, rest) if workers_client is None else on_cluster(workers_client, job, plan, rest)
 
 
-def _started(stack: ExitStack, count: int, tell: Any) -> Any:
+def _started(stack: ExitStack, count: int, tell: Callable[[str], object]) -> Client | None:
     """Local workers, or None where there can be none: the work is done here then."""
     if not has_dask():
         tell(f"one case after another: for {count} workers, pip install 'slipstick[study]'")

@@ -31,10 +31,10 @@ ROOMS = ("trig", "contact/kernel", "structure/kernel", "balance/kernel", "analys
 def code_key() -> str:
     """Key of all compiled code."""
     package = Path(__file__).parent.parent
-    found = hashlib.sha256(f"{__version__} {numba.__version__}".encode())
+    digest = hashlib.sha256(f"{__version__} {numba.__version__}".encode())
     for path in sorted(path for room in ROOMS for path in (package / room).glob("*.py")):
-        found.update(path.name.encode() + path.read_bytes())
-    return found.hexdigest()[:16]
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 @cache
@@ -42,8 +42,8 @@ def cache_folder() -> Path:
     """Folder of the compiled functions: the user's cache, or a temporary one where that cannot be written."""
     for root in _roots():
         try:
-            if found := _private(root / code_key()):
-                return found
+            if folder := _private(root / code_key()):
+                return folder
         except OSError:
             continue
     return Path(tempfile.mkdtemp(prefix="slipstick-"))
@@ -66,11 +66,13 @@ def _private(folder: Path) -> Path | None:
 
 
 def _roots() -> list[Path]:
-    given = [os.environ[name] for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA") if os.environ.get(name)]
+    chosen = [
+        os.environ[name] for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA") if os.environ.get(name)
+    ]
     home = Path(os.path.expanduser("~"))
     usual = home / "Library" / "Caches" if sys.platform == "darwin" else home / ".cache"
     shared = f"slipstick-{os.getuid()}" if hasattr(os, "getuid") else "slipstick"
-    return [*(root / "slipstick" for root in (*map(Path, given), usual)), Path(tempfile.gettempdir()) / shared]
+    return [*(root / "slipstick" for root in (*map(Path, chosen), usual)), Path(tempfile.gettempdir()) / shared]
 
 
 class CachePlace:

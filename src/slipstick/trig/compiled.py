@@ -21,10 +21,10 @@ def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = Fa
     """
     if function is None:
         return lambda f: compiled(f, allocates=allocates, **options)
-    given: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
+    defaults: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
     # without arrays of their own they are called by compiled functions alone: no entry from Python is made for them
     inner = {**uncounted(), "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    dispatcher = numba.njit(**{**given, **({} if allocates else inner), **options})(function)
+    dispatcher = numba.njit(**{**defaults, **({} if allocates else inner), **options})(function)
     if allocates and dispatcher is not function:
         keep(dispatcher)
     return dispatcher

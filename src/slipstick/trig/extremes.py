@@ -63,9 +63,9 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
         for i in range(cells):
             here, before, after = abs(v[i]), abs(v[i - 1]), abs(v[i + 1 if i + 1 < cells else 0])
             if here >= least and here >= before and here >= after:
-                t, found = summit((i + 0.5) * step, v[i], step, Polynomial(0.0, pc, ps), grid, c, s)
-                if abs(found) >= abs(value[r]):
-                    value[r], time[r] = found, t
+                t, extreme = summit((i + 0.5) * step, v[i], step, Polynomial(0.0, pc, ps), grid, c, s)
+                if abs(extreme) >= abs(value[r]):
+                    value[r], time[r] = extreme, t
         if len(dX):
             basis(time[r], grid, c, s)
             for j in range(grid.n):

@@ -55,9 +55,9 @@ class Harmonics:
             raise wrong("harmonics", list(self.orders), "increasing whole numbers starting at 0")
 
     @classmethod
-    def of(cls, given: Orders) -> Harmonics:
+    def of(cls, orders: Orders) -> Harmonics:
         """The harmonics given, or those with the orders given."""
-        return given if isinstance(given, Harmonics) else cls(given)
+        return orders if isinstance(orders, Harmonics) else cls(orders)
 
     @property
     def n(self) -> int:
@@ -137,22 +137,22 @@ class Harmonics:
         return f"Harmonics({list(self.orders)})"
 
 
-def _orders(given: Any) -> tuple[int, ...]:
+def _orders(orders: Any) -> tuple[int, ...]:
     expected = 'a count such as 10 for 0..10, whole numbers such as range(11) or [0, 1, 3], or "0..10"'
-    if isinstance(given, str):
+    if isinstance(orders, str):
         try:
-            return tuple(harmonic_orders(given))
+            return tuple(harmonic_orders(orders))
         except InputError as error:
-            raise InputError([replace(f, found=shown(given)).inside("harmonics") for f in error.faults]) from None
-    if isinstance(given, bytes | bool) or (getattr(given, "dtype", None) is not None and given.dtype.kind == "b"):
-        raise wrong("harmonics", given, expected)
-    if not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
-        given = range(whole("harmonics", given, 0, HIGHEST) + 1)
-    found = list(islice(given, HIGHEST + 2))
+            raise InputError([replace(f, found=shown(orders)).inside("harmonics") for f in error.faults]) from None
+    if isinstance(orders, bytes | bool) or (getattr(orders, "dtype", None) is not None and orders.dtype.kind == "b"):
+        raise wrong("harmonics", orders, expected)
+    if not isinstance(orders, Iterable) or getattr(orders, "ndim", 1) == 0:
+        orders = range(whole("harmonics", orders, 0, HIGHEST) + 1)
+    listed = list(islice(orders, HIGHEST + 2))
     try:
-        return tuple(whole("harmonics", m, -HIGHEST, HIGHEST) for m in found)
+        return tuple(whole("harmonics", m, -HIGHEST, HIGHEST) for m in listed)
     except InputError:
-        raise wrong("harmonics", found, f"{expected}, at most {HIGHEST}") from None
+        raise wrong("harmonics", listed, f"{expected}, at most {HIGHEST}") from None
 
 
 def _floats(name: str, value: Any) -> Array:

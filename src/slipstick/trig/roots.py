@@ -189,7 +189,7 @@ def search_cell(
     before: tuple[int, float, float],
     f: Sought,
     stack: Array,
-    found: Roots,
+    roots: Roots,
     count: int,
 ) -> tuple[int, int, float, int, float]:
     """Append the crossings in one cell, halving it until each piece is decided.
@@ -230,13 +230,13 @@ def search_cell(
             if new == 0:
                 continue
             if sign != 0 and new != sign:
-                if count == found.times.size:
+                if count == roots.times.size:
                     return FULL, sign, since, first, first_time
                 if end and monotone:
-                    found.times[count] = polish(left, right, new > 0, t, (v0, v1, v2, v3), f)
+                    roots.times[count] = polish(left, right, new > 0, t, (v0, v1, v2, v3), f)
                 else:
-                    found.times[count] = between(since, at, new, f)
-                found.rising[count] = new > 0
+                    roots.times[count] = between(since, at, new, f)
+                roots.rising[count] = new > 0
                 count += 1
             if first == 0:
                 first, first_time = new, at
@@ -250,28 +250,28 @@ def search_cell(
 
 
 @compiled
-def close_period(count: int, last: tuple[int, float], first: tuple[int, float], f: Sought, found: Roots) -> int:
+def close_period(count: int, last: tuple[int, float], first: tuple[int, float], f: Sought, roots: Roots) -> int:
     """Add the crossing between the last certain sign of the period and the first one of the next, if they differ.
 
     ``last`` and ``first`` are a sign and its time.
     """
     if last[0] == first[0]:
         return count
-    if count == found.times.size:
+    if count == roots.times.size:
         return FULL
     t = between(last[1], first[1] + TWO_PI, first[0], f)
     at = count
     if t >= TWO_PI:
         t -= TWO_PI
         for i in range(count, 0, -1):
-            found.times[i], found.rising[i] = found.times[i - 1], found.rising[i - 1]
+            roots.times[i], roots.rising[i] = roots.times[i - 1], roots.rising[i - 1]
         at = 0
-    found.times[at], found.rising[at] = t, first[0] > 0
+    roots.times[at], roots.rising[at] = t, first[0] > 0
     return count + 1
 
 
 @compiled
-def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scratch, found: Roots) -> tuple[int, int]:
+def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scratch, roots: Roots) -> tuple[int, int]:
     """All crossings of one polynomial, ascending; returns their number, or ``FULL``, and the first certain sign.
 
     ``floor`` is ``rounding_floor``. Crossings in cells with ``skip`` are not all found, but where their number is odd
@@ -300,10 +300,10 @@ def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scra
                 if first == 0:
                     first, first_time = new, left
                 if sign != 0 and new != sign:
-                    if count == found.times.size:
+                    if count == roots.times.size:
                         return FULL, first
-                    found.times[count] = between(since, left, new, f)
-                    found.rising[count] = new > 0
+                    roots.times[count] = between(since, left, new, f)
+                    roots.rising[count] = new > 0
                     count += 1
                 sign, since = new, left
             decided = i
@@ -312,7 +312,7 @@ def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scra
             sign, since, seen = (1 if g0[i - 1] > 0.0 else -1), left, True
         v3 = (g2[i + 1 if i + 1 < number else 0] - g2[i - 1]) / (4.0 * h)
         count, sign, since, new, new_time = search_cell(
-            left, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i], v3), (sign, since, seen), f, cells.stack, found, count
+            left, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i], v3), (sign, since, seen), f, cells.stack, roots, count
         )
         if count == FULL:
             return FULL, first
@@ -321,7 +321,7 @@ def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scra
         seen = True
     if decided == number - 1:
         sign, since = (1 if g0[decided] > 0.0 else -1), TWO_PI
-    return close_period(count, (sign, since), (first, first_time), f, found), first
+    return close_period(count, (sign, since), (first, first_time), f, roots), first
 
 
 @compiled(allocates=True)
@@ -337,9 +337,9 @@ def _roots(p: Polynomial, grid: Grid, room: int) -> tuple[int, Array, BoolArray]
         slope += m[j] * amplitude
     work = Cells(g[0], g[1], g[2], np.zeros(cells, np.bool_), np.empty(cells), np.empty((STACK, 2)))
     scratch = Scratch(np.empty(n), np.empty(n), np.empty((2, n)), np.empty((2, n)))
-    found = Roots(np.empty(room), np.empty(room, np.bool_))
-    count, _ = isolate(p, rounding_floor(size, slope, n), work, grid, scratch, found)
-    return count, found.times, found.rising
+    roots = Roots(np.empty(room), np.empty(room, np.bool_))
+    count, _ = isolate(p, rounding_floor(size, slope, n), work, grid, scratch, roots)
+    return count, roots.times, roots.rising
 
 
 def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, BoolArray]:

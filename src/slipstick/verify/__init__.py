@@ -12,7 +12,7 @@ __all__ = ["run"]
 
 
 def run(names: str | Sequence[str] | None = None) -> Iterator[Row]:
-    """Rows (name, what, expected, found, tolerance, verdict) of the table, computed one after another."""
+    """Rows of the table (name, what, expected, found, tolerance, verdict), computed one after another."""
     from slipstick.verify import table
 
     return table.computed_rows(names)

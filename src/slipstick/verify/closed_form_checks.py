@@ -45,8 +45,8 @@ def _rigid() -> ExpectedFound:
     """Slope of the difference from rigid friction over kt."""
     exact = np.array(cf.rigid_coulomb(1.0, 0.7, LIMIT))
     stiffness = np.array([1e5, 1e6, 1e7])
-    found = [np.abs(_element(_motion(sin=1.0), v=0.7, kt=kt).Fx[:2] - exact).max() for kt in stiffness]
-    return -1.0, float(np.polyfit(np.log(stiffness), np.log(found), 1)[0])
+    differences = [np.abs(_element(_motion(sin=1.0), v=0.7, kt=kt).Fx[:2] - exact).max() for kt in stiffness]
+    return -1.0, float(np.polyfit(np.log(stiffness), np.log(differences), 1)[0])
 
 
 def _regimes() -> ExpectedFound:
@@ -131,13 +131,13 @@ def _den_hartog() -> ExpectedFound:
 
     structure = MatrixStructure(M=[[1.0]], C=[[0.0]], K=[[1.0]], dofs=["x"])
     stiffness = np.array([1e4, 1e5, 1e6])
-    found = []
+    amplitudes = []
     for kt in stiffness:
         pair = ContactPair(name="c", contact=FrictionContact(kt=kt, mu=0.5, gap=-1.0), tangential={"x": 1.0})
         loads, h = [Load(dof="x", cos=1.0)], Harmonics(range(2))
         problem = Problem(structure, contacts=[pair], loads=loads, harmonics=h, told=None)  # h is not used in time
-        found.append(transient(problem, 0.9, tolerance=1e-12).amplitude[0])
-    difference = np.abs(np.array(found) - cf.den_hartog(1.0, 1.0, 1.0, 0.5, 0.9))
+        amplitudes.append(transient(problem, 0.9, tolerance=1e-12).amplitude[0])
+    difference = np.abs(np.array(amplitudes) - cf.den_hartog(1.0, 1.0, 1.0, 0.5, 0.9))
     return -0.5, float(np.polyfit(np.log(stiffness), np.log(difference), 1)[0])
 
 
@@ -165,4 +165,4 @@ CLOSED_FORM_CHECKS = (
     Check(name="CF8", what="temperature rise in full slip (quadratic)", compute=_hot_rational, tolerance=1e-5),
     Check(name="CF9", what="approach to Den Hartog's rigid friction, order in kt", compute=_den_hartog, tolerance=0.02),
     Check(name="CF10", what="oscillator in full slip, power = mu N v", compute=_oscillator_power, tolerance=1e-6),
-)  # fmt: skip
+)

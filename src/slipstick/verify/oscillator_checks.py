@@ -121,8 +121,10 @@ def _odd_harmonics() -> ExpectedFound:
 
 def _drive_falls(index: int) -> ExpectedFound:
     """Largest step of the resonance frequency (0), or of amplitude over drive (1), from one drive to the next."""
-    found = [peaks(0.0, drive=a)[0] for a in (1.0, 2.0, 5.0, 10.0, 20.0)]
-    values = [w if index == 0 else size / a for (w, size), a in zip(found, (1.0, 2.0, 5.0, 10.0, 20.0), strict=True)]
+    resonances = [peaks(0.0, drive=a)[0] for a in (1.0, 2.0, 5.0, 10.0, 20.0)]
+    values = [
+        w if index == 0 else size / a for (w, size), a in zip(resonances, (1.0, 2.0, 5.0, 10.0, 20.0), strict=True)
+    ]
     return 0.0, float(np.diff(values).max())
 
 

@@ -5,6 +5,7 @@ import signal
 
 import numpy as np
 import pytest
+from helpers.oscillator import with_law
 from helpers.results import corrected
 
 import slipstick as ss
@@ -60,9 +61,7 @@ def test_an_interrupt_waits_for_the_evaluation_under_way() -> None:
         calls["ended"] += 1
         return k * q**3
 
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="a", contact=ss.SampledLaw(force=force, parameters={"k": 1.0}), ports={"x": "x"})
-    problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(4))
+    problem = with_law(ss.SampledLaw(force=force, parameters={"k": 1.0}))
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         branch = ss.forced_response(problem, omega=(2.0, 15.0))

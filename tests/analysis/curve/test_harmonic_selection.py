@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from helpers.cases import oscillator as oscillator_case
+from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.analysis.curve.follow import frequency_request
@@ -23,13 +25,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarni
 
 
 def oscillator(velocity: float, highest: int = 15, load: float = 800.0) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    damper = ss.ContactPair(
-        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=load), tangential="x",
-        rubbing=ss.RubbingMotion(velocity=velocity),
-    )  # fmt: skip
-    loads = [ss.Load(dof="x", sin=100.0)]
-    return ss.Problem(structure, contacts=[damper], loads=loads, harmonics=range(highest + 1))
+    return one_mass(damper(velocity, normal_load=load), harmonics=range(highest + 1))
 
 
 def blade_like(contacts: int = 6, highest: int = 9) -> ss.Problem:
@@ -158,18 +154,13 @@ def test_too_few_harmonics_for_the_accuracy_are_told() -> None:
 
 @pytest.mark.parametrize("value", [0.0, 1.0, -1e-3, "1e-3", True])
 def test_what_is_no_accuracy_is_refused(value: object) -> None:
-    with pytest.raises(ss.InputError, match=r"adapt_harmonics: found .*; expected a number between 0 and 1"):
+    with raises_fault("options, adapt_harmonics", says="expected a number between 0 and 1"):
         ss.forced_response(oscillator(10.0), omega=(2.0, 15.0), options={"adapt_harmonics": value})
 
 
 def test_sets_rise_and_hold_what_is_driven() -> None:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    pair = ss.ContactPair(name="d", contact=contact, tangential="x", rubbing=ss.RubbingMotion(cos={2: 1.0}))
     loads = [ss.Load(dof="x", sin=1.0, harmonic=3)]
-    problem = ss.Problem(
-        structure, contacts=[pair], loads=loads, harmonics=[0, 1, 2, 3, 5, 6, 9, 12], period_ratio=(3, 1)
-    )
+    problem = one_mass(damper(cos={2: 1.0}), loads=loads, harmonics=[0, 1, 2, 3, 5, 6, 9, 12], period_ratio=(3, 1))
     assert driven_orders(problem) == {1, 3, 6}
     rungs = harmonic_ladder(problem)
     assert rungs[-1] == problem.harmonics

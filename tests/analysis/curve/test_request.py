@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.analysis.curve.follow import frequency_request, parameter_request
@@ -51,9 +52,9 @@ def test_what_is_none(given, said):
 
 
 def test_without_contacts_there_is_nothing_to_follow():
-    with pytest.raises(InputError, match="there is no contact; the response is linear"):
+    with pytest.raises(InputError, match="the response is linear"):
         followed_problem(replace(oscillator(velocity=1.0), contacts=()))
-    with pytest.raises(InputError, match=r"expected an ss\.Problem"):
+    with raises_fault("problem", found="'case.toml'", expected="an ss.Problem"):
         followed_problem("case.toml")
 
 

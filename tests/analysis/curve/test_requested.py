@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from helpers.cases import oscillator as case_text
+from helpers.command import slipstick
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.io.loading import load_dataset
 from slipstick.report.content import content_of
 from slipstick.solve.continuation.locate import Locator
@@ -67,7 +67,7 @@ def test_what_is_not_found_is_named_by_run_and_in_the_report(tmp_path: Path, mon
     monkeypatch.chdir(tmp_path)
     case = tmp_path / "case.toml"
     case.write_text(CASE)
-    result = CliRunner().invoke(app, ["run", str(case), "--no-figures"])
+    result = slipstick("run", case, "--no-figures")
     assert result.exit_code == 0, result.output
     said = " ".join(result.output.split())
     assert said.count("at 5.1 rad/s a point was requested") == 1
@@ -79,30 +79,7 @@ def test_what_is_not_found_is_named_by_run_and_in_the_report(tmp_path: Path, mon
     assert "at 5.1 rad/s a point was requested" in " ".join(page["warnings"])
 
 
-CASE = """
-format = 1
-harmonics = "0..3"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = 5.0
-to = 5.3
-at = [5.1]
-"""
+CASE = case_text(head='harmonics = "0..3"\n', rubbing="velocity = 10.0", response="from = 5.0\nto = 5.3\nat = [5.1]\n")
 
 
 def test_a_load_factor_that_is_not_found_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

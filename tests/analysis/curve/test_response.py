@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.oscillator import oscillator as rubbed
 from helpers.results import corrected
 
 import slipstick as ss
@@ -205,25 +206,14 @@ def test_bad_requests(given: dict[str, Any], words: str) -> None:
 def test_a_swept_velocity_is_at_each_frequency_the_constant_one() -> None:
     """The curve goes through the points of constant velocities, in time too, and its velocity is in the results."""
 
-    def rubbed(**rubbing: float) -> ss.Problem:
-        return ss.Problem(
-            ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"]),
-            contacts=[
-                ss.ContactPair(
-                    name="damper", tangential="x", rubbing=ss.RubbingMotion(**rubbing),
-                    contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0),
-                )
-            ],
-            loads=[ss.Load(dof="x", sin=100.0)],
-            harmonics=ss.Harmonics(range(8)),
-        )  # fmt: skip
-
-    swept = ss.forced_response(rubbed(velocity=1.0, velocity_per_omega=2.0), omega=(3.5, 6.0), requested=[4.0, 5.0])
+    swept = ss.forced_response(
+        rubbed(harmonics=8, velocity=1.0, velocity_per_omega=2.0), omega=(3.5, 6.0), requested=[4.0, 5.0]
+    )
     assert swept.outcome is ss.Outcome.COMPLETED
     omega = np.asarray(swept.dataset["omega"])
     np.testing.assert_allclose(swept.dataset["rubbing_velocity"].values[:, 0], 1.0 + 2.0 * omega, rtol=1e-14)
     for w in (4.0, 5.0):
-        constant = ss.forced_response(rubbed(velocity=1.0 + 2.0 * w), omega=(w, w + 0.1), requested=[w])
+        constant = ss.forced_response(rubbed(harmonics=8, velocity=1.0 + 2.0 * w), omega=(w, w + 0.1), requested=[w])
         for name in ("displacement", "dissipated_power", "stick_fraction"):
             found = swept.dataset[name].values[swept.at(w)]
             np.testing.assert_allclose(found, constant.dataset[name].values[constant.at(w)], rtol=1e-6, atol=1e-9)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass, opening
 
 import slipstick as ss
 from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
@@ -24,23 +25,8 @@ COARSE = {"max_step": 0.05, "first_step": 0.05}
 
 def heated() -> ss.Problem:
     """Contacts that take another thermal equilibrium on the way."""
-    pair = ss.ContactPair(
-        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-100.0), tangential="x",
-        rubbing=ss.RubbingMotion(velocity=1900.0),
-    )  # fmt: skip
-    return ss.Problem(
-        ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"]), contacts=[pair],
-        loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(4),
-        thermal=ss.ThermalModel(curve=STEEP, background=25.0, resistance=0.012),
-    )  # fmt: skip
-
-
-def opening() -> ss.Problem:
-    """A contact that opens and closes: from 2 rad/s the branch comes back, as from 10; from 15 rad/s it does not."""
-    structure = ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=[[40.0, -10.0], [-10.0, 60.0]], dofs=["x", "y"])
-    contact = ss.FrictionContact(kt=400.0, mu=0.3, kn=400.0, gap=-2.0)
-    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", normal="y")
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=400.0)], harmonics=range(11))
+    thermal = ss.ThermalModel(curve=STEEP, background=25.0, resistance=0.012)
+    return one_mass(damper(1900.0, normal_load=100.0), thermal=thermal)
 
 
 REQUESTS: dict[str, Callable[[], CurveRequest]] = {

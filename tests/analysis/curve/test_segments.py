@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.oscillator import opening
 from helpers.results import corrected
 
 import slipstick as ss
@@ -12,20 +13,9 @@ from slipstick.verify.cases import oscillator
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
 
-def opening_contact():
-    """Two dofs, a contact that opens and closes: from 2 rad/s the branch comes back, from 15 rad/s it does not."""
-    structure = ss.MatrixStructure(
-        M=np.eye(2), C=0.4 * np.eye(2), K=[[40.0, -10.0], [-10.0, 60.0]], dofs=["x", "y"]
-    )  # fmt: skip
-    contact = ss.FrictionContact(kt=400.0, mu=0.3, kn=400.0, gap=-2.0)
-    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", normal="y")
-    load = ss.Load(dof="x", sin=400.0)
-    return ss.Problem(structure, contacts=[pair], loads=[load], harmonics=range(11))
-
-
 @pytest.fixture(scope="module")
 def turned():
-    return ss.forced_response(opening_contact(), omega=(2.0, 15.0))
+    return ss.forced_response(opening(), omega=(2.0, 15.0))
 
 
 def test_a_branch_that_turns_back_is_joined_from_the_other_end(turned):
@@ -57,7 +47,7 @@ def test_no_line_is_drawn_between_parts(turned):
 
 def test_listeners_hear_of_all_points_once():
     events = []
-    branch = ss.forced_response(opening_contact(), omega=(2.0, 15.0), listeners=[events.append])
+    branch = ss.forced_response(opening(), omega=(2.0, 15.0), listeners=[events.append])
     found = [e for e in events if type(e).__name__ == "PointFound"]
     assert [e.number for e in found] == list(range(1, len(branch) + 1))
     assert all(0.0 <= e.progress <= 1.0 for e in found)

@@ -4,9 +4,9 @@ import subprocess
 import sys
 
 import pytest
+from helpers.faults import raises_fault
 
 from slipstick.analysis.curve.request import stability_request
-from slipstick.errors import InputError
 
 
 @pytest.mark.parametrize("given", [True, False, "full"])
@@ -16,7 +16,7 @@ def test_what_can_be_asked_for(given: object) -> None:
 
 @pytest.mark.parametrize("given", [None, 1, 0, "half", "", ["full"]])
 def test_anything_else_is_told(given: object) -> None:
-    with pytest.raises(InputError, match='True, False, or "full"'):
+    with raises_fault("stability", expected='True, False, or "full" (all modes in motion)'):
         stability_request(given)
 
 

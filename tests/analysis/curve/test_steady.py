@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.oscillator import one_mass
 from helpers.results import corrected as solved
 
 import slipstick as ss
@@ -71,10 +72,10 @@ def test_stability_is_that_of_the_curve():
 
 def hardening():
     """A hardening spring: over part of the range three motions exist at one frequency."""
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[40.0]], dofs=["x"])
     cubic = ss.SampledLaw(force=lambda q, velocity, k: k * q**3, parameters={"k": 5.0})
-    pair = ss.ContactPair(name="spring", contact=cubic, ports={"x": "x"})
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(6))
+    return one_mass(
+        ss.ContactPair(name="spring", contact=cubic, ports={"x": "x"}), C=0.1, force=1.0, harmonics=range(6)
+    )
 
 
 @MANY

@@ -5,22 +5,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from helpers.extended_motion import beam, extended_motion
+from helpers.oscillator import closed
 
 import slipstick as ss
 from slipstick.verify.cases import oscillator
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
-
-
-def closed(a: float, m: float = 1.0, k: float = 40.0, c: float = 0.4, kt: float = 100.0, load: float = 240.0):
-    """Frequency and damping ratio of the oscillator with one harmonic."""
-    limit = load / kt
-    if a <= limit:
-        w = np.sqrt((k + kt) / m)
-        return w, c / (2.0 * m * w)
-    th = np.arccos(1.0 - 2.0 * limit / a)
-    w = np.sqrt((k + kt / np.pi * (th - np.sin(2.0 * th) / 2.0)) / m)
-    return w, (c / m + 4.0 * load * (a - limit) / (np.pi * a**2 * w * m)) / (2.0 * w)
 
 
 def test_lines_between_points_are_frequency_and_damping():

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.verify.cases import oscillator
@@ -83,5 +84,5 @@ def test_a_plateau_without_end_is_told():
 
 
 def test_a_start_of_zero_is_refused():
-    with pytest.raises(ss.InputError, match=r"start: damper.velocity is 0, round which nothing is sought"):
+    with raises_fault("start", says="damper.velocity is 0"):
         ss.optimal(oscillator(), "damper.velocity", omega=(2.0, 15.0))

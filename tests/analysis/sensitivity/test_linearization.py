@@ -79,7 +79,7 @@ def test_powers(heat):
     here = Linearization(outputs, x, OMEGA, problem.inputs)
     ((own,), dx) = here.powers(), rng.standard_normal(x.size)
     weights = rng.uniform(1.0, 2.0, 3)
-    hot = problem.inputs.with_batch(0, **here.found.responses[0].values)
+    hot = problem.inputs.with_batch(0, **here.detail.responses[0].values)
     cold = Outputs(Balance(random_problem(1)), ("d0",))
 
     def power(e: float) -> float:

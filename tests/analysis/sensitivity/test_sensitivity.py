@@ -5,6 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 from consistency.random_systems import random_system
+from helpers.faults import raises_fault
+from helpers.oscillator import with_law
 from helpers.problems import random_problem
 from helpers.resolved import assert_sensitive
 
@@ -99,7 +101,7 @@ def test_a_name_of_all_contacts_moves_each_from_its_own_value():
 def test_a_normal_load_of_an_open_contact_is_refused():
     """A load of 0 stands for a gap of 0: the contact, open at rest, would jump there."""
     branch = ss.forced_response(random_problem(1), omega=(6.0, 6.1), options=POINT)
-    with pytest.raises(ss.InputError, match=r"c2.normal_load: does not say the gap of 'c2', which is open at rest"):
+    with raises_fault("c2.normal_load", says="the gap of 'c2'"):
         branch.sensitivity("c2.normal_load")
     assert "c2.normal_load" not in branch.sensitivity().parameter
 
@@ -154,7 +156,7 @@ def test_heat_is_in_the_derivatives(dof):
 def test_parameters_that_follow_the_temperature_are_refused_by_name():
     problem = heated()
     branch = ss.forced_response(problem, omega=(6.5, 6.6), options=POINT)
-    with pytest.raises(ss.InputError, match=r"one.mu follows the temperature by its table; use the factor 'friction'"):
+    with pytest.raises(ss.InputError, match="use the factor 'friction'"):
         branch.sensitivity(["one.mu", "load"])
     assert "one.mu" not in branch.sensitivity().parameter
 
@@ -196,9 +198,8 @@ def test_points_that_are_near_solutions_are_brought_to_them():
 
 def test_laws_of_ones_own():
     law = ss.SampledLaw(force=lambda x, v, k=1.0, c=0.1: k * x**3 + c * v, parameters={"k": 2.0, "c": 0.3})
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="cubic", contact=law, ports={"x": "x"})
-    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=10.0), harmonics=range(6))
+    law = ss.SampledLaw(force=lambda x, v, k=1.0, c=0.1: k * x**3 + c * v, parameters={"k": 2.0, "c": 0.3})
+    problem = with_law(law, name="cubic", force=10.0, harmonics=range(6))
     branch = ss.forced_response(problem, omega=(6.0, 6.1), options=POINT)
     assert_sensitive(branch, ["cubic.k", "cubic.c", "damping"], "x")
 
@@ -210,7 +211,7 @@ def test_without_a_problem_or_contacts():
         branch.sensitivity("damper.nu")
     with pytest.raises(ss.InputError, match="there is no dof"):
         branch.sensitivity("damper.mu", "y")
-    with pytest.raises(ss.InputError, match="the problem of the branch, which is not known: it was made from a data"):
+    with pytest.raises(ss.InputError, match="the problem of the branch"):
         ss.Branch(branch.dataset, branch.outcome).sensitivity()
     with pytest.raises(ss.InputError, match="linear response"):
         ss.linear_response(problem, omega=[4.0]).sensitivity()

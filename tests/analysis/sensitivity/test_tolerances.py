@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.figures import branch
 
 import slipstick as ss
@@ -35,5 +36,5 @@ def test_bars_are_ranked():
 def test_shares_are_checked():
     problem = branch().problem
     assert checked_tolerances(problem, {"c0.mu": 0.2}) == {"c0.mu": 0.2}
-    with pytest.raises(ss.InputError, match=r"tolerances: found 0\.1"):
+    with raises_fault("tolerances", found="0.1"):
         checked_tolerances(problem, 0.1)

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from helpers.stability import oscillator, point_at, two_dofs
+from helpers.oscillator import oscillator
+from helpers.stability import point_at, two_dofs
 
 import slipstick as ss
-from slipstick.analysis.stability.argument_principle import count_unstable, folded, net_turns, strip
 from slipstick.analysis.stability.floquet import StabilityWatch
+from slipstick.analysis.stability.harmonic_form import count_unstable, folded, net_turns, strip
 from slipstick.balance.ports import Balance
 
 OMEGA = 3.0

@@ -4,9 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.floquet import distance
 from helpers.laws import Spring
-from helpers.stability import oscillator, point_at
+from helpers.oscillator import damper, one_mass, oscillator, with_law
+from helpers.stability import point_at
 
 import slipstick as ss
 from slipstick.analysis.stability.floquet import unstable
@@ -57,19 +59,14 @@ def test_a_hot_contact_keeps_the_friction_it_has_there() -> None:
 
 
 def test_other_laws_and_structures_without_equations_in_time_are_refused_by_name() -> None:
-    law = Spring(1.0)
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    problem = ss.Problem(
-        structure, contacts=[ss.ContactPair(name="spring", contact=law, ports={"along": "x"})],
-        loads=[ss.Load(dof="x", sin=1.0)], harmonics=3,
-    )  # fmt: skip
-    with pytest.raises(ss.InputError, match="contact 'spring' follows a law that does not tell its rate"):
+    problem = with_law(Spring(1.0), port="along")
+    with raises_fault("stability", says="'spring' .* does not tell its rate"):
         ss.forced_response(problem, omega=(1.0, 2.0), stability=True)
 
 
 @pytest.mark.parametrize("given", ["yes", 1, None])
 def test_what_is_no_request_is_told(given) -> None:
-    with pytest.raises(ss.InputError, match=r'stability.*expected True, False, or "full"'):
+    with raises_fault("stability", expected='True, False, or "full" (all modes in motion)'):
         ss.forced_response(oscillator(10.0), omega=(4.0, 6.0), stability=given)
 
 
@@ -101,10 +98,6 @@ def test_between_solved_points_of_many_contacts_the_verdict_is_theirs() -> None:
 @pytest.mark.parametrize("velocity", [0.0, 1.0])
 def test_a_contact_without_tangential_stiffness_remembers_nothing(velocity) -> None:
     """Its multipliers are those of the structure alone."""
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=0.0, mu=0.3, normal_load=10.0)
-    rubbing = ss.RubbingMotion(velocity=velocity)
-    pair = ss.ContactPair(name="c", tangential="x", contact=contact, rubbing=rubbing)
-    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", cos=1.0), harmonics=range(3))
+    problem = one_mass(damper(velocity, kt=0.0, normal_load=10.0), force=1.0)
     found = ss.forced_response(problem, omega=(4.0, 4.1), stability=True).dataset
     assert found.multiplier_max.values == pytest.approx(np.exp(-0.2 * 2.0 * np.pi / found.omega.values))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from helpers.floquet import distance
-from helpers.stability import oscillator, point_at, two_dofs
+from helpers.oscillator import oscillator
+from helpers.stability import point_at, two_dofs
 
 import slipstick as ss
 from slipstick.analysis.stability.floquet import StabilityWatch

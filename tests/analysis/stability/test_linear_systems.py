@@ -2,7 +2,8 @@
 
 import dataclasses
 
-from helpers.stability import oscillator, point_at
+from helpers.oscillator import oscillator
+from helpers.stability import point_at
 
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.balance.ports import Balance

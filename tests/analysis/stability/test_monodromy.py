@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from helpers.floquet import distance, exact_multipliers
-from helpers.stability import chain, contact_motion, oscillator, point_at, two_dofs
+from helpers.oscillator import damper, one_mass, oscillator
+from helpers.stability import chain, contact_motion, point_at, two_dofs
 
 import slipstick as ss
 
@@ -46,9 +47,7 @@ def test_multipliers_are_those_of_integration_in_time(name) -> None:
 
 def test_a_contact_stuck_all_period_is_neutral_and_a_spring() -> None:
     """Without slip the oscillator is linear: multipliers of mass, damper and both springs; nothing at 1."""
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="stuck", tangential="x", contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=1e6))
-    problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(4))
+    problem = one_mass(damper(normal_load=1e6), force=1.0)
     found = point_at(problem, 5.0, stability=True).stability
     exponent = -0.2 + 1j * np.sqrt(140.0 - 0.04)
     wanted = np.exp(np.array([exponent, np.conj(exponent)]) * 2.0 * np.pi / 5.0)

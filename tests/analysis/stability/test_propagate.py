@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from slipstick.analysis.stability.propagate import propagate
+from slipstick.analysis.stability.monodromy import propagate
 
 RNG = np.random.default_rng(2)
 R, N, SCALE = 3, 2, 5.0

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from helpers.stability import flutter, oscillator, point_at, stops
+from helpers.oscillator import oscillator
+from helpers.stability import flutter, point_at, stops
 
 import slipstick as ss
 from slipstick.analysis.stability.special_points import torus

@@ -35,7 +35,7 @@ def test_states_follow_one_another_as_the_elements_say() -> None:
     assert line.intervals[-1].states == line.cut
     ends = [i.change.time for i in line.intervals[:-1]]
     start = (ends[0] - line.intervals[0].length) % (2.0 * np.pi)
-    known = element_states(motion.harmonics, motion.X, motion.Y, **motion.given)
+    known = element_states(motion.harmonics, motion.X, motion.Y, **motion.values)
     tau = start
     for interval in line.intervals:
         middle = (tau + 0.5 * interval.length) % (2.0 * np.pi)
@@ -52,7 +52,7 @@ def test_a_word_does_not_depend_on_where_the_period_begins() -> None:
     problem = two_dofs(ss.RubbingMotion())
     loads = [ss.Load(dof="x", cos=40.0), ss.Load(dof="y", sin=-25.0)]
     late = ss.Problem(problem.structure, contacts=problem.contacts, loads=loads, harmonics=problem.harmonics)
-    words = [word_of(m.harmonics, m.X, m.Y, m.given) for m in (motion_of(problem, 6.0), motion_of(late, 6.0))]
+    words = [word_of(m.harmonics, m.X, m.Y, m.values) for m in (motion_of(problem, 6.0), motion_of(late, 6.0))]
     assert words[0] == words[1]
     assert len(words[0][0]) > 2
 

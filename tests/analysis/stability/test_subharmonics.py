@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from helpers.stability import flutter, oscillator, stops, two_dofs
+from helpers.faults import raises_fault
+from helpers.oscillator import oscillator
+from helpers.stability import flutter, stops, two_dofs
 
 import slipstick as ss
 from slipstick.analysis.stability.subharmonics import doubled
@@ -54,5 +56,5 @@ def test_elsewhere_there_is_none() -> None:
     with pytest.raises(ss.InputError, match=r"point 0 is a start point; branch\.bifurcations\(\) lists"):
         branch.subharmonic(0)
     assert branch.subharmonics == ()
-    with pytest.raises(ss.InputError, match="follow: found 'twice'; expected \"subharmonic\" or None"):
+    with raises_fault("follow", found="'twice'", expected='"subharmonic" or None'):
         ss.forced_response(oscillator(10.0), omega=(4.0, 4.1), follow="twice")

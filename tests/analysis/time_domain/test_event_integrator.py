@@ -64,5 +64,5 @@ def test_the_memory_of_a_spring_gives_the_force_asked_for():
 
 
 def test_too_few_steps_are_refused():
-    with pytest.raises(InputError, match="time integration, steps: found 2; expected at least"):
+    with pytest.raises(InputError, match="time integration, steps: found 2"):
         stepper(omega=0.5, steps=2)

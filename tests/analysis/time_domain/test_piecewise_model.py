@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.laws import Spring
+from helpers.oscillator import with_law
 
-import slipstick as ss
 from slipstick.analysis.time_domain.piecewise_model import friction_system
 from slipstick.errors import InputError
 from slipstick.verify.cases import oscillator
@@ -40,9 +41,6 @@ def test_what_cannot_be_held(held, said):
 
 
 def test_other_laws_are_not_known():
-    law = Spring(1.0)
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="s", contact=law, ports={"along": "x"})
-    p = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(4))
-    with pytest.raises(InputError, match="contact 's' follows a law that does not tell its rate"):
+    p = with_law(Spring(1.0), name="s", port="along")
+    with raises_fault("time integration", says="'s' .* does not tell its rate"):
         friction_system(p, 5.0)

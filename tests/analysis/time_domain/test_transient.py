@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.analysis.time_domain.initial_state import HarmonicStart
@@ -173,14 +175,7 @@ def test_start_from_a_harmonic_solution_needs_few_periods():
 
 def test_period_ratio_and_recorded_periods():
     """Excitation on the second, rubbing on the third harmonic of the fundamental frequency."""
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, gap=-800.0)
-    pair = ss.ContactPair(
-        name="d", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=5.0, cos={1: 2.0})
-    )
-    problem = ss.Problem(
-        structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(13), period_ratio=(3, 2)
-    )
+    problem = one_mass(damper(5.0, cos={1: 2.0}), harmonics=range(13), period_ratio=(3, 2))
     r = ss.transient(problem, 2.0, record_periods=2)
     assert r.converged
     assert r.time[-1] < 2 * 2 * np.pi / 2.0
@@ -231,14 +226,12 @@ def test_held_parameters_replace_those_of_the_problem():
     np.testing.assert_allclose(
         light.coefficients, ss.transient(oscillator(velocity=10.0, normal_load=400.0), 6.0).coefficients, atol=1e-8
     )
-    with pytest.raises(ss.InputError, match="expected one of mu, kt, kn, gap"):
+    with raises_fault("time integration, held", found="'k'", expected="one of mu, kt, kn, gap"):
         ss.transient(problem, 6.0, held={"k": np.ones(1)})
 
 
 def test_a_result_is_shown_in_a_line():
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="c", contact=ss.FrictionContact(kt=10.0, mu=0.3, normal_load=10.0), tangential="x")
-    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1.0), harmonics=5)
+    problem = one_mass(damper(kt=10.0, normal_load=10.0), force=1.0, harmonics=5)
     text = repr(ss.transient(problem, 3.0))
     assert text.startswith("TransientResult(omega=3, 1 outputs, 1 contacts, ")
     assert len(text) < 160

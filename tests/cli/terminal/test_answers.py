@@ -11,10 +11,9 @@ from typing import Any
 
 import pytest
 import typer
-from typer.testing import CliRunner
+from helpers.command import slipstick
 
 from slipstick.cli.examples import example
-from slipstick.cli.main import app
 from slipstick.cli.terminal.answers import answering
 
 OSCILLATOR = example("oscillator").path.read_text(encoding="utf-8")
@@ -22,7 +21,7 @@ OSCILLATOR = example("oscillator").path.read_text(encoding="utf-8")
 
 def asked(*arguments: object) -> tuple[int, dict[str, Any], str]:
     """Exit code, document, standard error."""
-    result = CliRunner().invoke(app, [*map(str, arguments), "--json"])
+    result = slipstick(*arguments, "--json")
     assert result.stdout.count("\n") == 1
     found = json.loads(result.stdout, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
     assert found["exit_code"] == result.exit_code

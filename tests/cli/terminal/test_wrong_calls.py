@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from typer.testing import CliRunner
-
-from slipstick.cli.main import app
+from helpers.command import slipstick
 
 
 @pytest.mark.parametrize(
@@ -21,7 +19,7 @@ from slipstick.cli.main import app
     ],
 )
 def test_one_document_and_exit_code_2(call: list[str], said: str) -> None:
-    result = CliRunner().invoke(app, call)
+    result = slipstick(*call)
     found = json.loads(result.stdout)
     assert result.exit_code == found["exit_code"] == 2
     (sentence,) = found["errors"]
@@ -32,5 +30,5 @@ def test_one_document_and_exit_code_2(call: list[str], said: str) -> None:
 
 
 def test_nothing_is_answered_where_nothing_was_asked() -> None:
-    result = CliRunner().invoke(app, ["nonsense"])
+    result = slipstick("nonsense")
     assert (result.exit_code, result.stdout) == (2, "")

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.cases import oscillator
-from typer.testing import CliRunner
+from helpers.command import slipstick
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.cli.verbs.check import dragged
 
 FRICTION = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
@@ -105,7 +104,7 @@ def test_the_damping_ratio_of_every_mode_that_is_listed(tmp_path: Path) -> None:
         ).replace("stiffness", "loss_factor = 0.02\nstiffness"),
         encoding="utf-8",
     )
-    result = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml")])
+    result = slipstick("check", tmp_path / "case.toml")
     ratio = 0.4 / (2.0 * np.sqrt(40.0)) + 0.01
     assert result.exit_code == 0
     assert f"1  6.32456 rad/s (1.0066 Hz), damping ratio {ratio:.3g}\n" in result.output

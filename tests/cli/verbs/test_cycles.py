@@ -7,19 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.command import slipstick
 from helpers.stability import brake
-from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.cli.main import app
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "brake_squeal" / "brake_squeal.toml"
 SHORT = EXAMPLE.read_text().replace("0..10", "0..5").replace("at = [0.55, 0.6, 0.7]", "at = [0.6]")
 TABLE = "[cycles]" + SHORT.partition("[cycles]")[2].partition("[response]")[0]
-
-
-def slipstick(*arguments: object):
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def test_the_example_leaves_the_folder_that_python_follows(tmp_path):

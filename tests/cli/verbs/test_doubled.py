@@ -6,12 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from helpers.command import slipstick
 from helpers.stability import stops
-from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.case.case import Case
-from slipstick.cli.main import app
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
@@ -42,10 +41,6 @@ from = 2.49
 to = 2.52
 """
 FOLLOW = 'follow = "subharmonic"\n'
-
-
-def slipstick(*arguments: object):
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def test_run_writes_what_python_follows(tmp_path):

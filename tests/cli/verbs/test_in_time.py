@@ -5,17 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from helpers.command import slipstick
+from helpers.oscillator import with_law
+from typer.testing import Result
 
 import slipstick as ss
 from slipstick.cli.examples import example
-from slipstick.cli.main import app
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
 
 def verify(*arguments: object) -> Result:
-    result = CliRunner().invoke(app, ["verify", *map(str, arguments)])
+    result = slipstick("verify", *arguments)
     assert "Traceback" not in result.output
     return result
 
@@ -52,13 +53,13 @@ def test_named_points_are_the_branch_s_own_checks(results: Path) -> None:
 def test_a_case_may_be_checked_in_time(tmp_path: Path) -> None:
     text = example("oscillator").path.read_text(encoding="utf-8").replace('"0..10"', '"0..4"')
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
-    result = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml"), "--in-time"])
+    result = slipstick("check", tmp_path / "case.toml", "--in-time")
     assert result.exit_code == 0
     assert "can start" in result.output
     assert "2 of 2 points agree within 0.01" in result.output
     assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
     (tmp_path / "case.toml").write_text(text.replace("to = 15.0", "to = 15.0\nmax_points = 3"), encoding="utf-8")
-    stopped = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml"), "--in-time"])
+    stopped = slipstick("check", tmp_path / "case.toml", "--in-time")
     assert stopped.exit_code == 1
     assert "1 of 1 points agree" in stopped.output
 
@@ -83,10 +84,7 @@ def test_wrong_arguments(results: Path, tmp_path: Path) -> None:
 
 
 def test_results_without_their_problem(tmp_path: Path) -> None:
-    law = ss.SampledLaw(force=lambda x, v, k: k * x**3, parameters={"k": 1.0})
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="cubic", contact=law, ports={"x": "x"})
-    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1.0), harmonics=[0, 1, 2, 3])
+    problem = with_law(ss.SampledLaw(force=lambda x, v, k: k * x**3, parameters={"k": 1.0}), name="cubic")
     ss.forced_response(problem, omega=(2.0, 2.1)).save(tmp_path / "r.nc")
     result = verify(tmp_path / "r.nc")
     assert result.exit_code == 2

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.cases import oscillator
-from typer.testing import CliRunner
+from helpers.command import slipstick
 
 import slipstick as ss
 from slipstick.case.case import Case
-from slipstick.cli.main import app
 from slipstick.io.lock import FolderLock
 
 CASE = oscillator(
@@ -19,10 +18,6 @@ CASE = oscillator(
 )  # fmt: skip
 TRACK = '[track]\nparameter = "damper.normal_load"\nfrom = 600.0\nto = 800\nat = [700.0]\n'
 OPTIMAL = '[optimal]\nparameter = "damper.normal_load"\nstart = 500.0\nomega = ["1 Hz", 12.0]\n'
-
-
-def slipstick(*arguments: object):
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def written(folder: Path, *sections: str) -> Path:

@@ -6,41 +6,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from helpers.cases import oscillator
+from helpers.command import slipstick as called
 
 import slipstick as ss
 import slipstick.report.content
 import slipstick.report.writing
-from slipstick.cli.main import app
 from slipstick.cli.verbs.report import labels
 from slipstick.errors import InputError
 from slipstick.io.loading import load_dataset
 
-CASE = """
-format = 1
-title = "oscillator <b>rubbed</b>"
-harmonics = "0..3"
-units = { length = "mm", force = "N", time = "s" }
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = "0.8 Hz"
-to = "1 Hz"
-"""
+CASE = oscillator(
+    head='title = "oscillator <b>rubbed</b>"\nharmonics = "0..3"\nunits = { length = "mm", force = "N", time = "s" }\n',
+    rubbing="velocity = 10.0",
+    response='from = "0.8 Hz"\nto = "1 Hz"\n',
+)
 
 
 @pytest.fixture
@@ -51,7 +31,7 @@ def case(tmp_path: Path) -> Path:
 
 
 def command(*words: object) -> tuple[int, str]:
-    found = CliRunner().invoke(app, [str(word) for word in words])
+    found = called(*words)
     return found.exit_code, found.output
 
 

@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import shutil
+import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -17,10 +18,10 @@ from typer.testing import CliRunner, Result
 
 import slipstick as ss
 from slipstick.cli.main import app
-from slipstick.cli.run_options import UNFINISHED
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
+from slipstick.runs.run import UNFINISHED
 
 CASE = """
 format = 1
@@ -122,9 +123,25 @@ def test_python_goes_on_too(
     assert branch.outcome is ss.Outcome.COMPLETED
     assert branch.problem is not None
     assert branch.dataset.drop_attrs(deep=False).identical(whole.drop_attrs(deep=False))
-    assert capsys.readouterr().out == ""
+    assert capsys.readouterr() == ("", "")
     with pytest.raises(ss.InputError, match="there is no run or study in it"):
         ss.resume(case.parent / "out" / "..")
+
+
+def test_python_warns_of_another_numpy_and_prints_nothing(
+    case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where the command says it on standard error."""
+    stopped(case, monkeypatch)
+    from slipstick.results import schema
+
+    other = {**schema.versions(), "numpy_version": "9.9"}
+    monkeypatch.setattr(schema, "versions", lambda: other)
+    before = sys.stdout
+    with pytest.warns(ss.SlipstickWarning, match="this is 9.9: last digits may differ"):
+        ss.resume(case.parent / "out")
+    assert sys.stdout is before
+    assert capsys.readouterr() == ("", "")
 
 
 def test_a_complete_run_says_so_and_figures_are_left_alone(case: Path) -> None:

@@ -8,21 +8,17 @@ from pathlib import Path
 
 import pytest
 import xarray
+from helpers.command import slipstick
 from helpers.study_case import CASE
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.studies import solving, workers
 from slipstick.studies.folder import StudyFolder
 
 BARE = ("--no-figures", "--workers", "1")
-
-
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def told(result: Result) -> str:
@@ -78,7 +74,7 @@ def test_an_interrupted_study_keeps_its_cases_and_goes_on(
     add, out = StudyFolder.add, case.parent / "out"
 
     def stop(self: StudyFolder, solved: solving.CaseSolved) -> None:
-        if len(self.found) == 2:
+        if len(self.cases) == 2:
             raise error
         add(self, solved)
 

@@ -151,7 +151,7 @@ def test_abaqus_coordinate_format_needs_a_map(tmp_path):
     assert model.dofs == ("n4x", "n4y")
     assert model.positions(np.array([4])).tolist() == [[0.5, 0.0, 0.0]]
     shutil.copy(files[1], tmp_path / "other.mtx")
-    with pytest.raises(InputError, match=r"both look like the matrix K.*say which is the mass"):
+    with pytest.raises(InputError, match="say which is the mass"):
         read_model([files[0], tmp_path / "other.mtx"])
     assert read_model(files[0], ImportOptions(mass=tmp_path / "other.mtx", dof_map=tmp_path / "map.txt")).n_dofs == 2
 

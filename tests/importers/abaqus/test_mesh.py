@@ -51,7 +51,7 @@ def test_bricks_of_one_point_are_refused_unless_they_become_quadratic(tmp_path):
     write_input(tmp_path / "m.inp", skewed("hex8"), step="*FREQUENCY\n6")
     text = (tmp_path / "m.inp").read_text()
     (tmp_path / "m.inp").write_text(text.replace("TYPE=C3D8,", "TYPE=C3D8R,"))
-    with pytest.raises(InputError, match=r"6 elements of type C3D8R have one point each .* times too stiff in bending"):
+    with pytest.raises(InputError, match="6 elements of type C3D8R have one point each"):
         read_model(tmp_path / "m.inp", quiet=True)
     assert read_model(tmp_path / "m.inp", ImportOptions(quadratic=True)).warnings == ()
 

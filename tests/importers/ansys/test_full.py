@@ -58,7 +58,7 @@ def test_full_lists_what_is_held(shipped):
 def test_full_takes_positions_and_components_from_the_archive(shipped):
     """The archive is in N and m, the matrices in lbf and inch: only with the material of the matrices they fit."""
     files = [shipped / "file.full", shipped / "HexBeam.cdb"]
-    with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*in the same units"):
+    with pytest.raises(InputError, match="in the same units"):
         read_model(files)
     model = read_model(files, ImportOptions(material=BEAM))
     assert model.warnings == ()

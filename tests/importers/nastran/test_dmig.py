@@ -2,7 +2,7 @@
 
 import pytest
 
-from slipstick.importers.nastran.dmig import DirectMatrix, pair, sparse
+from slipstick.importers.nastran.bulk import DirectMatrix, pair, sparse
 
 
 def test_pairs_and_places():

@@ -36,7 +36,7 @@ def test_every_solid_has_the_matrices_of_its_mesh(tmp_path, kind):
 
 def test_the_case_control_or_the_user_says_which_supports_hold(tmp_path):
     text = lines_of(MESH) + HELD + card("SPC1", 2, 123, 1)
-    with pytest.raises(InputError, match=r"holds the constraint sets \[1, 2\]; say which"):
+    with pytest.raises(InputError, match=r"holds the constraint sets \[1, 2\]"):
         read_model(write(tmp_path, text), quiet=True)
     by_case = read_model(write(tmp_path, text, "SOL 103\nCEND\nSPC = 1\n"), quiet=True)
     with pytest.warns(SlipstickWarning, match="CHEXA of 20 nodes are computed as fully integrated hex20"):
@@ -140,5 +140,5 @@ def test_the_solids_beside_matrices_have_their_mass(tmp_path):
         read_model([op4, path], ImportOptions(units="N, m, s"))
     assert any("property 7: E = " in str(one.message) and "in the units stated" in str(one.message) for one in told)
     op4.write_text(write_text({"KGG": K, "MGG": 1e6 * M}, "dense"))
-    with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*in the same units"):
+    with pytest.raises(InputError, match="in the same units"):
         read_model([op4, path])

@@ -3,7 +3,7 @@
 import pytest
 
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.nastran.mesh_cards import (
+from slipstick.importers.nastran.mesh import (
     LUMPS,
     MATERIALS,
     MESH_VERDICTS,

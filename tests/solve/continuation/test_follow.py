@@ -256,8 +256,8 @@ def corrections(length, order):
         circle(), [1.0], -0.5, 0.8, options=options, scaling=ArclengthScaling(adaptive=False, weight=1.0, parameter=1.0)
     )
     steps = [next(run) for _ in range(4)]
-    arc = run._corrector.arc(steps[-2], steps[-1]) if order == 4 else None
-    return abs(np.hypot(*predict(run._metric, Span(-0.5, 0.8), steps[-1], arc, length).guess) - 1.0)
+    segment = run._corrector.segment(steps[-2], steps[-1]) if order == 4 else None
+    return abs(np.hypot(*predict(run._metric, Span(-0.5, 0.8), steps[-1], segment, length).guess) - 1.0)
 
 
 @pytest.mark.parametrize("order", [2, 4])

@@ -35,10 +35,10 @@ def test_along_the_cubic():
     """Points of a parabola: the cubic through two of them is the parabola."""
     curve, slope = (lambda t: np.array([t * t, t])), (lambda t: np.array([2 * t, 1.0]))
     metric = Metric(ArclengthScaling(x=1.0, adaptive=False, weight=1.0), np.ones(1), 1.0)
-    arc = HermiteSegment(curve(0.0), slope(0.0), curve(0.2), slope(0.2), 0.2)
+    segment = HermiteSegment(curve(0.0), slope(0.0), curve(0.2), slope(0.2), 0.2)
     last = SimpleNamespace(state=curve(0.2), tangent=slope(0.2))
-    found = predict(metric, Span(0.0, 10.0), last, arc, 0.1)
+    found = predict(metric, Span(0.0, 10.0), last, segment, 0.1)
     np.testing.assert_allclose(found.guess, curve(found.guess[-1]), atol=1e-13)
-    found = predict(metric, Span(0.0, 0.25), last, arc, 0.1)
+    found = predict(metric, Span(0.0, 0.25), last, segment, 0.1)
     np.testing.assert_allclose(found.guess, curve(0.25), atol=1e-12)
     assert found.at_end

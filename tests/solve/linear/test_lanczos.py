@@ -206,7 +206,7 @@ def free_chain(n: int) -> sparse.csr_array:
 
 def test_a_free_body_needs_a_negative_shift() -> None:
     K, M = free_chain(60), sparse.eye_array(60, format="csr")
-    with pytest.raises(SingularMatrixError, match=r"a mechanism or an unconstrained body.*negative shift such as -"):
+    with pytest.raises(SingularMatrixError, match="negative shift such as -"):
         modes(K, M, 5)
     found = modes(K, M, 5, shift=-1e-3)
     exact = 4.0 * np.sin(np.pi * np.arange(5) / 120) ** 2
@@ -277,7 +277,7 @@ def test_massless_dofs_and_negative_mass() -> None:
 
 def test_a_shift_above_eigenvalues_is_refused() -> None:
     K, M = chain(40), sparse.eye_array(40, format="csr")
-    with pytest.raises(InputError, match=r"4 eigenvalues lie below the shift 0.1; give a lower one"):
+    with pytest.raises(InputError, match=r"4 eigenvalues lie below the shift 0.1"):
         modes(K, M, 3, shift=0.1)
     assert 4.0 * np.sin(4 * np.pi / 82) ** 2 < 0.1 < 4.0 * np.sin(5 * np.pi / 82) ** 2
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
@@ -144,7 +145,7 @@ def test_number_of_modes_follows_from_the_accuracy(
     made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=reached, frequency_range=(0.0, highest))
     assert made.structure.omega.size == least.structure.omega.size
     monkeypatch.setattr(reduction_compute, "MOST_MODES", 40)
-    with pytest.raises(EigenError, match=r"40 modes leave.*ask for less accuracy or a lower highest frequency"):
+    with pytest.raises(EigenError, match=r"40 modes leave"):
         reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=1e-15, frequency_range=(0.0, highest))
 
 
@@ -327,9 +328,9 @@ def test_all_faults_of_a_request_come_at_once() -> None:
 
 def test_directions_and_names_must_fit() -> None:
     K, M = small()
-    with pytest.raises(InputError, match="dofs of the matrices have none"):
+    with raises_fault("keep", says="dofs of the matrices have none"):
         reduce(K, M, keep=["u3"])
-    with pytest.raises(InputError, match="dofs: 29 names for matrices of 30 rows"):
+    with raises_fault("dofs", says="29 names for matrices of 30 rows"):
         reduce(K, M, dofs=NAMES[:29], keep=["u3"])
     with pytest.raises(
         InputError, match=r"keep has 29 rows.*\nnames: found 1; 2 directions need as many different names"

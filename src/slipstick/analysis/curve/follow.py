@@ -99,18 +99,18 @@ class CurveRequest(Request):
         return replace(self, start=self.stop, stop=self.start, omega=omega, inputs=inputs, guess=None)
 
 
-def frequency_request(problem: Problem, omega: Any, requested: Any = (), *given: Any) -> CurveRequest:
+def frequency_request(problem: Problem, omega: Any, requested: Any = (), *shared: Any, **named: Any) -> CurveRequest:
     """What ``forced_response`` follows; its arguments in their order."""
     checks = Checks(problem)
     ends, points = checks.frequencies(omega, requested)
-    common = checks.common(points, *given)
+    common = checks.common(points, *shared, **named)
     assert checks.problem is not None
     assert ends is not None
     return curve_over(checks.problem, "", None, ends, common)
 
 
 def parameter_request(
-    problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *given: Any
+    problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *shared: Any
 ) -> CurveRequest:
     """What ``parameter_response`` follows; its arguments in their order."""
     checks = Checks(problem)
@@ -118,7 +118,7 @@ def parameter_request(
     at = checks.take(frequency, "omega", omega, checks.units)
     ends, points = checks.range(span, requested, parameter)
     checks.takes(parameter, ends)
-    common = checks.common(points, *given)
+    common = checks.common(points, *shared)
     assert checks.problem is not None
     assert ends is not None
     return curve_over(checks.problem, parameter, at, ends, common)
@@ -229,11 +229,11 @@ class CurveRun(Run[CurveRequest]):
     def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> StateContinuation | None:
         """From the first point of a segment, or from where it was interrupted; None without a first point."""
         state, departure, special = self.state, request.departure, self._special
-        places, state.places = state.places, ()
+        restart, state.restart = state.restart, ()
         earlier, state.earlier = state.earlier, NO_WORK
         inside: dict[str, Any] = {"context": request.context}
-        if places:
-            x: Array | None = places[-1].state[:-1]
+        if restart:
+            x: Array | None = restart[-1].state[:-1]
         elif departure is not None:
             x = departure.x
             inside |= {"at": departure.at, "direction": departure.direction}
@@ -243,7 +243,7 @@ class CurveRun(Run[CurveRequest]):
             return None
         outputs, besides = self.recorder.outputs, self.recorder.besides
         steps = StateContinuation(
-            request.system, x, request.start, request.stop, jumps=state.jumps, places=places, earlier=earlier,
+            request.system, x, request.start, request.stop, jumps=state.jumps, restart=restart, earlier=earlier,
             each=(special is not None and special.every) or adapted_to(request.options) is not None,
             options=request.options, scaling=scales(request.balance, request.inputs, request.omega).arclength(),
             requested=(*request.requested, *((meeting[0],) if meeting else ())),
@@ -257,7 +257,7 @@ class CurveRun(Run[CurveRequest]):
             **inside,
         )  # fmt: skip
         if special is not None and steps.standing is not None:
-            special.take_up(steps.standing, places[-1].values[-1])
+            special.take_up(steps.standing, restart[-1].values[-1])
         return steps
 
     def _first(self, request: CurveRequest) -> Array | None:

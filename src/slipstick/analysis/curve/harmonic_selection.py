@@ -13,10 +13,10 @@ from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
-from typing import Any
 
 import numpy as np
 
+from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
@@ -68,10 +68,10 @@ def adapted(system: AnySystem, tolerance: float, parameter: str = "") -> AnySyst
     for orders in harmonic_ladder(balance.problem):
         narrow = balance.narrowed(orders)
         columns = np.isin(np.array(balance.harmonics.labels), narrow.harmonics.labels)
-        own = copy(outputs)
-        own.balance = narrow
+        narrowed = copy(outputs)
+        narrowed.balance = narrow
         active = np.tile(columns, balance.n_ports)
-        rungs.append(Rung(_with(system, narrow, columns, parameter), own, active, columns))
+        rungs.append(Rung(_with(system, narrow, columns, parameter), narrowed, active, columns))
     if isinstance(system, FrequencySystem):
         return _AdaptedFrequency(system, rungs, tolerance)
     return _AdaptedParameter(system, rungs, tolerance)
@@ -80,8 +80,8 @@ def adapted(system: AnySystem, tolerance: float, parameter: str = "") -> AnySyst
 def _with(system: AnySystem, balance: Balance, columns: BoolArray, parameter: str) -> AnySystem:
     if isinstance(system, ParameterSystem):
         return ParameterSystem(balance, parameter_path(balance.problem, parameter), system.omega)
-    given = system.inputs.map(lambda name, own: own[..., columns] if name in ("load", "motion") else own)
-    return FrequencySystem(balance, given)
+    inputs = system.inputs.map(lambda name, value: value[..., columns] if name in ("load", "motion") else value)
+    return FrequencySystem(balance, inputs)
 
 
 def harmonic_ladder(problem: Problem) -> list[Harmonics]:
@@ -98,14 +98,14 @@ def harmonic_ladder(problem: Problem) -> list[Harmonics]:
 
 def driven_orders(problem: Problem) -> set[int]:
     """Orders of the loads and of the rubbing motions, zero or not."""
-    own = {load.harmonic * problem.load_order for load in problem.loads}
+    driven = {load.harmonic * problem.load_order for load in problem.loads}
     for pair in problem.contacts:
-        own |= {m * problem.rubbing_order for part in MOTION_PARTS for m in getattr(pair.rubbing, part)}
-    own |= {problem.load_order, problem.rubbing_order}
-    return own & set(problem.harmonics.orders)
+        driven |= {m * problem.rubbing_order for part in MOTION_PARTS for m in getattr(pair.rubbing, part)}
+    driven |= {problem.load_order, problem.rubbing_order}
+    return driven & set(problem.harmonics.orders)
 
 
-class _Found(Evaluation):
+class _AdaptedEvaluation(Evaluation):
     """An evaluation that says by itself what the points after it are told, and whether it is good enough."""
 
     told: Callable[[], Array]
@@ -120,12 +120,12 @@ class _Adapting:
     """What both kinds of systems have in common; the rungs are those of ``harmonic_ladder``."""
 
     balance: Balance
-    at: Callable[[float], Any]
+    at: Callable[[float], tuple[Inputs, float]]
 
     def _take(self, rungs: Sequence[Rung], tolerance: float) -> None:
         self._rungs, self._tolerance = rungs, tolerance
 
-    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and slope of all unknowns, with the harmonics that ``context`` says."""
         number, near = self._split(context)
         rung = self._rungs[number]
@@ -137,32 +137,32 @@ class _Adapting:
         residual[rung.active], slope[rung.active] = value.residual, value.parameter_derivative
         point = _AtPoint(self._rungs, number, self._tolerance, x, value)
         detail = self._detail(value.detail, point, parameter)
-        found = _Found(
+        evaluation = _AdaptedEvaluation(
             residual, EmbeddedJacobian(value.jacobian, rung.active), slope, detail,
             lambda: _terms(value, rung, x), None, point.again,
         )  # fmt: skip
-        found.told = point.after
-        return found
+        evaluation.told = point.after
+        return evaluation
 
-    def _split(self, context: Any) -> tuple[int, Array | None]:
+    def _split(self, context: Array | None) -> tuple[int, Array | None]:
         """Which rung, and the contact states: all harmonics where a context knows of states alone."""
         carried = self.balance.n_states
         if context is None or context.size == carried:
             return len(self._rungs) - 1, context
         return int(context[0]), context[1:] if carried else None
 
-    def _detail(self, own: Detail, point: _AtPoint, parameter: float) -> Detail:
-        responses = tuple(replace(r, force=tuple(map(point.rung.spread, r.force))) for r in own.responses)
+    def _detail(self, detail: Detail, point: _AtPoint, parameter: float) -> Detail:
+        responses = tuple(replace(r, force=tuple(map(point.rung.spread, r.force))) for r in detail.responses)
         inputs, _ = self.at(parameter)
-        return replace(own, responses=responses, inputs=inputs, adapted=point)
+        return replace(detail, responses=responses, inputs=inputs, adapted=point)
 
-    def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Any, Array]:
+    def rates(self, detail: Detail, parameter: float, dx: Array, rate: float) -> tuple[list[dict[int, Array]], Array]:
         """As of the system itself."""
-        point = found.adapted
+        point = detail.adapted
         assert isinstance(point, _AtPoint)
         rung = point.rung
         forces, dP = rung.system.rates(point.value.detail, parameter, dx[rung.active], rate)
-        return [{i: rung.spread(f) for i, f in own.items()} for own in forces], rung.spread(dP)
+        return [{i: rung.spread(f) for i, f in by_port.items()} for by_port in forces], rung.spread(dP)
 
 
 class _AdaptedFrequency(_Adapting, FrequencySystem):
@@ -221,7 +221,7 @@ class _AtPoint(Adapted):
     @cached_property
     def _motion(self) -> Array:
         b, detail = self.rung.balance, self.value.detail
-        force = b.real(b.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
+        force = b.layout.real(b.layout.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
         structures = [detail.inputs.structure]
         return self.rung.outputs.motion(self._point.x[None], force, detail.inputs.P[None], self._omega, structures)
 

@@ -58,12 +58,12 @@ def linear_response(problem: Problem, *, omega: FrequencyList, state: str = "fre
     >>> linear_response(problem, omega=[6.3182]).dataset["amplitude"].values.round(3).tolist()
     [[39.548]]
     """
-    found = Gathering()
-    found.take(one, "problem", problem, Problem, "an ss.Problem")
-    w = found.take(frequencies_of, omega, problem.units if isinstance(problem, Problem) else None)
+    checks = Gathering()
+    checks.take(one, "problem", problem, Problem, "an ss.Problem")
+    w = checks.take(frequencies_of, omega, problem.units if isinstance(problem, Problem) else None)
     if not isinstance(state, str) or state not in ("free", "stuck"):
-        found.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
-    found.end()
+        checks.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
+    checks.end()
     assert w is not None
     limit = LinearLimit(Balance(problem), state)
     warnings = problem_warnings(problem, (w.min(), w.max()), limit.balance.receptance.static)
@@ -71,16 +71,16 @@ def linear_response(problem: Problem, *, omega: FrequencyList, state: str = "fre
     return limit.branch(w, limit.motion(w), warnings)
 
 
-def frequencies_of(given: Any, units: Units | None) -> Array:
+def frequencies_of(omega: Any, units: Units | None) -> Array:
     """Frequencies (n,) of what a user gives, rad/s: numbers, or texts in the units of a problem."""
     expected = "frequencies > 0 in rad/s, one or a list"
-    if isinstance(given, str):
-        given = frequency("omega", given, units)
-    elif isinstance(given, list | tuple):
-        given = [in_radians(("omega", i), value, units) for i, value in enumerate(given)]
-    w = np.atleast_1d(numbers("omega", given, expected))
+    if isinstance(omega, str):
+        omega = frequency("omega", omega, units)
+    elif isinstance(omega, list | tuple):
+        omega = [in_radians(("omega", i), value, units) for i, value in enumerate(omega)]
+    w = np.atleast_1d(numbers("omega", omega, expected))
     if w.ndim > 1 or w.size == 0 or np.any(w < SMALLEST):
-        raise wrong("omega", given, expected)
+        raise wrong("omega", omega, expected)
     return w
 
 
@@ -121,8 +121,8 @@ class LinearLimit:
 def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
     """Stiffness (n_ports, n_ports) and force at rest (n_ports, L) of all contacts held in one state."""
     stiffness, constant = np.zeros((balance.n_ports, balance.n_ports)), np.zeros((balance.n_ports, balance.L))
-    for batch, given in zip(balance.batches, inputs.batches, strict=True):
-        held = batch.law.linear(state, given.values, np.zeros_like(given.velocity))
+    for batch, values in zip(balance.batches, inputs.batches, strict=True):
+        held = batch.law.linear(state, values.values, np.zeros_like(values.velocity))
         if held is None:
             continue
         rows = np.full((len(batch.ports), batch.count), -1)
@@ -131,7 +131,7 @@ def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
         for (i, j), k in held.stiffness.items():
             both = (rows[i] >= 0) & (rows[j] >= 0)
             stiffness[rows[i, both], rows[j, both]] += k[both]
-            constant[rows[i, rows[i] >= 0]] += (k[:, None] * given.motion[j])[rows[i] >= 0]
+            constant[rows[i, rows[i] >= 0]] += (k[:, None] * values.motion[j])[rows[i] >= 0]
         for i, c in held.constant.items():
             constant[rows[i, rows[i] >= 0], 0] += c[rows[i] >= 0]
     return stiffness, constant
@@ -188,7 +188,7 @@ def _with_peaks(limit: LinearLimit, w: Array, motion: Array) -> tuple[Array, Arr
     """More frequencies between the neighbours of the highest peaks of each of the first dofs, nearer and nearer."""
     for _ in range(_ROUNDS):
         sizes = amplitude(limit.balance.problem.harmonics, motion[:, :_DOFS]).value
-        tops = {int(at) for own in sizes.T for at in _tops(own)}
+        tops = {int(at) for size in sizes.T for at in _tops(size)}
         near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in sorted(tops)]
         w, motion = _joined(limit, w, motion, np.concatenate([w[:0], *near]))
     return w, motion
@@ -197,8 +197,8 @@ def _with_peaks(limit: LinearLimit, w: Array, motion: Array) -> tuple[Array, Arr
 def _tops(size: Array) -> NDArray[np.intp]:
     """Places of the highest local maxima, the ends among them."""
     padded = np.concatenate([[-np.inf], size, [-np.inf]])
-    found = np.flatnonzero((size >= padded[:-2]) & (size >= padded[2:]))
-    return found[np.argsort(-size[found], kind="stable")[:_TOPS]]
+    maxima = np.flatnonzero((size >= padded[:-2]) & (size >= padded[2:]))
+    return maxima[np.argsort(-size[maxima], kind="stable")[:_TOPS]]
 
 
 def _joined(limit: LinearLimit, w: Array, motion: Array, more: Array) -> tuple[Array, Array]:
@@ -207,8 +207,8 @@ def _joined(limit: LinearLimit, w: Array, motion: Array, more: Array) -> tuple[A
     if not new.size:
         return w, motion
     with np.errstate(divide="ignore", invalid="ignore"):  # an undamped structure at its natural frequencies
-        found = limit.motion(new)
-    bounded = np.all(np.isfinite(found), axis=(1, 2))
+        response = limit.motion(new)
+    bounded = np.all(np.isfinite(response), axis=(1, 2))
     together = np.concatenate([w, new[bounded]])
     order = np.argsort(together)
-    return together[order], np.concatenate([motion, found[bounded]])[order]
+    return together[order], np.concatenate([motion, response[bounded]])[order]

@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.many import Together, evaluated_together
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.dense_output import Between, Observables
@@ -30,7 +30,7 @@ def context_between(first: Step, second: Step) -> Any:
 class OutputObservables(Observables):
     """Motion of the outputs that are no contact ports."""
 
-    def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
+    def __init__(self, outputs: Outputs, system: AnySystem) -> None:
         self._outputs, self._system = outputs, system
         self._resonances = _resonances(system) if outputs.far else np.empty(0)
 
@@ -53,16 +53,16 @@ class OutputObservables(Observables):
         """The forces at states (n, N + 1)."""
         placed = [self._system.at(p) for p in states[:, -1].tolist()]
         inputs, omega = [one for one, _ in placed], np.array([w for _, w in placed])
-        found: Together | _OneByOne
+        evaluated: Together | _OneByOne
         together = evaluated_together(self._system.balance) and second.evaluation.detail.adapted is None
         if together and omega.min() > 0.0 and isfinite(states.sum()):
-            found = Together(self._system.balance, states[:, :-1], omega, inputs)
+            evaluated = Together(self._system.balance, states[:, :-1], omega, inputs)
         else:
-            found = _OneByOne(self._system, states, inputs, context_between(first, second))
-        return _Motion(self._outputs, self._system, (first, second), found, (omega, inputs))
+            evaluated = _OneByOne(self._system, states, inputs, context_between(first, second))
+        return _Motion(self._outputs, self._system, (first, second), evaluated, (omega, inputs))
 
 
-def _resonances(system: FrequencySystem | ParameterSystem) -> Array | None:
+def _resonances(system: AnySystem) -> Array | None:
     """Frequencies at which a harmonic meets a natural frequency, ascending; None where that is not known.
 
     Without damping there is no motion to be computed there.
@@ -77,42 +77,42 @@ def _resonances(system: FrequencySystem | ParameterSystem) -> Array | None:
 class _OneByOne:
     """What ``Together`` tells, of states that cannot be evaluated together; nan where there is no motion."""
 
-    def __init__(self, system: Any, states: Array, inputs: Sequence[Inputs], context: Any) -> None:
+    def __init__(self, system: AnySystem, states: Array, inputs: Sequence[Inputs], context: Any) -> None:
         self._system, self._parameters, balance = system, states[:, -1], system.balance
-        self._found = [system.evaluate(state[:-1], float(state[-1]), context) for state in states]
+        self._evaluated = [system.evaluate(state[:-1], float(state[-1]), context) for state in states]
         self._shape = balance.n_ports, balance.L
         self.loads = np.array([one.P for one in inputs]).reshape(len(states), balance.n_loads, balance.L)
 
     def residuals(self) -> Array:
-        return np.array([value.residual for value in self._found])
+        return np.array([value.residual for value in self._evaluated])
 
     @property
     def forces(self) -> Array:
-        return np.array([self._on_ports(value.detail and value.detail.forces) for value in self._found])
+        return np.array([self._on_ports(value.detail and value.detail.forces) for value in self._evaluated])
 
     def force_changes(self, dx: Array) -> Array:
         return np.array([
-            self._on_ports(value.detail and self._system.rates(value.detail, float(p), own, 0.0)[0])
-            for value, p, own in zip(self._found, self._parameters, dx, strict=True)
+            self._on_ports(value.detail and self._system.rates(value.detail, float(p), change, 0.0)[0])
+            for value, p, change in zip(self._evaluated, self._parameters, dx, strict=True)
         ])  # fmt: skip
 
     def _on_ports(self, forces: Any) -> Array:
         if forces is None:
             return np.full(self._shape, np.nan)
         balance = self._system.balance
-        return np.asarray(balance.real(balance.excitation(forces))).reshape(self._shape)
+        return np.asarray(balance.layout.real(balance.layout.excitation(forces))).reshape(self._shape)
 
 
 class _Motion(Between):
     """Motion of the outputs at evaluated states."""
 
     def __init__(
-        self, outputs: Outputs, system: Any, ends: tuple[Step, Step], found: Together | _OneByOne,
+        self, outputs: Outputs, system: AnySystem, ends: tuple[Step, Step], evaluated: Together | _OneByOne,
         at: tuple[Array, Sequence[Inputs]],
     ) -> None:  # fmt: skip
-        self._outputs, self._system, self._ends, self._found = outputs, system, ends, found
+        self._outputs, self._system, self._ends, self._evaluated = outputs, system, ends, evaluated
         self._omega, self._structures = at[0], [one.structure for one in at[1]]
-        self.residuals = found.residuals()
+        self.residuals = evaluated.residuals()
         if outputs.far:
             self._known = [(value[outputs.far], rate[outputs.far]) for value, rate in map(self._along, ends)]
             rows = np.array([self._known[0][0], self._known[1][0]])
@@ -129,15 +129,15 @@ class _Motion(Between):
         """Largest change (n,) of an output over its size, for changes (n, N) of the contact motion."""
         return self._relative(self._moved(dx))
 
-    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
+    def bent(self, dx: Array, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Largest distance (n,) of an output from the cubic through the motions on both sides, over its size."""
         (a, da), (b, db) = self._known
-        value = self._outputs.far_motion(self._found.forces, self._found.loads, self._omega, self._structures)
-        return self._relative(value + self._moved(dx) - arc.between(a, b, da, db, places)[0])
+        value = self._outputs.far_motion(self._evaluated.forces, self._evaluated.loads, self._omega, self._structures)
+        return self._relative(value + self._moved(dx) - segment.between(a, b, da, db, places)[0])
 
     def _moved(self, dx: Array) -> Array:
-        none = np.zeros_like(self._found.loads)
-        return self._outputs.far_motion(self._found.force_changes(dx), none, self._omega, self._structures)
+        none = np.zeros_like(self._evaluated.loads)
+        return self._outputs.far_motion(self._evaluated.force_changes(dx), none, self._omega, self._structures)
 
     def _relative(self, changes: Array) -> Array:
         return np.asarray((np.sqrt(np.einsum("nrl,nrl->nr", changes, changes)) / self._sizes).max(axis=1))

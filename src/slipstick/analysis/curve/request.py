@@ -81,9 +81,9 @@ class ResponseOptions(ContinuationOptions):
     adapt_harmonics: float | None = None
 
 
-def response_options(**given: Any) -> ResponseOptions:
+def response_options(**options: Any) -> ResponseOptions:
     """``ResponseOptions`` with the fields given: steps of at most 1/30 of the range, points each 1/120 by default."""
-    return ResponseOptions(**given)
+    return ResponseOptions(**options)
 
 
 def adapted_to(options: ContinuationOptions) -> float | None:
@@ -124,7 +124,7 @@ class Request(ABC):
         """What computes it, not begun yet."""
 
     def branch(self) -> Branch:
-        """What is found, in memory."""
+        """The points, in memory."""
         return self.run().branch()
 
     def recorder(self) -> Recorder:
@@ -145,9 +145,9 @@ class Checks(Gathering):
         super().__init__()
         self.problem = self.take(followed_problem, problem)
 
-    def name(self, given: Any, example: str = "damper.mu") -> str:
+    def name(self, value: Any, example: str = "damper.mu") -> str:
         """Name of the parameter; empty where it is none."""
-        return self.take(text, "parameter", given, f'a name such as "{example}"') or ""
+        return self.take(text, "parameter", value, f'a name such as "{example}"') or ""
 
     @property
     def units(self) -> Units | None:
@@ -156,21 +156,21 @@ class Checks(Gathering):
 
     def range(self, span: Any, requested: Any, name: str) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
         """First and last value of a parameter, None where they are not right, and the values wanted between them."""
-        points = self.take(requested_values, requested) or ()
-        where = f"range of {name}" if name else "range"
-        return self._between(self.take(two_numbers, span, where), points, where, positive=False), points
+        points, where = self.take(requested_values, requested) or (), f"range of {name}" if name else "range"
+        with self:
+            return self._between(two_numbers(span, where), points, where, positive=False), points
+        return None, points
 
     def frequencies(self, span: Any, requested: Any = ()) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
         """The same of frequencies, rad/s."""
         points = self.take(requested_frequencies, requested, self.units) or ()
-        ends = self.take(two_frequencies, span, self.units)
-        return self._between(ends, points, "frequency range", positive=True), points
+        with self:
+            return self._between(two_frequencies(span, self.units), points, "frequency range", positive=True), points
+        return None, points
 
     def _between(
-        self, ends: tuple[float, float] | None, points: tuple[float, ...], name: str, *, positive: bool
+        self, ends: tuple[float, float], points: tuple[float, ...], name: str, *, positive: bool
     ) -> tuple[float, float] | None:
-        if ends is None:
-            return None
         faults = range_faults(*ends, name=name, positive=positive)
         self.faults += faults or requested_faults(points, *ends)
         return None if faults else ends
@@ -180,9 +180,9 @@ class Checks(Gathering):
         if self.problem is not None and parameter:
             self.take(_takes, self.problem, parameter, values or ())
 
-    def common(self, requested: tuple[float, ...], *given: Any, **named: Any) -> Any:
-        """``common_arguments``; InputError with all that was found until here."""
-        common = self.take(common_arguments, self.problem, requested, *given, **named)
+    def common(self, requested: tuple[float, ...], *arguments: Any, **named: Any) -> Any:
+        """``common_arguments``; InputError with all faults so far."""
+        common = self.take(common_arguments, self.problem, requested, *arguments, **named)
         self.end()
         assert common is not None
         return common
@@ -194,9 +194,9 @@ def _takes(problem: Problem, parameter: str, values: Iterable[float]) -> None:
         problem.at_parameter(parameter, value)
 
 
-def followed_problem(given: Any) -> Problem:
+def followed_problem(value: Any) -> Problem:
     """A problem that has contacts."""
-    problem = one("problem", given, Problem, "an ss.Problem")
+    problem = one("problem", value, Problem, "an ss.Problem")
     if not problem.contacts:
         raise InputError("there is no contact; the response is linear: use linear_response, or give a contact")
     return problem
@@ -251,18 +251,18 @@ def _balance(problem: Problem, options: ContinuationOptions) -> Balance:
     return Balance(problem, kind=options.jacobian if isinstance(options, ResponseOptions) else "auto")
 
 
-def _options(given: Any) -> ContinuationOptions:
-    if given is None or isinstance(given, ContinuationOptions):
-        return given or response_options()
-    if not isinstance(given, Mapping):
-        raise wrong("options", given, 'a dict such as {"max_step": 0.01}, or response_options(...)')
-    known, found = [field.name for field in fields(ResponseOptions)], Gathering()
-    for name in given:
+def _options(chosen: Any) -> ContinuationOptions:
+    if chosen is None or isinstance(chosen, ContinuationOptions):
+        return chosen or response_options()
+    if not isinstance(chosen, Mapping):
+        raise wrong("options", chosen, 'a dict such as {"max_step": 0.01}, or response_options(...)')
+    known, checks = [field.name for field in fields(ResponseOptions)], Gathering()
+    for name in chosen:
         if name not in known:
-            found.faults.append(Fault("options", f"there is no option {shown(name)}", remedy=suggestion(name, known)))
-    values = {name: found.take(_option, name, value) for name, value in given.items() if name in known}
-    options = found.take(response_options, **values) if not found.faults else None
-    found.end()
+            checks.faults.append(Fault("options", f"there is no option {shown(name)}", remedy=suggestion(name, known)))
+    values = {name: checks.take(_option, name, value) for name, value in chosen.items() if name in known}
+    options = checks.take(response_options, **values) if not checks.faults else None
+    checks.end()
     assert options is not None
     return options
 
@@ -282,10 +282,10 @@ def _option(name: str, value: Any) -> Any:
 
 def _accuracy(name: str, value: Any) -> float | None:
     expected = "a number between 0 and 1 such as 1e-3, or None"
-    found = None if value is None else number(name, value, expected)
-    if found is not None and not 0.0 < found < 1.0:
+    accuracy = None if value is None else number(name, value, expected)
+    if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise wrong(name, value, expected)
-    return found
+    return accuracy
 
 
 def _jacobian(name: str, value: Any) -> Kind | str:
@@ -294,19 +294,19 @@ def _jacobian(name: str, value: Any) -> Kind | str:
     raise wrong(name, value, '"auto", "dense", "iterative", or an object of a kind of one\'s own')
 
 
-def _listeners(given: Any) -> tuple[EventFunction, ...]:
-    if callable(given):
-        return (given,)
+def _listeners(listeners: Any) -> tuple[EventFunction, ...]:
+    if callable(listeners):
+        return (listeners,)
     expected = "a function of one event, or a list of them"
-    found = listed("listeners", given, expected)
-    for listener in found:
+    several = listed("listeners", listeners, expected)
+    for listener in several:
         if not callable(listener):
             raise wrong("listeners", listener, expected)
-    return found
+    return several
 
 
-def _guess(given: Any, balance: Balance) -> Array:
-    guess = numbers("guess", given, f"{balance.size} finite numbers")
+def _guess(value: Any, balance: Balance) -> Array:
+    guess = numbers("guess", value, f"{balance.size} finite numbers")
     if guess.shape not in ((balance.size,), (balance.n_ports, balance.L)):
         raise InputError(
             f"guess: found shape {guess.shape}; expected ({balance.n_ports}, {balance.L}): coefficients of the "
@@ -315,10 +315,10 @@ def _guess(given: Any, balance: Balance) -> Array:
     return guess.reshape(-1)
 
 
-def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _peak_dofs(problem: Problem, peaks_of: Sequence[str] | str | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Outputs of which all peaks are located, and those of which the largest amplitude is."""
     outputs = tuple(problem.outputs or ())
-    if given is None:
+    if peaks_of is None:
         if len(outputs) <= PEAK_OUTPUTS:
             return outputs, ()
         loaded = [load.dof for load in problem.loads if load.dof in outputs]
@@ -327,15 +327,17 @@ def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[tup
         chosen = tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
         rest = tuple(dof for dof in outputs if dof not in chosen)
         return chosen, rest if len(rest) <= LARGEST_OUTPUTS else ()
-    chosen = names("peaks_of", given)
+    chosen = names("peaks_of", peaks_of)
     faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]
     if faults:
         raise InputError(faults)
     return chosen, ()
 
 
-def stability_request(given: object) -> StabilityRequest:
+def stability_request(stability: object) -> StabilityRequest:
     """Whether stability is asked for; InputError for anything but True, False, "full"."""
-    if isinstance(given, bool) or (isinstance(given, str) and given == "full"):
-        return given  # type: ignore[return-value]
-    raise InputError(Fault("stability", found=shown(given), expected='True, False, or "full" (all modes in motion)'))
+    if isinstance(stability, bool) or (isinstance(stability, str) and stability == "full"):
+        return stability  # type: ignore[return-value]
+    raise InputError(
+        Fault("stability", found=shown(stability), expected='True, False, or "full" (all modes in motion)')
+    )

@@ -99,19 +99,10 @@ def forced_response(
 
 
 def follow(
-    problem: Problem,
-    *,
-    omega: FrequencyRange,
-    requested: FrequencyList = (),
-    peaks_of: Sequence[str] | str | None = None,
-    options: ContinuationOptions | Mapping[str, Any] | None = None,
-    listeners: Iterable[EventFunction] | EventFunction = (),
-    guess: Reals | None = None,
-    stability: StabilityRequest = False,
+    problem: Problem, *, omega: FrequencyRange, requested: FrequencyList = (), **arguments: Any
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
-    request = frequency_request(problem, omega, requested, peaks_of, options, listeners, guess, stability)
-    return (yield from request.run().follow())
+    return (yield from frequency_request(problem, omega, requested, **arguments).run().follow())
 
 
 def parameter_response(
@@ -144,16 +135,16 @@ def parameter_response(
     The other arguments, the result and the errors are those of ``forced_response``.
     """
     subharmonics, stability = _follows(follow, stability)
-    given = (requested, peaks_of, options, listeners, guess, stability)
-    branch = parameter_request(problem, parameter, span, omega, *given).branch()
+    shared = (requested, peaks_of, options, listeners, guess, stability)
+    branch = parameter_request(problem, parameter, span, omega, *shared).branch()
     return _with_subharmonics(branch, options, stability) if subharmonics else branch
 
 
-def _follows(given: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
+def _follows(follow: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
     """Whether branches of twice the period are asked for, which need stability."""
-    if given is not None and not (isinstance(given, str) and given == "subharmonic"):
-        raise wrong("follow", given, '"subharmonic" or None')
-    return given is not None, True if given is not None and stability is False else stability
+    if follow is not None and not (isinstance(follow, str) and follow == "subharmonic"):
+        raise wrong("follow", follow, '"subharmonic" or None')
+    return follow is not None, True if follow is not None and stability is False else stability
 
 
 def _with_subharmonics(branch: Branch, options: Any, stability: StabilityRequest) -> Branch:

@@ -14,6 +14,9 @@ from slipstick.errors import InputError, Outcome
 from slipstick.solve.continuation import RestartPoint, Step
 from slipstick.typing import Array
 
+_STORED = {"context": "given"}
+"""Names that fields of a restart point have in a journal, where they differ."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Checkpoint:
@@ -25,8 +28,8 @@ class Checkpoint:
         Unknowns with the followed quantity (N + 1,) and their derivative along the branch.
     part
         Number of the part.
-    place
-        Of an accepted point: where the continuation stood. None of a located one, from which nothing goes on.
+    restart_point
+        Of an accepted point: what the continuation goes on from. None of a located one, from which nothing goes on.
     ended
         Outcome and message of every part before this one.
     jumps
@@ -40,7 +43,7 @@ class Checkpoint:
     state: Array
     tangent: Array
     part: int
-    place: RestartPoint | None
+    restart_point: RestartPoint | None
     ended: tuple[tuple[str, str], ...]
     jumps: tuple[str, ...]
     done: Work
@@ -49,26 +52,34 @@ class Checkpoint:
 
     def plain(self) -> dict[str, Any]:
         """As numbers, texts and lists of them, and arrays."""
-        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "place"}
-        if self.place is not None:
-            own |= {f"place_{name}": value for name, value in vars(self.place).items() if name not in own}
-            own |= {"place_measure": np.array(self.place.measure), "place_values": np.array(self.place.values)}
-        return own
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "restart_point"}
+        if self.restart_point is not None:
+            values |= {
+                f"place_{_STORED.get(name, name)}": value
+                for name, value in vars(self.restart_point).items()
+                if name not in values
+            }
+            values |= {
+                "place_measure": np.array(self.restart_point.measure),
+                "place_values": np.array(self.restart_point.values),
+            }
+        return values
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], size: int) -> Checkpoint:
         """What ``plain`` made, of a balance of ``size`` unknowns; raises InputError where it is none."""
         try:
-            own = {f.name: plain[f.name] for f in fields(cls) if f.name != "place"}
-            state, tangent = _vector(own["state"], size + 1), _vector(own["tangent"], size + 1)
-            place = _place(plain, state, tangent) if "place_points" in plain else None
-            if own["part"] not in (1, 2):
+            values = {f.name: plain[f.name] for f in fields(cls) if f.name != "restart_point"}
+            state, tangent = _vector(values["state"], size + 1), _vector(values["tangent"], size + 1)
+            restart_point = _restart_point(plain, state, tangent) if "place_points" in plain else None
+            if values["part"] not in (1, 2):
                 raise ValueError
             return cls(
-                state=state, tangent=tangent, place=place, part=int(own["part"]), seconds=float(own["seconds"]),
-                ended=tuple((Outcome[name].name, str(message)) for name, message in own["ended"]),
-                jumps=tuple(map(str, own["jumps"])), done=Work._make(map(int, own["done"])),
-                earlier=Work._make(map(int, own["earlier"])),
+                state=state, tangent=tangent, restart_point=restart_point, part=int(values["part"]),
+                seconds=float(values["seconds"]),
+                ended=tuple((Outcome[name].name, str(message)) for name, message in values["ended"]),
+                jumps=tuple(map(str, values["jumps"])), done=Work._make(map(int, values["done"])),
+                earlier=Work._make(map(int, values["earlier"])),
             )  # fmt: skip
         except (KeyError, TypeError, ValueError, OverflowError):
             raise InputError("a checkpoint in the journal is damaged, or of another problem") from None
@@ -81,16 +92,16 @@ def _vector(value: Any, size: int | None = None) -> Array:
     return vector
 
 
-def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> RestartPoint:
-    found = {name.removeprefix("place_"): value for name, value in plain.items() if name.startswith("place_")}
-    typical, size, present, largest = _vector(found["measure"], 4).tolist()
+def _restart_point(plain: Mapping[str, Any], state: Array, tangent: Array) -> RestartPoint:
+    values = {name.removeprefix("place_"): value for name, value in plain.items() if name.startswith("place_")}
+    typical, size, present, largest = _vector(values["measure"], 4).tolist()
     return RestartPoint(
-        state=state, tangent=tangent, kind=str(found["kind"]), orientation=int(found["orientation"]),
-        arclength=float(found["arclength"]), step_length=float(found["step_length"]),
+        state=state, tangent=tangent, kind=str(values["kind"]), orientation=int(values["orientation"]),
+        arclength=float(values["arclength"]), step_length=float(values["step_length"]),
         measure=(typical, size, present, largest),
-        given=None if found["given"] is None else _vector(found["given"]),
-        values=tuple(_vector(found["values"]).tolist()),
-        **{name: int(found[name]) for name in ("points", "rejected", "evaluations", "solves")},
+        context=None if values["given"] is None else _vector(values["given"]),
+        values=tuple(_vector(values["values"]).tolist()),
+        **{name: int(values[name]) for name in ("points", "rejected", "evaluations", "solves")},
     )  # fmt: skip
 
 
@@ -100,7 +111,7 @@ class ResumeState:
 
     Attributes
     ----------
-    places, earlier
+    restart, earlier
         Where the segment that is followed next is taken up; empty for one that begins.
     seconds
         Time taken before it was taken up.
@@ -109,7 +120,7 @@ class ResumeState:
     segments: list[Segment]
     jumps: list[str] = field(default_factory=list)
     done: Work = NO_WORK
-    places: tuple[RestartPoint, ...] = ()
+    restart: tuple[RestartPoint, ...] = ()
     earlier: Work = NO_WORK
     seconds: float = 0.0
 
@@ -120,15 +131,19 @@ class ResumeState:
         if not checkpoints:
             return state
         last = checkpoints[-1]
-        assert last.place is not None
+        assert last.restart_point is not None
         if last.part > 1:
             state.segments.append(Segment(number=2, start=stop, stop=start))
         for point in checkpoints:
             state.segments[point.part - 1].add(float(point.state[-1]), point.state[:-1])
         for segment, (outcome, message) in zip(state.segments, last.ended, strict=False):
             segment.outcome, segment.message = Outcome[outcome], message
-        run = [c.place for c in checkpoints if c.place and (c.part, c.earlier.runs) == (last.part, last.earlier.runs)]
-        state.places, state.earlier = tuple(run[-2:]), last.earlier
+        run = [
+            c.restart_point
+            for c in checkpoints
+            if c.restart_point and (c.part, c.earlier.runs) == (last.part, last.earlier.runs)
+        ]
+        state.restart, state.earlier = tuple(run[-2:]), last.earlier
         state.jumps, state.done, state.seconds = list(last.jumps), last.done, last.seconds
         return state
 
@@ -139,9 +154,11 @@ class ResumeState:
 
     def checkpoint(self, step: Step, run: StateContinuation, seconds: float) -> Checkpoint:
         """Where it stands at a step of the run under way."""
-        place = run.place if run.place is not None and run.place.state is step.state else None
+        restart_point = (
+            run.restart_point if run.restart_point is not None and run.restart_point.state is step.state else None
+        )
         return Checkpoint(
-            state=step.state, tangent=step.tangent, part=self.segments[-1].number, place=place,
+            state=step.state, tangent=step.tangent, part=self.segments[-1].number, restart_point=restart_point,
             ended=tuple((segment.outcome.name, segment.message) for segment in self.segments[:-1]),
             jumps=tuple(self.jumps), done=self.done, earlier=run.earlier, seconds=seconds,
         )  # fmt: skip
@@ -149,4 +166,4 @@ class ResumeState:
 
 def resumable(checkpoints: Sequence[Checkpoint]) -> int:
     """How many of the points of an ended run it is taken up after: up to the last accepted one."""
-    return max((number for number, point in enumerate(checkpoints, 1) if point.place is not None), default=0)
+    return max((number for number, point in enumerate(checkpoints, 1) if point.restart_point is not None), default=0)

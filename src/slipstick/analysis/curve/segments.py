@@ -22,7 +22,7 @@ _ENDED = {
     Outcome.STEP_TOO_SMALL: "found no way on",
     Outcome.SINGULAR: "met a singular Jacobian",
     Outcome.POINT_LIMIT: "had all points it was allowed",
-    Outcome.OUTSIDE_TABLE: "left the table of a temperature",
+    Outcome.OUTSIDE_TABLE: "left the range in which a contact state is known",
     Outcome.INTERRUPTED: "was interrupted",
     Outcome.TIME_LIMIT: "met the time limit",
     Outcome.FAILED: "failed",

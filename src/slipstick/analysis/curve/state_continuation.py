@@ -1,4 +1,8 @@
-"""Contact states along a branch: carried from point to point, and over the folds where their equilibrium ends."""
+"""Contact states along a branch: carried from point to point, and over the folds where their equilibrium ends.
+
+Beyond a fold they are let go and settle, the structure answering at once: ``dz/dt = r(z, P)``. Vibration settles within
+periods, a body within seconds: on the way the motion is the steady one at each value.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slipstick.analysis.curve.observables import context_between
-from slipstick.analysis.curve.relaxation import relaxed
+from slipstick.balance.inputs import Inputs
 from slipstick.balance.many import evaluated_together
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
@@ -19,9 +23,91 @@ from slipstick.errors import Outcome
 from slipstick.results.schema import NEAR_FOLD
 from slipstick.solve.continuation import Continuation, RestartPoint, Step, continuation
 from slipstick.solve.continuation.follow import failed
+from slipstick.solve.newton import NewtonOptions, NewtonResult, newton
 from slipstick.solve.norm import norm, relative
 from slipstick.state.contact_state import Carried, ContactState
 from slipstick.typing import Array
+
+_SMALL = 1e-8
+"""Of the states' range: a rate at which they are at rest, and the error of the values on the way."""
+_LONGEST_TIME = 1e5
+"""In time constants of a state without friction."""
+_NEWTON = NewtonOptions(max_iterations=40)
+
+
+class MotionLostError(Exception):
+    """No steady motion was found at some values of the states."""
+
+
+def relaxed(
+    balance: Balance, inputs: Inputs, omega: float, x: Array, z: Array, *, reach: float = np.inf
+) -> tuple[Array, Detail] | None:
+    """Motion (N,) and evaluation where fast contact states come to rest from values z (n_states,) at the motion x (N,).
+
+    Beyond their limits the parameters are held. None where the motion is lost on the way, or no rest is found, or the
+    motion at z is further from x than ``reach`` times its size.
+    """
+    from scipy.integrate import solve_ivp
+
+    rates = SlowRates(balance, inputs, omega, x)
+    fast = np.concatenate([np.full(len(state.names), not state.slow) for state in balance.states])
+    span = np.concatenate([state.span for state in balance.states])
+    moves = fast & np.isfinite(span)
+    span = np.where(np.isfinite(span), span, 1.0)
+
+    def rate(t: float, z: Array) -> Array:
+        return np.where(moves, rates(z), 0.0)
+
+    def moving(t: float, z: Array) -> float:
+        return float(np.max(np.abs(rate(t, z)) / span)) - _SMALL
+
+    moving.terminal, moving.direction = True, -1  # type: ignore[attr-defined]
+    low = float(span.min())
+    try:
+        rates(z)
+        if np.linalg.norm(rates.x - x) > reach * np.linalg.norm(x):
+            return None
+        way = solve_ivp(
+            rate, (0.0, _LONGEST_TIME), z, method="LSODA", events=moving, rtol=_SMALL, atol=_SMALL * low, max_step=1e3
+        )
+    except MotionLostError:
+        return None
+    if way.status != 1:
+        return None
+    result = _solve(balance, inputs, omega, rates.x, way.y[:, -1])
+    return (result.x, result.evaluation.detail) if result.converged else None
+
+
+class SlowRates:
+    """Rates (n_states,) of contact states held at values (n_states,), at the steady motion there.
+
+    ``x`` is the last motion, from which the next is sought, ``detail`` its evaluation.
+
+    Raises
+    ------
+    MotionLostError
+        Where there is no steady motion near it.
+    """
+
+    def __init__(self, balance: Balance, inputs: Inputs, omega: float, x: Array) -> None:
+        self._balance, self._inputs, self._omega, self.x = balance.holding(), inputs, omega, x
+        self.detail: Detail | None = None
+
+    def __call__(self, z: Array) -> Array:
+        """At values (n_states,)."""
+        result = _solve(self._balance, self._inputs, self._omega, self.x, z)
+        if not result.converged:
+            raise MotionLostError
+        self.x, detail = result.x, result.evaluation.detail
+        self.detail = detail
+        return np.concatenate([state.rate.value for state in detail.states])
+
+
+def _solve(balance: Balance, inputs: Inputs, omega: float, x: Array, z: Array) -> NewtonResult:
+    system = FrequencySystem(balance, inputs)
+    scale = float(np.linalg.norm(x)) or 1.0
+    return newton(lambda y: system.evaluate(y, omega, z), x, options=_NEWTON, scale=scale)
+
 
 UNSOLVED = 1e-8
 """A point whose relative residual rounding keeps above this is no solution: the branch ends before it."""
@@ -92,7 +178,7 @@ def _change(old: Carried, new: Carried) -> str:
 
 def _margin(detail: Detail) -> float:
     """Of the state whose equilibrium is nearest to a fold."""
-    return min((own.margin for own in detail.states), key=abs)
+    return min((state.margin for state in detail.states), key=abs)
 
 
 def _equilibria(states: Sequence[ContactState]) -> str:
@@ -124,7 +210,7 @@ class StateContinuation(Iterator[Step]):
     residual
         Relative residual of the last step; nan of an interpolated one that is evaluated with others later.
     earlier
-        Work of the runs before the present one; given, together with ``places``, to go on where another stood.
+        Work of the runs before the present one; given, together with ``restart``, to go on where another stood.
 
     ``each`` asks for an evaluation of every interpolated point; without, those that can are evaluated together later.
     """
@@ -138,7 +224,7 @@ class StateContinuation(Iterator[Step]):
         *,
         jumps: list[str] | None = None,
         earlier: Work = NO_WORK,
-        places: Sequence[RestartPoint] = (),
+        restart: Sequence[RestartPoint] = (),
         each: bool = False,
         **options: Any,
     ) -> None:
@@ -148,7 +234,7 @@ class StateContinuation(Iterator[Step]):
         self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
         self.message, self.residual, self.earlier = "", 0.0, earlier
-        self._run: Continuation = continuation(system, x, start, stop, places=places, **options)
+        self._run: Continuation = continuation(system, x, start, stop, restart=restart, **options)
         self._steps = self._follow()
         self._error: Exception | None = None
 
@@ -175,13 +261,13 @@ class StateContinuation(Iterator[Step]):
         return self._run.step_length
 
     @property
-    def place(self) -> RestartPoint | None:
+    def restart_point(self) -> RestartPoint | None:
         """Where the present run stands."""
-        return self._run.place
+        return self._run.restart_point
 
     @property
     def standing(self) -> Step | None:
-        """The step it goes on from where it was given ``places``."""
+        """The step it goes on from where it was given ``restart``."""
         return self._run.standing
 
     @property
@@ -251,7 +337,7 @@ class StateContinuation(Iterator[Step]):
         """
         here: Detail = fold.evaluation.detail
         z = here.carried
-        if z is None or all(own.state.slow for own in here.states) or self.earlier.runs >= _MOST_JUMPS:
+        if z is None or all(carried.state.slow for carried in here.states) or self.earlier.runs >= _MOST_JUMPS:
             return False
         if not (turned or abs(_margin(here)) < _FOLD):
             return False
@@ -259,10 +345,10 @@ class StateContinuation(Iterator[Step]):
         forward = 1.0 if before.tangent_parameter >= 0 else -1.0
         for share in _BEYOND:
             p = min(max(fold.parameter + forward * share * (high - low), low), high)
-            found = relaxed(self._balance, *self._system.at(p), fold.x, z, reach=_NEAR if turned else np.inf)
-            if found is None:
+            rest = relaxed(self._balance, *self._system.at(p), fold.x, z, reach=_NEAR if turned else np.inf)
+            if rest is None:
                 continue
-            x, there = found
+            x, there = rest
             jump = Jump(parameter=fold.parameter, before=here, after=there, turned=turned)
             if self._ended(there, f"the {_equilibria(self._balance.states)} ends at {jump.text}, and "):
                 return False
@@ -278,9 +364,9 @@ class StateContinuation(Iterator[Step]):
 
     def _ended(self, detail: Detail, where: str) -> bool:
         """Whether a contact state is no result, which ends the branch."""
-        for own in detail.states:
-            if fault := own.fault():
-                self.outcome, self.message = Outcome.OUTSIDE_TABLE, f"{own.state.left} ({where}{fault})"
+        for carried in detail.states:
+            if fault := carried.fault():
+                self.outcome, self.message = Outcome.OUTSIDE_TABLE, f"{carried.state.left} ({where}{fault})"
                 return True
         return False
 

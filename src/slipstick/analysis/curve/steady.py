@@ -113,11 +113,11 @@ def steady_response(
     ).branch()  # fmt: skip
 
 
-def _values(given: Any) -> Array:
+def _values(values: Any) -> Array:
     expected = "finite numbers, one or a list"
-    array: Array = np.atleast_1d(numbers("values", given, expected))
+    array: Array = np.atleast_1d(numbers("values", values, expected))
     if array.ndim > 1 or array.size == 0:
-        raise wrong("values", given, expected)
+        raise wrong("values", values, expected)
     return array
 
 
@@ -201,12 +201,12 @@ def _nearest(branch: Branch, balance: Balance, value: float, parameter: str) -> 
     point = int(np.argmin(np.abs(table[followed].to_numpy() - value)))
     guess = unknowns(table, branch.problem_at(point), point)
     if guess.shape != (balance.n_ports, balance.L):
-        found = f"a branch of {guess.shape[0]} contact motions and {guess.shape[1]} coefficients"
-        raise InputError(Fault("guess", found, expected=f"{balance.n_ports} and {balance.L}"))
+        held = f"a branch of {guess.shape[0]} contact motions and {guess.shape[1]} coefficients"
+        raise InputError(Fault("guess", held, expected=f"{balance.n_ports} and {balance.L}"))
     states = contact_states(table, balance, point)
     if states is not None:  # those that are sought near a guess: a slow one is the problem's, whatever is guessed
-        own = zip(balance.states, balance.by_state(states), strict=True)
-        states = np.concatenate([state.start if state.slow else value for state, value in own])
+        by_state = zip(balance.states, balance.by_state(states), strict=True)
+        states = np.concatenate([state.start if state.slow else value for state, value in by_state])
     return guess.reshape(-1), states
 
 

@@ -84,17 +84,17 @@ class ModePath:
         amplitude, near = self.first, None
         for _ in range(_RUNGS):
             guess = first_guess(self.system.balance, self.system.target, self.linear, amplitude)
-            found = self._solved(guess, amplitude)
+            result = self._solved(guess, amplitude)
             guess[:-2] /= self.at_dof.sizes(amplitude)
-            if found.converged and norm((found.x - guess) / self._unit) < _LINEAR:
+            if result.converged and norm((result.x - guess) / self._unit) < _LINEAR:
                 break
-            near = near or ((found, amplitude) if found.converged else None)
+            near = near or ((result, amplitude) if result.converged else None)
             amplitude *= _LADDER
         else:  # as of a contact that just touches, which is linear nowhere
             if near is None:
                 return None
-            found, amplitude = near
-        y, parameter = self._resized(found.x, amplitude)
+            result, amplitude = near
+        y, parameter = self._resized(result.x, amplitude)
         if amplitude == self.first:
             return y, parameter
         last: Step | None = None
@@ -128,18 +128,18 @@ class ModePath:
 
     def finished(self, step: Step) -> Step:
         """At exactly the last amplitude, from a step that reached it."""
-        found = self._exact(step, self.last)
-        if not found.converged:
+        result = self._exact(step, self.last)
+        if not result.converged:
             return step
-        return Step(np.append(found.x, log(self.last)), step.tangent, found, "end", _REACHED, found.x.size)
+        return Step(np.append(result.x, log(self.last)), step.tangent, result, "end", _REACHED, result.x.size)
 
     def _solved(self, state: Array, amplitude: float) -> NewtonResult:
         """At a fixed amplitude at the output, from a motion, frequency and damping (N + 4,)."""
         parameter, y = log(amplitude), state.copy()
         y[:-2] /= self.at_dof.sizes(amplitude)
-        found = newton(lambda z: self.at_dof.evaluate(z, parameter), y, options=_NEWTON, scale=self._unit)
-        self._runs.append(found)
-        return found
+        result = newton(lambda z: self.at_dof.evaluate(z, parameter), y, options=_NEWTON, scale=self._unit)
+        self._runs.append(result)
+        return result
 
     def _exact(self, step: Step, amplitude: float) -> NewtonResult:
         """At exactly an amplitude at the output, from a step near it."""
@@ -200,16 +200,16 @@ class ModePath:
         """Corrected points; ``least`` as in ``_bend``."""
         metric = Metric(self._scaling, first.x, self._length)
         corrector = Corrector(self.system, first.x.size, metric, self.options.newton)
-        arc = corrector.arc(first, second)
+        segment = corrector.segment(first, second)
         tolerance = self.options.output_tolerance
-        near = arc.length <= self.options.kink_step
-        if near or not halvings or _bend([first.state, *map(arc.point, _PLACES), second.state], least) <= tolerance:
+        near = segment.length <= self.options.kink_step
+        if near or not halvings or _bend([first.state, *map(segment.point, _PLACES), second.state], least) <= tolerance:
             return
         corrector.context = first.evaluation.context
-        guess = arc.point(0.5)
-        middle, _ = corrector.correct(guess, arc.derivative(0.5), "regular")
+        guess = segment.point(0.5)
+        middle, _ = corrector.correct(guess, segment.derivative(0.5), "regular")
         self._runs.append(corrector)
-        if middle is None or not corrector.near(middle.state - guess, arc.length):
+        if middle is None or not corrector.near(middle.state - guess, segment.length):
             return
         yield from self._between(first, middle, least, halvings - 1)
         yield middle
@@ -222,9 +222,9 @@ _REACHED = "amplitude"
 def first_guess(balance: Balance, target: TargetMode, linear: LinearMode, amplitude: float) -> Array:
     """The linear mode with an amplitude at the output: motion of ports and mode, frequency and damping (N + 4,)."""
     turn = amplitude / linear.at_dof
-    X, own = np.zeros((balance.n_ports, balance.L)), linear.ports * turn
+    X, shape = np.zeros((balance.n_ports, balance.L)), linear.ports * turn
     c, s = (balance.harmonics.index(1, part) for part in "cs")
-    X[:, 0], X[:, c], X[:, s] = linear.static, own.real, -own.imag
+    X[:, 0], X[:, c], X[:, s] = linear.static, shape.real, -shape.imag
     q = complex(linear.modal[target.number]) * turn * target.scale
     return np.concatenate([X.reshape(-1), [q.real, -q.imag, linear.omega, linear.xi]])
 
@@ -236,8 +236,8 @@ def _sticking(step: Step) -> float:
 
 
 def _stick_fractions(responses: Iterable[object]) -> list[Array]:
-    found = (getattr(getattr(response, "detail", None), "stick_fraction", None) for response in responses)
-    return [fraction for fraction in found if fraction is not None]
+    fractions = (getattr(getattr(response, "detail", None), "stick_fraction", None) for response in responses)
+    return [fraction for fraction in fractions if fraction is not None]
 
 
 def _values(state: Array) -> Array:

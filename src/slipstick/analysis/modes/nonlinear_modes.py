@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,22 +14,22 @@ from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.curve.state_continuation import relative_residual
 from slipstick.analysis.modes.following import ModePath, first_guess
 from slipstick.analysis.modes.start import LinearMode, linear_mode
-from slipstick.analysis.modes.system import ModeSystem, TargetMode
+from slipstick.analysis.modes.system import ModeDetail, ModeSystem, TargetMode
 from slipstick.analysis.peaks.continuation import NEWTON
 from slipstick.analysis.peaks.tracking import one_dof
 from slipstick.balance.checks import two_numbers
 from slipstick.balance.kinds import Kind
 from slipstick.balance.loads import Load
 from slipstick.balance.ports import Balance
+from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import numbers, whole, wrong
 from slipstick.interrupts import pass_on
 from slipstick.results.afterwards import result_warnings
-from slipstick.results.modes import mode_layout, mode_values, peak_forces
 from slipstick.results.record import Outputs, Point, Recorder
-from slipstick.results.schema import Layout
+from slipstick.results.schema import Declared, Layout
 from slipstick.solve.continuation import BranchEvent, Step
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import ModalStructure
@@ -124,35 +124,36 @@ def nonlinear_modes(
     return ModeRequest(
         problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
         stop=ends[1], dof=output, factors=factors or (), options=common["options"],
+        warnings=problem_warnings(checks.problem, free=True),
     ).branch()  # fmt: skip
 
 
-def _amplitudes(given: Any) -> tuple[float, float]:
-    first, last = two_numbers(given, "amplitude")
+def _amplitudes(amplitude: Any) -> tuple[float, float]:
+    first, last = two_numbers(amplitude, "amplitude")
     if not (first > 0.0 and last > 0.0 and first != last):
         raise InputError(Fault("amplitude", found=f"{first:g} to {last:g}", expected="two different amplitudes > 0"))
     return first, last
 
 
-def _factors(given: Any) -> tuple[float, ...]:
+def _factors(factors: Any) -> tuple[float, ...]:
     expected = "factors > 0, one or a list"
-    if isinstance(given, tuple | list) and not given:
+    if isinstance(factors, tuple | list) and not factors:
         return ()
-    found: Array = np.atleast_1d(numbers("load_factors", given, expected))
-    if found.ndim > 1 or not np.all(found > 0.0):
-        raise wrong("load_factors", given, expected)
-    return tuple(float(f) for f in found)
+    values: Array = np.atleast_1d(numbers("load_factors", factors, expected))
+    if values.ndim > 1 or not np.all(values > 0.0):
+        raise wrong("load_factors", factors, expected)
+    return tuple(float(f) for f in values)
 
 
 class FreeProblem:
-    """A problem whose mode moves as prescribed, and what of the given one its results are held against."""
+    """A problem whose mode moves as prescribed, and what of the problem with loads its results are held against."""
 
-    def __init__(self, given: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
-        self.given, self.modal = given, structure
-        directions = given.direction_matrix(given.port_directions)
+    def __init__(self, problem: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
+        self.forced, self.modal = problem, structure
+        directions = problem.direction_matrix(problem.port_directions)
         self.ports: Array = directions.T @ structure.mode_shapes
         self.target = TargetMode(structure, number, self.ports, structure.mode_shapes[structure.dofs.index(dof)])
-        still = _resting(given, structure)
+        still = _resting(problem, structure)
         prescribed = PrescribedMode(structure, number, self.target.scale)
         self.problem = replace(still, structure=prescribed, loads=[*still.loads, Load(shape=MODE, cos=1.0)], told=None)
         self.balance = Balance(self.problem, kind=kind)
@@ -165,13 +166,13 @@ class FreeProblem:
 
     def mode_force(self) -> ComplexArray:
         """Phasors of the forces of the problem's loads on the mass-normalised modes, (n_modes,)."""
-        columns = self.given.load_columns
+        columns = self.forced.load_columns
         names = tuple(shape for shape in columns.shapes)
         _, right, _, _ = self.modal.modal_parts(np.zeros((len(self.modal.dofs), 0)), columns.vectors, names)
-        P, order = self.given.load_coefficients(), self.given.load_order
-        if order not in self.given.harmonics.orders:
+        P, order = self.forced.load_coefficients(), self.forced.load_order
+        if order not in self.forced.harmonics.orders:
             return np.zeros(self.modal.omega.size, dtype=complex)
-        c, s = (self.given.harmonics.index(order, part) for part in "cs")
+        c, s = (self.forced.harmonics.index(order, part) for part in "cs")
         return np.asarray(right.T @ (P[:, c] - 1j * P[:, s]))
 
 
@@ -241,16 +242,16 @@ class ModeRecorder(Recorder):
 
     def __init__(self, free: FreeProblem) -> None:
         super().__init__(free.balance)
-        self._given, self._force = free.given, free.mode_force()
+        self._forced, self._force = free.forced, free.mode_force()
 
     @cached_property
     def layout(self) -> Layout:
         """That of a branch, and more."""
-        return mode_layout(super().layout, self._given)
+        return mode_layout(super().layout, self._forced)
 
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
         """Amplitude, damping and load factor."""
-        return mode_values([point.detail for point in points], self._force)
+        return mode_values([cast(ModeDetail, point.detail) for point in points], self._force)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -268,7 +269,7 @@ class ModeRequest(Request):
         return ModeRun(self)
 
     def branch(self) -> Branch:
-        """What is found, in memory."""
+        """The points, in memory."""
         branch = super().branch()
         without = "it is a free vibration, not that of a problem with loads"
         return Branch(branch.table, branch.outcome, None, branch.message, without=without)
@@ -379,3 +380,37 @@ class ModeRun(Run[ModeRequest]):
 
 _TURNED = 1e-12
 """Angle of the motion at the output below which it is a cosine."""
+
+
+MODE_VARIABLES: Mapping[str, Declared] = {
+    "modal_amplitude": Declared((), "length", "amplitude of the mode: of harmonic 1 at its output"),
+    "modal_damping": Declared((), "1", "damping ratio of the mode (all damping together)"),
+    "load_factor": Declared((), "1", "factor on the loads of the problem whose forced response peaks here"),
+}
+
+
+def mode_layout(layout: Layout, problem: Problem) -> Layout:
+    """That of a branch with these variables."""
+    of_modes = {name: d._replace(units=problem.units.label(d.units)) for name, d in MODE_VARIABLES.items()}
+    return replace(layout, variables={**layout.variables, **of_modes})
+
+
+def mode_values(details: Sequence[ModeDetail], force: ComplexArray) -> dict[str, Array]:
+    """Their values (n_points,), from details of a nonlinear mode; ``force`` as in ``peak_forces``."""
+    omega, xi = (np.array([getattr(d, n) for d in details], dtype=float) for n in ("omega", "xi"))
+    return {
+        "modal_amplitude": np.array([d.amplitude for d in details], dtype=float),
+        "modal_damping": xi / (2.0 * omega),
+        "load_factor": peak_forces(details, force),
+    }
+
+
+def peak_forces(details: Sequence[ModeDetail], force: ComplexArray) -> Array:
+    """Factors (n_points,) on loads whose forced response peaks there; nan where they do not act on the mode.
+
+    In phase resonance the loads feed what ``xi`` takes: ``factor |p^H q| = xi w |q|^2``, with the phasors of the
+    mass-normalised modes in harmonic 1, and of the loads on them ``force`` (n_modes,).
+    """
+    dissipated = np.array([d.xi * d.omega * np.sum(np.abs(d.modal) ** 2) for d in details], dtype=float)
+    power = np.array([abs(np.vdot(force, d.modal)) for d in details], dtype=float)
+    return np.divide(dissipated, power, out=np.full_like(dissipated, np.nan), where=power > 0.0)

@@ -76,7 +76,7 @@ def linear_mode(problem: Problem, structure: ModalStructure, number: int, dof: s
     count = min(structure.omega.size, max(_MODES, 2 * number + 2))
     left, _, compliance, _ = structure.modal_parts(balance.directions, balance.directions, ())
     left = left[:, :count]
-    square, own = structure.omega[:count] ** 2, np.arange(count)
+    square, kept = structure.omega[:count] ** 2, np.arange(count)
     rest = compliance - (left / square) @ left.T
     damping = (2.0 * structure.damping_ratio * structure.omega)[:count]
     loss = np.broadcast_to(structure.loss_factor, structure.omega.shape)[:count]
@@ -85,7 +85,7 @@ def linear_mode(problem: Problem, structure: ModalStructure, number: int, dof: s
         """Eigenvalues ``w^2 + i w xi`` and modes with a share of the contact forces, tangent at a frequency."""
         K = share * _tangent(balance, static, omega)
         S = left.T @ K @ np.linalg.solve(np.eye(len(left)) + rest @ K, left)
-        S[own, own] += square * (1.0 + 1j * loss) + 1j * omega * damping
+        S[kept, kept] += square * (1.0 + 1j * loss) + 1j * omega * damping
         values, shapes = np.linalg.eig(S)
         return values, shapes
 
@@ -93,15 +93,15 @@ def linear_mode(problem: Problem, structure: ModalStructure, number: int, dof: s
     share, growth = 0.0, 1.0
     while share < 1.0:
         ahead = min(share + growth, 1.0)
-        omega, found, alike = np.sqrt(value.real), shape, 0.0
+        omega, reached_shape, alike = np.sqrt(value.real), shape, 0.0
         for _ in range(_ROUNDS):
             values, shapes = modes(ahead, omega)
             likeness = np.where(values.real > 0.0, np.abs(shape.conj() @ shapes) ** 2, -1.0)
             best = int(np.argmax(likeness))
-            found, alike, reached = shapes[:, best], float(likeness[best]), complex(values[best])
+            reached_shape, alike, reached = shapes[:, best], float(likeness[best]), complex(values[best])
             omega = np.sqrt(max(reached.real, 1e-12 * square[0]))
         if alike >= _ALIKE or growth <= _LEAST:
-            share, shape, value, growth = ahead, found, reached, 2.0 * growth
+            share, shape, value, growth = ahead, reached_shape, reached, 2.0 * growth
         else:
             growth *= 0.5
     K = _tangent(balance, static, float(omega))
@@ -119,8 +119,8 @@ def linear_mode(problem: Problem, structure: ModalStructure, number: int, dof: s
 
 def _at_rest(balance: Balance, omega: float) -> Array:
     """Static equilibrium of the contacts, (n_ports,); zero where none is found."""
-    own = balance.narrowed(Harmonics([0]))
-    x = FirstPoint(own, own.problem.inputs, omega).find()
+    static = balance.narrowed(Harmonics([0]))
+    x = FirstPoint(static, static.problem.inputs, omega).find()
     return np.zeros(balance.n_ports) if x is None else x
 
 
@@ -128,10 +128,10 @@ def _tangent(balance: Balance, static: Array, omega: float) -> ComplexArray:
     """Force phasors over motion phasors of harmonic 1 at rest, (n_ports, n_ports)."""
     X = np.zeros((balance.n_ports, balance.L))
     X[:, 0] = static
-    found = detail(balance, X.reshape(-1), omega, balance.problem.inputs)
+    evaluated = detail(balance, X.reshape(-1), omega, balance.problem.inputs)
     c, s = (balance.harmonics.index(1, part) for part in "cs")
     K = np.zeros((balance.n_ports, balance.n_ports), dtype=complex)
-    for k, response in enumerate(found.responses):
+    for k, response in enumerate(evaluated.responses):
         _gather(balance, k, response, (c, s), K)
     return K
 
@@ -142,5 +142,5 @@ def _gather(balance: Balance, k: int, response: Response, pair: tuple[int, int],
     for ports, tangent in response.by_motion.items():
         members, felt, moving = balance.batches[k].couplings[ports]
         t = tangent[members]
-        own = 0.5 * (t[:, c, c] + t[:, s, s]) + 0.5j * (t[:, c, s] - t[:, s, c])
-        np.add.at(K, (felt, moving), own)
+        receptance = 0.5 * (t[:, c, c] + t[:, s, s]) + 0.5j * (t[:, c, s] - t[:, s, c])
+        np.add.at(K, (felt, moving), receptance)

@@ -149,8 +149,8 @@ class ModeSystem:
         z = (X[:, 1::2] - 1j * X[:, 2::2]) * turn
         X[:, 1::2], X[:, 2::2] = z.real, -z.imag
         q = motion[n:]
-        own = complex(q[0], -q[1]) * np.exp(1j * angle) if q.size else 0.0j
-        return np.append(X.reshape(-1), [own.real, -own.imag][: q.size])
+        coordinate = complex(q[0], -q[1]) * np.exp(1j * angle) if q.size else 0.0j
+        return np.append(X.reshape(-1), [coordinate.real, -coordinate.imag][: q.size])
 
     def inputs(self, q: Sequence[float] | Array, xi: float) -> Inputs:
         """With the motion ``q`` (2,) of the mode, cosine and sine."""
@@ -173,33 +173,34 @@ class ModeSystem:
         of_mode = np.column_stack(self._columns_of_mode(here))
         columns = np.column_stack([A * of_mode, *self._other_columns(here, pushed)]) / sizes[:, None]
         by_log = here.jacobian.multiply(grown) + of_mode @ q - here.at.residual * (A / sizes) ** 2
-        own, rows, own_by_log = self._of_mode(here, A, y, pushed, grown)
+        equation, rows, equation_by_log = self._of_mode(here, A, y, pushed, grown)
         U = here.motion()[0]
         size, row, rate = self._of_dof(here, A, U, y, grown) if self._at_dof else self._of_size(motion)
         rows[:, :-4] *= sizes
         shift = self.shifted(motion)
         evaluation = Evaluation(
-            np.concatenate([here.at.residual / sizes, own, [size, reference @ motion]]),
+            np.concatenate([here.at.residual / sizes, equation, [size, reference @ motion]]),
             Eliminated(Scaled(here.jacobian, sizes), columns, np.vstack([rows, row, [*reference, 0.0, 0.0]])),
-            np.concatenate([by_log / sizes, own_by_log, [rate, 0.0]]),
+            np.concatenate([by_log / sizes, equation_by_log, [rate, 0.0]]),
             ModeDetail(
-                responses=here.found.responses, inputs=here.found.inputs, omega=omega, states=here.found.states, size=A,
+                responses=here.detail.responses, inputs=here.detail.inputs, omega=omega, states=here.detail.states,
+                size=A,
                 xi=xi, at_dof=complex(U[self._pair[0]], -U[self._pair[1]]), modal=self._modal(here, q, omega, xi),
             ),
             lambda: np.concatenate([terms(self.balance, here.x, here.at) / sizes, [2.0, 2.0, 2.0, 1.0]]),
         )  # fmt: skip
         if reference @ shift < _TRANSVERSAL * norm(shift):
             reference = shift / norm(shift)
-        return evaluation._replace(context=(reference, here.found.carried))
+        return evaluation._replace(context=(reference, here.detail.carried))
 
     def _columns_of_mode(self, here: Linearization) -> list[Array]:
         """Derivatives of the balance by the motion of the mode, cosine and sine."""
-        found = []
+        columns = []
         for unit in (1.0, 1.0j):
             G = np.zeros((self.balance.n_ports + len(self._base.P), len(self.balance.orders) + 1), dtype=complex)
             G[-1, self._order] = -unit
-            found.append(here.at.compliance.answer(G))
-        return found
+            columns.append(here.at.compliance.answer(G))
+        return columns
 
     def _other_columns(self, here: Linearization, pushed: ComplexArray) -> Array:
         """Those by frequency and damping, of the forces ``pushed`` by the frequency."""
@@ -223,7 +224,7 @@ class ModeSystem:
         stiffness = t.square / t.scale**2
         real, imaginary = 1.0 - omega**2 / t.square, t.loss + omega * (t.viscous - xi) / t.square
         by_q = np.array([[real, imaginary], [imaginary, -real]])
-        g = self._force(here, self.balance.excitation(here.found.forces)) / (A * stiffness)
+        g = self._force(here, self.balance.layout.excitation(here.detail.forces)) / (A * stiffness)
         psi = np.zeros((2, self.balance.n_ports, len(self.balance.orders) + 1), dtype=complex)
         psi[0, :, self._order], psi[1, :, self._order] = t.shape, -1j * t.shape
         pulled = np.array([here.forces_pulled(p) for p in psi]) / (A * stiffness)
@@ -236,8 +237,8 @@ class ModeSystem:
 
     def _of_size(self, motion: Array) -> tuple[float, Array, float]:
         """The equation of the size over all harmonics, its gradient (N + 4,), its derivative by ``log A``."""
-        own = np.where(self.vibration, motion, 0.0)
-        return float(own @ own) - 1.0, np.append(2.0 * own, [0.0, 0.0]), 0.0
+        vibration = np.where(self.vibration, motion, 0.0)
+        return float(vibration @ vibration) - 1.0, np.append(2.0 * vibration, [0.0, 0.0]), 0.0
 
     def _of_dof(self, here: Linearization, A: float, U: Array, y: Array, grown: Array) -> tuple[float, Array, float]:
         """The same of harmonic 1 at the output, whose motion ``U`` is (L,)."""
@@ -245,7 +246,7 @@ class ModeSystem:
         h[0, self._pair] = 2.0 * U[self._pair] / A**2
         P = np.zeros((2, *self._base.P.shape))
         P[[0, 1], -1, self._pair] = 1.0
-        moves = [here.change(still, Move(inputs=replace(self._zero, P=own)))[1] for own in P]
+        moves = [here.change(still, Move(inputs=replace(self._zero, P=load)))[1] for load in P]
         others = [here.change(still, FREQUENCY)[1], here.structural_change({XI: 1.0})[1]]
         rates = np.array([A * np.sum(h * dU) for dU in moves] + [np.sum(h * dU) for dU in others])
         pulled, level = here.pull(h=h), float(U[self._pair] @ U[self._pair]) / A**2
@@ -254,9 +255,9 @@ class ModeSystem:
 
     def _modal(self, here: Linearization, q: Array, omega: float, xi: float) -> ComplexArray:
         """Mass-normalised modal coordinates of harmonic 1, (n_modes,)."""
-        G = self.balance.excitation(here.found.forces)[:, self._order]
+        G = self.balance.layout.excitation(here.detail.forces)[:, self._order]
         dynamic = self._stiffness + omega * (1j * (self._damping - xi) - omega)
         least = _EPS * np.abs(self._stiffness)
-        found = -(self._ports.T @ G.conj()) / np.where(np.abs(dynamic) < least, least, dynamic)
-        found[self.target.number] = complex(q[0], -q[1]) / self.target.scale
-        return np.asarray(found)
+        coordinates = -(self._ports.T @ G.conj()) / np.where(np.abs(dynamic) < least, least, dynamic)
+        coordinates[self.target.number] = complex(q[0], -q[1]) / self.target.scale
+        return np.asarray(coordinates)

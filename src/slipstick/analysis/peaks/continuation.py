@@ -1,6 +1,6 @@
-"""The locus of a peak over a parameter, point by point: folds turned, ties and corners passed.
+"""The continuation of a peak over a parameter, point by point: folds turned, ties and corners passed.
 
-Three things end a smooth locus. A fold is turned by arclength: beyond it the points are minima of the curve. Where
+Three things end a smooth curve of peaks. A fold is turned by arclength: beyond it the points are minima. Where
 another extreme of the period becomes as large (a tie, ``a_1 = a_2``) the curve of the largest has a kink, and the peak
 is gone: the curve rises on to another one, which is climbed to. Where the peak sits on a change of state the slope
 jumps through zero (a corner of the curve): it is found by bracketing.
@@ -54,7 +54,7 @@ _CORNER_STEPS = (1e-3, 4e-2)
 
 
 class PeakPoint(NamedTuple):
-    """A point of the locus."""
+    """A peak at a value of the parameter."""
 
     y: Array
     """Unknowns and frequency, (N + 1,)."""
@@ -66,7 +66,7 @@ class PeakPoint(NamedTuple):
 
 
 class PeakContinuation:
-    """The locus of a peak, as an iterator of points.
+    """The continuation of a peak, as an iterator of points.
 
     Parameters
     ----------
@@ -107,9 +107,9 @@ class PeakContinuation:
 
     def points(self, y: Array) -> Iterator[PeakPoint]:
         """From the peak ``y`` (N + 1,) at the start of the range."""
-        at, found, self._first = self.span[0], 0, y
-        while found < _MOST_RUNS:
-            why, found = (yield from self._smooth(y, at)), found + 1
+        at, runs, self._first = self.span[0], 0, y
+        while runs < _MOST_RUNS:
+            why, runs = (yield from self._smooth(y, at)), runs + 1
             if not why:
                 return
             onward = (self._rivalled() or self._climbed()) if why == TIE else (yield from self._corners())
@@ -123,11 +123,11 @@ class PeakContinuation:
         run, side = self._run(y, at), 0.0
         try:
             for step in run:
-                # smooth loci turn where the bend of the curve passes zero, and nowhere else
-                own = np.sign(step.evaluation.detail.bend * step.tangent_parameter)
-                if self._slope_of(step) > FLAT or (step.kind != "turning point" and own * side < 0.0):
+                # smooth curves of peaks turn where the bend of the response passes zero, and nowhere else
+                way = np.sign(step.evaluation.detail.bend * step.tangent_parameter)
+                if self._slope_of(step) > FLAT or (step.kind != "turning point" and way * side < 0.0):
                     return CORNER
-                again, side = step.kind == "start" and self.last is not None, side or own
+                again, side = step.kind == "start" and self.last is not None, side or way
                 point = self._point(step)
                 self._take(point)
                 if not again:
@@ -187,14 +187,14 @@ class PeakContinuation:
         if rival is None:
             return None
         start, scale = np.append(rival.time, carried), np.append(np.full(x.size, norm(x) or 1.0), omega)
-        found = newton(lambda y: self.system.evaluate(y, last.parameter, start), last.y, options=NEWTON, scale=scale)
-        near = abs(found.x[-1] - omega) <= _ASIDE * omega
-        if not (found.converged and near and found.evaluation.detail.bend < 0.0):
+        result = newton(lambda y: self.system.evaluate(y, last.parameter, start), last.y, options=NEWTON, scale=scale)
+        near = abs(result.x[-1] - omega) <= _ASIDE * omega
+        if not (result.converged and near and result.evaluation.detail.bend < 0.0):
             return None
         self.notes.append(f"at {last.parameter:.6g} another extreme of the period is as large and is followed on")
-        self._context = found.evaluation.context
-        self._take(last._replace(y=found.x, kind="regular"))
-        return found.x, last.parameter
+        self._context = result.evaluation.context
+        self._take(last._replace(y=result.x, kind="regular"))
+        return result.x, last.parameter
 
     def _climbed(self) -> tuple[Array, float] | None:
         """The peak that the larger extreme rises to from a tie, at the same parameter."""
@@ -225,9 +225,9 @@ class PeakContinuation:
         return None
 
     def _amplitude(self, system: FrequencySystem, x: Array, omega: float) -> float:
-        found = newton(lambda z: system.evaluate(z, omega), x, options=NEWTON, scale=norm(x) or 1.0)
-        here = self.system.space.at(found.x, omega, self.last.parameter if self.last else self.span[0])
-        return Extreme.largest(self.balance.harmonics, here.motion()[0]).value if found.converged else 0.0
+        result = newton(lambda z: system.evaluate(z, omega), x, options=NEWTON, scale=norm(x) or 1.0)
+        here = self.system.space.at(result.x, omega, self.last.parameter if self.last else self.span[0])
+        return Extreme.largest(self.balance.harmonics, here.motion()[0]).value if result.converged else 0.0
 
     def _end(self, outcome: Outcome, message: str) -> None:
         self.outcome, self.message = outcome, "; ".join([message or outcome.text, *self.notes])
@@ -242,23 +242,23 @@ class PeakContinuation:
             before, at = self.last.y, min(ahead, key=lambda v: self._way * v, default=self._reach)
             self._length = min(2.0 * self._length, _CORNER_STEPS[1])
         over = self.last is not None and self._reach == self.span[1]
-        found = None if over else bracketed_peak(self.system, at, before, self._context)
-        if found is None:
+        peak = None if over else bracketed_peak(self.system, at, before, self._context)
+        if peak is None:
             self._end(Outcome.TURNED_BACK if self.notes else Outcome.STEP_TOO_SMALL, self._reason)
             return None
-        if abs(found.y[-1] - before[-1]) > _JUMP * before[-1]:
-            self.notes.append(f"at {at:.6g} the peak at {found.y[-1]:.6g} {self._unit} is followed on")
+        if abs(peak.y[-1] - before[-1]) > _JUMP * before[-1]:
+            self.notes.append(f"at {at:.6g} the peak at {peak.y[-1]:.6g} {self._unit} is followed on")
         smooth = "requested" if at in self.requested else "regular"
-        kind = "end" if at == self.span[1] else smooth if found.slope <= FLAT else CORNER
+        kind = "end" if at == self.span[1] else smooth if peak.slope <= FLAT else CORNER
         kind = "start" if self.last is None else kind
-        self._take(PeakPoint(found.y, at, found.detail, kind, found.residual, found.iterations))
-        self._context = found.context
+        self._take(PeakPoint(peak.y, at, peak.detail, kind, peak.residual, peak.iterations))
+        self._context = peak.context
         assert self.last is not None
         yield self.last
         if kind == "end":
             self._end(Outcome.COMPLETED, Outcome.COMPLETED.text)
             return None
-        return found.y, at
+        return peak.y, at
 
     def _take(self, point: PeakPoint) -> None:
         """Take note of a point; steps from corner to corner begin small again after smooth ones."""
@@ -318,16 +318,16 @@ class _Search:
         """Slope of the amplitude over the sizes of its terms; None where there is no solution."""
         start = self._x if self._x is not None else x
         assert start is not None
-        found = newton(
+        result = newton(
             lambda z: self._balance.evaluate(z, omega, self._near), start, options=_NEWTON,
             scale=norm(start) or 1.0,
         )  # fmt: skip
-        self._solved += found.iterations
-        self._system.factorisations += found.evaluations
-        if not found.converged:
+        self._solved += result.iterations
+        self._system.factorisations += result.evaluations
+        if not result.converged:
             return None
-        self._x = found.x
-        here = self._system.slope(np.append(found.x, omega), self._value, self._context)
+        self._x = result.x
+        here = self._system.slope(np.append(result.x, omega), self._value, self._context)
         return None if here is None else here[1].value / (here[1].size or 1.0)
 
     def narrowed(self, low: float, at_low: float, high: float, at_high: float) -> BracketedPeak | None:
@@ -336,10 +336,10 @@ class _Search:
         for _ in range(_TRIALS):
             if root.width <= _NARROW * high:
                 break
-            found = self.slope(root.trial)
-            if found is None:
+            slope = self.slope(root.trial)
+            if slope is None:
                 return None
-            root.update(root.trial, found, _NARROW * high)
+            root.update(root.trial, slope, _NARROW * high)
         last = self.slope(root.best)
         if last is None or self._x is None:
             return None

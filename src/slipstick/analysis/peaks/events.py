@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude, amplitude_with_slope
 from slipstick.results.record import Outputs
+from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.typing import Array
@@ -38,7 +38,7 @@ def peak_events(
 def _event(name: str, i: int, slopes: _Slopes) -> BranchEvent:
     return BranchEvent(
         name=name, kind="peak", direction=-1, function=lambda step: float(slopes.at(step)[i]),
-        along=lambda first, second, arc, places: slopes.along(first, second, arc, places)[:, i],
+        along=lambda first, second, segment, places: slopes.along(first, second, segment, places)[:, i],
         height=lambda step: float(slopes.heights(step)[i]),
     )  # fmt: skip
 
@@ -62,73 +62,76 @@ class Largest:
         events = (replace(_event("", i, self._slopes), kind="regular") for i in range(len(names)))
         self.events = tuple(kept_up(besides, _WHAT, events))
 
-    def heights(self, step: Any) -> Array:
+    def heights(self, step: Step) -> Array:
         """Amplitudes (n,) at a step."""
         return self._besides.take(_WHAT, lambda: self._slopes.heights(step), np.zeros(len(self.events)))
 
-    def expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
+    def expected(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         """Slopes (n_places, n) between two steps, and the amplitudes (n,) expected at maxima; 0 where there is none."""
         nothing = np.zeros((places.u.size, len(self.events))), np.zeros(len(self.events))
-        return self._besides.take(_WHAT, lambda: self._expected(first, second, arc, places), nothing)
+        return self._besides.take(_WHAT, lambda: self._expected(first, second, segment, places), nothing)
 
-    def _expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
+    def _expected(
+        self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis
+    ) -> tuple[Array, Array]:
         sizes, ends = (
-            self._slopes.heights_along(first, second, arc, _ENDS),
-            self._slopes.along(first, second, arc, _ENDS),
+            self._slopes.heights_along(first, second, segment, _ENDS),
+            self._slopes.along(first, second, segment, _ENDS),
         )
-        mean = (sizes[1] - sizes[0]) / arc.length
+        mean = (sizes[1] - sizes[0]) / segment.length
         bent = np.abs(mean - ends.mean(axis=0)) > _BENT * np.abs(ends).sum(axis=0)
         if not np.any(bent | ((ends[0] > 0.0) & (ends[1] <= 0.0))):
             return np.zeros((places.u.size, mean.size)), np.zeros(mean.size)
-        slopes, sizes = (part(first, second, arc, places) for part in (self._slopes.along, self._slopes.heights_along))
+        slopes, sizes = (
+            part(first, second, segment, places) for part in (self._slopes.along, self._slopes.heights_along)
+        )
         falls = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0)
         # the slopes on both sides bound a maximum between them where there is no inflection
-        way = arc.length * np.diff(places.u)[:, None]
+        way = segment.length * np.diff(places.u)[:, None]
         bound = np.minimum(sizes[:-1] + slopes[:-1] * way, sizes[1:] - slopes[1:] * way)
         return slopes, np.where(falls, bound, 0.0).max(axis=0)
 
 
 class _Slopes:
-    """Derivatives of amplitudes along the branch; what is found is remembered, as each output asks for it again."""
+    """Derivatives of amplitudes along the branch; the latest are remembered, as each output asks for them."""
 
     def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
         self._outputs, self._system = outputs, system
-        self._found: tuple[Any, Array] = (None, np.empty(0))
-        self._heights: deque[tuple[Any, Array]] = deque(maxlen=_REMEMBERED)
+        self._latest: tuple[Step | HermiteSegment | None, Array] = (None, np.empty(0))
+        self._heights: deque[tuple[Step, Array]] = deque(maxlen=_REMEMBERED)
 
-    def at(self, step: Any) -> Array:
+    def at(self, step: Step) -> Array:
         """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""
-        if self._found[0] is not step:
-            self._found = step, self._slopes(*self._outputs.motion_along(step, self._system), _ROUNDING, step)
-        return self._found[1]
+        if self._latest[0] is not step:
+            self._latest = step, self._slopes(*self._outputs.motion_along(step, self._system), _ROUNDING, step)
+        return self._latest[1]
 
-    def heights(self, step: Any) -> Array:
+    def heights(self, step: Step) -> Array:
         """Amplitudes (n_outputs,) at a step."""
-        for known, found in self._heights:
+        for known, heights in self._heights:
             if known is step:
-                return found
+                return heights
         motion, _ = self._outputs.motion_along(step, self._system)
-        found = amplitude(self._outputs.balance.harmonics, motion).value
-        self._heights.append((step, found))
-        return found
+        heights = amplitude(self._outputs.balance.harmonics, motion).value
+        self._heights.append((step, heights))
+        return heights
 
-    def heights_along(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> Array:
+    def heights_along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Amplitudes (n, n_outputs) at n places between two steps, of the cubics through their motions."""
-        return amplitude(self._outputs.balance.harmonics, self._between(first, second, arc, places)[0]).value
+        return amplitude(self._outputs.balance.harmonics, self._between(first, second, segment, places)[0]).value
 
-    def _between(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
+    def _between(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         (a, da), (b, db) = (self._outputs.motion_along(step, self._system) for step in (first, second))
-        motion, change = arc.between(a, b, da, db, places)
-        return motion, change
+        return segment.between(a, b, da, db, places)
 
-    def along(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> Array:
+    def along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Derivatives (n, n_outputs) at n places between two steps, of the cubics through their motions."""
-        if self._found[0] is not arc or len(self._found[1]) != places.u.size:
-            motion, change = self._between(first, second, arc, places)
-            self._found = arc, self._slopes(motion, change / arc.length, _LEVEL, second)
-        return self._found[1]
+        if self._latest[0] is not segment or len(self._latest[1]) != places.u.size:
+            motion, change = self._between(first, second, segment, places)
+            self._latest = segment, self._slopes(motion, change / segment.length, _LEVEL, second)
+        return self._latest[1]
 
-    def _slopes(self, motion: Array, change: Array, level: float, near: Any) -> Array:
+    def _slopes(self, motion: Array, change: Array, level: float, near: Step) -> Array:
         """Slopes (..., n_outputs) of amplitudes; 0 on plateaus, and of motions that are rounding beside others."""
         balance = self._outputs.balance
         size, slope = amplitude_with_slope(balance.harmonics, motion, change)
@@ -151,19 +154,19 @@ class _LastKnown:
         place, along, height = event.place and self._place, event.along and self._along, event.height and self._height
         self.event = replace(event, function=self._value, place=place, along=along, height=height)
 
-    def _value(self, step: Any) -> float:
+    def _value(self, step: Step) -> float:
         self._last = self._besides.take(self._what, lambda: float(self._asked.function(step)), self._last)
         return self._last
 
-    def _place(self, first: Any, second: Any, arc: Any) -> float:
+    def _place(self, first: Step, second: Step, segment: HermiteSegment) -> float:
         assert self._asked.place is not None
-        return self._besides.take(self._what, partial(self._asked.place, first, second, arc), 1.0)
+        return self._besides.take(self._what, partial(self._asked.place, first, second, segment), 1.0)
 
-    def _height(self, step: Any) -> float:
+    def _height(self, step: Step) -> float:
         assert self._asked.height is not None
         return self._besides.take(self._what, partial(self._asked.height, step), 0.0)
 
-    def _along(self, first: Any, second: Any, arc: Any, places: HermiteBasis) -> Array:
+    def _along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
         assert self._asked.along is not None
         same = np.full(places.u.size, self._last)
-        return self._besides.take(self._what, partial(self._asked.along, first, second, arc, places), same)
+        return self._besides.take(self._what, partial(self._asked.along, first, second, segment, places), same)

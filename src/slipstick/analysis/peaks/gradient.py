@@ -44,8 +44,8 @@ class Extreme:
     @classmethod
     def largest(cls, harmonics: Harmonics, U: Array) -> Extreme:
         """The largest of a motion ``U`` (L,)."""
-        found = amplitude(harmonics, U)
-        return cls(harmonics, float(found.value), float(found.time), float(found.sign))
+        largest = amplitude(harmonics, U)
+        return cls(harmonics, float(largest.value), float(largest.time), float(largest.sign))
 
     @classmethod
     def near(cls, harmonics: Harmonics, U: Array, time: float) -> Extreme:
@@ -98,7 +98,7 @@ class StateSpace:
         self.outputs, self.inputs, self.path = outputs, inputs, path
 
     def at(self, x: Array, omega: float, value: float, near: Array | None = None) -> Linearization:
-        """The neighbourhood of a state."""
+        """The balance linearised at a state."""
         return Linearization(self.outputs, x, omega, self.at_value(value), near)
 
     def at_value(self, value: float) -> Inputs:
@@ -141,7 +141,7 @@ class PeakGradient:
         here, over_w = self._here, self.over.omega
         length, size = float(np.linalg.norm(self.t)), float(np.linalg.norm(here.x))
         step = _STEP * (min(scale, size / length) if length > 0 and size > 0 else scale)
-        near = here.found.carried
+        near = here.detail.carried
         sides = []
         for side in (step, -step):
             moved = (side, 0.0) if over_w else (0.0, side)
@@ -169,8 +169,8 @@ class Displaced:
 
     def along(self, *directions: Move) -> float:
         """Along a direction at fixed motion: one for both sides, or one for each."""
-        found = []
+        functionals = []
         for side, h, direction in zip(self.sides, self._h, (directions[0], directions[-1]), strict=True):
             R, U = side.change(np.zeros_like(side.x), direction)
-            found.append(float(np.sum(h * U) - self._z @ R))
-        return (found[0] - found[1]) / (2.0 * self._step)
+            functionals.append(float(np.sum(h * U) - self._z @ R))
+        return (functionals[0] - functionals[1]) / (2.0 * self._step)

@@ -134,10 +134,10 @@ class OptimumSystem:
 
     def evaluate(self, u: Array) -> Evaluation:
         """Residual and Jacobian; of the balance one factorisation."""
-        found = self.peaks.slope(u[:-1], float(u[-1]), self._context) if np.all(np.isfinite(u)) else None
-        if found is None:
+        sloped = self.peaks.slope(u[:-1], float(u[-1]), self._context) if np.all(np.isfinite(u)) else None
+        if sloped is None:
             return Evaluation.undefined(u.size)
-        here, over_w = found
+        here, over_w = sloped
         space, s = self.peaks.space, float(u[-1])
         along = space.along(s)
         over_s = PeakGradient(space, here, s, over_w.extreme, along, over_w.z)
@@ -190,13 +190,13 @@ class OptimumSearch(PeakRun):
 
     def optimum(self, branch: Branch) -> Optimum:
         """What was found, with the branch of its one point."""
-        request, found = self.request, self._best if len(branch) else None
-        peak = None if found is None else found.peak
+        request, best = self.request, self._best if len(branch) else None
+        peak = None if best is None else best.peak
         return Optimum(
             parameter=request.parameter, dof=request.dof, branch=branch, factorisations=self._factorisations,
             value=np.nan if peak is None else peak.parameter, omega=np.nan if peak is None else peak.detail.omega,
-            amplitude=np.nan if peak is None else peak.detail.amplitude, kind="" if found is None else found.kind,
-            hessian=np.full((2, 2), np.nan) if found is None else found.hessian,
+            amplitude=np.nan if peak is None else peak.detail.amplitude, kind="" if best is None else best.kind,
+            hessian=np.full((2, 2), np.nan) if best is None else best.hessian,
         )  # fmt: skip
 
     def _newton(self, y: Array, value: float, context: Array | None = None) -> _Stationary | None:
@@ -220,7 +220,7 @@ class OptimumSearch(PeakRun):
         u, evaluation = result.x, result.evaluation
         here = evaluation.detail
         detail = PeakDetail(
-            responses=here.found.responses, inputs=here.found.inputs, omega=float(u[-2]), states=here.found.states,
+            responses=here.detail.responses, inputs=here.detail.inputs, omega=float(u[-2]), states=here.detail.states,
             amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0,
         )  # fmt: skip
         residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])

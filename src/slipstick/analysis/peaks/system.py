@@ -67,7 +67,7 @@ class PeakSystem:
     def slope(
         self, y: Array, parameter: float, context: Array | None = None
     ) -> tuple[Linearization, PeakGradient] | None:
-        """The neighbourhood of a state and the slope of its amplitude versus frequency; None where it is no motion.
+        """The balance linearised at a state and the slope of its amplitude over frequency; None where it is no motion.
 
         ``context`` holds the time of the extreme that is followed (nan: the largest), and contact states (n_states,).
         """
@@ -86,16 +86,16 @@ class PeakSystem:
 
     def evaluate(self, y: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``PeakDetail``."""
-        found = self.slope(y, parameter, context)
-        if found is None:
+        sloped = self.slope(y, parameter, context)
+        if sloped is None:
             return Evaluation.undefined(y.size)
-        here, slope = found
+        here, slope = sloped
         along, beside = self.space.along(parameter), slope.displaced(here.omega)
         row = np.append(beside.by_motion(), beside.along(FREQUENCY))
         R, U = here.change(np.zeros_like(here.x), along)
-        carried = np.zeros(0) if here.found.carried is None else here.found.carried
+        carried = np.zeros(0) if here.detail.carried is None else here.detail.carried
         detail = PeakDetail(
-            responses=here.found.responses, inputs=here.found.inputs, omega=here.omega, states=here.found.states,
+            responses=here.detail.responses, inputs=here.detail.inputs, omega=here.omega, states=here.detail.states,
             amplitude=slope.extreme.value, rate=float(np.sum(slope.extreme.h * U) - slope.z @ R),
             bend=float(row @ np.append(slope.t, 1.0)), ahead=slope.extreme.ahead(here.motion()[0]),
         )  # fmt: skip

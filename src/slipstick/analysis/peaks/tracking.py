@@ -27,7 +27,7 @@ from slipstick.results.record import Outputs, Point
 from slipstick.typing import Array, FrequencyRange, Real
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
-"""Options of a locus where nothing else is said: steps of a tenth of the range."""
+"""Options of a tracked peak where nothing else is said: steps of a tenth of the range."""
 
 
 def track_peak(
@@ -61,7 +61,7 @@ def track_peak(
     Returns
     -------
     Branch
-        Points of the locus: ``omega``, ``amplitude`` and all else over ``parameter``. ``kind`` is "optimum" where the
+        Peaks, one a point: ``omega``, ``amplitude`` and all else over ``parameter``. ``kind`` is "optimum" where the
         peak is highest or lowest over the parameter, "turning point" where it merges with a minimum of the curve (the
         points beyond, with ``peak_dof`` -1, are minima), "tie" where another extreme of the period becomes as large
         (the peak ends there, and the one that the curve rises to is followed on), "corner" where it sits on a change of
@@ -129,20 +129,20 @@ def tracked_peak(
     )  # fmt: skip
 
 
-def _start(problem: Problem, name: str, given: Any) -> tuple[float, float]:
+def _start(problem: Problem, name: str, start: Any) -> tuple[float, float]:
     """A value to begin at, and another beyond."""
-    value = problem.parameter(name) if given is None else number("start", given)
+    value = problem.parameter(name) if start is None else number("start", start)
     if value == 0.0:
         raise InputError(Fault("start", f"{name} is 0, round which nothing is sought", remedy="give another start"))
     return value, 2.0 * value
 
 
-def one_dof(problem: Problem, given: Any) -> str:
+def one_dof(problem: Problem, dof: Any) -> str:
     """The output asked for, by default the first; InputError where there is none of that name."""
     known = tuple(problem.outputs or ())
-    if given is None and known:
+    if dof is None and known:
         return known[0]
-    name = text("dof", given, 'the name of an output such as "x"')
+    name = text("dof", dof, 'the name of an output such as "x"')
     if name not in known:
         raise InputError(f"dof: there is no output {shown(name)}; {suggestion(name, known)}")
     return name

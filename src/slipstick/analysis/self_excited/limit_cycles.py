@@ -165,10 +165,10 @@ def _hysteretic(problem: Problem, parameter: str, span: tuple[float, float]) -> 
     return any(np.any(np.asarray(getattr(structure, "loss_factor", 0.0))) for structure in ends)
 
 
-def _option_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
-    if given.get("adapt_harmonics") is not None:
+def _option_faults(options: Mapping[str, Any]) -> Iterator[Fault]:
+    if options.get("adapt_harmonics") is not None:
         yield Fault("options, adapt_harmonics", "limit cycles are computed with all harmonics", remedy="leave it out")
-    if given.get("jacobian") == "iterative":
+    if options.get("jacobian") == "iterative":
         yield Fault("options, jacobian", "limit cycles are computed with dense Jacobians", remedy="leave it out")
 
 
@@ -181,17 +181,17 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
     instead = "use ss.forced_response or ss.parameter_response"
     for load in problem.loads:
         if load.harmonic:
-            found = f"it excites at harmonic {load.harmonic}"
+            fault = f"it excites at harmonic {load.harmonic}"
             where = ("load", load.dof or load.shape or "")
-            yield Fault(where, found, expected="harmonic 0 alone", remedy=instead)
+            yield Fault(where, fault, expected="harmonic 0 alone", remedy=instead)
     for pair in problem.contacts:
         if other := [name for name in pair.rubbing.names if name != "velocity"]:
-            found = f"the rubbing motion has {', '.join(other)}"
-            yield Fault(("contact", pair.name), found, expected="a constant velocity alone", remedy=instead)
+            fault = f"the rubbing motion has {', '.join(other)}"
+            yield Fault(("contact", pair.name), fault, expected="a constant velocity alone", remedy=instead)
         law = pair.contact
         if not is_friction(law) and (law.memory or not law.in_time):
-            found = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
-            yield Fault(("contact", pair.name), found, expected="friction, or forces of motion and velocity")
+            fault = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
+            yield Fault(("contact", pair.name), fault, expected="friction, or forces of motion and velocity")
     yield from (state.self_excited_fault() for state in problem.contact_states)
     if getattr(problem.structure, "engine_order", None):
         tied = "the speed of rotation is tied to a frequency that is not known before"
@@ -293,7 +293,7 @@ class SelfExcitedRun(Run[SelfExcited]):
         """A motion (N,) that was not corrected, with what is left of the balance."""
         here = self.request.space.at(x, omega, value)
         residual = relative(here.at.residual, terms(self.request.balance, x, here.at))
-        return Point.at(here.found, x=x, residual=residual, iterations=0, parameter=value, peak_of="", **names)
+        return Point.at(here.detail, x=x, residual=residual, iterations=0, parameter=value, peak_of="", **names)
 
     def _ended(self, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> None:
         """Put down how it ended."""
@@ -323,7 +323,7 @@ class SelfExcitedRun(Run[SelfExcited]):
         request = self.request
         request.balance.anchor_if_undamped(hopf.omega)
         start = CycleStart(request.space, hopf, at_rest(request.balance, hopf), request.span)
-        if not start.found:
+        if not start.exists:
             self.message = "the balance has no vibration near the Hopf point of the eigenvalues"
             return
         self.beginning = start.value

@@ -41,7 +41,7 @@ class CycleStart:
     ----------
     system
         Equations of the limit cycles, in phase with the vibration.
-    found
+    exists
         Whether the balance has one.
     rest, omega, value
         Steady sliding (N,), frequency and parameter there.
@@ -69,7 +69,7 @@ class CycleStart:
         self._friction = friction_batch(self._balance)
         self.smooth = any(not is_friction(batch.law) for batch in self._balance.batches)
         self.largest = self._largest()
-        self.found = self._settle()
+        self.exists = self._settle()
 
     def size(self, x: Array) -> float:
         """Of the vibration in a motion (N,): length of all but its mean."""
@@ -132,7 +132,7 @@ class CycleStart:
         if k is None:
             return ()
         inputs = self._space.at_value(self.value if value is None else value).batches[k]
-        motion = balance.motion(k, x, omega or self.omega, inputs)
+        motion = balance.layout.motion(k, x, omega or self.omega, inputs)
         return word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**inputs.values, "v": motion.drift[0]})
 
     def _largest(self) -> float | None:

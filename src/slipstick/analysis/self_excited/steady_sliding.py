@@ -97,8 +97,10 @@ class Sliding:
     @property
     def stability(self) -> PointStability:
         """As it is recorded: multipliers over a period of the free frequency."""
-        found = self._multipliers
-        return PointStability(multipliers=found, unstable=unstable(found), method=EIGENVALUES, neutral=self.neutral)
+        multipliers = self._multipliers
+        return PointStability(
+            multipliers=multipliers, unstable=unstable(multipliers), method=EIGENVALUES, neutral=self.neutral
+        )
 
     @property
     def _multipliers(self) -> ComplexArray:
@@ -134,10 +136,10 @@ class SteadySliding:
             return None
         detail = self._system.evaluate(x, value).detail
         motion = self._iteration.truncated(x, detail)
-        given, states = motion.given, tuple[int, ...]()
+        values, states = motion.values, tuple[int, ...]()
         if len(motion.X):
-            found = element_intervals(motion.harmonics, motion.X, motion.Y, **given)
-            states = tuple(int(code[n - 1, 0]) for code, n in zip(found.code, found.totals, strict=True))
+            intervals = element_intervals(motion.harmonics, motion.X, motion.Y, **values)
+            states = tuple(int(code[n - 1, 0]) for code, n in zip(intervals.code, intervals.totals, strict=True))
         combinations = self._systems.at(detail)
         piece, r, scale = combinations(states), combinations.dynamics.size, combinations.scale
         A = np.zeros((2 * r, 2 * r))
@@ -154,12 +156,12 @@ class SteadySliding:
         return Sliding(
             value=value, x=x, exponents=exponents[order].astype(complex),
             shapes=(piece.motion[:, : 2 * r] @ vectors)[:, order].astype(complex),
-            neutral=sum(s == STICK and kt > 0 for s, kt in zip(states, given["kt"], strict=True)),
+            neutral=sum(s == STICK and kt > 0 for s, kt in zip(states, values["kt"], strict=True)),
         )  # fmt: skip
 
     def over(self, values: Sequence[float]) -> Iterator[Sliding]:
         """At all values at which there is one, in their order."""
-        return (found for found in map(self.at, values) if found is not None)
+        return (sliding for sliding in map(self.at, values) if sliding is not None)
 
     def hopf_points(self, known: Sequence[Sliding]) -> list[Sliding]:
         """Where pairs cross the imaginary axis between neighbours."""
@@ -178,24 +180,24 @@ class SteadySliding:
         least = max(a.rounding, b.rounding) if min(a.growth(rank), b.growth(rank)) > -a.rounding else 0.0
 
         def growth(value: float) -> float:
-            found = self.at(value)
-            return -1.0 if found is None else found.growth(rank) - least
+            sliding = self.at(value)
+            return -1.0 if sliding is None else sliding.growth(rank) - least
 
         value = float(brentq(growth, a.value, b.value, xtol=1e-14 * abs(b.value - a.value), rtol=1e-15))
         if least:  # one of the two may be the crossing itself
             nearest = min((a.value, b.value), key=lambda end: abs(end - value))
             value = nearest if abs(nearest - value) < _AT_AN_END * abs(b.value - a.value) else value
-        found = self.at(value)
-        assert found is not None
-        return found
+        sliding = self.at(value)
+        assert sliding is not None
+        return sliding
 
     def _rest(self, value: float) -> Array | None:
         """Motion (n_ports,) at rest, from the last one or from nothing."""
         if self._last is not None:
-            found = newton_at(self._system, self._last, value, options=_EXACT, scale=np.linalg.norm(self._last) or 1.0)
-            if found.converged:
-                self._last = found.x
-                return found.x
+            result = newton_at(self._system, self._last, value, options=_EXACT, scale=np.linalg.norm(self._last) or 1.0)
+            if result.converged:
+                self._last = result.x
+                return result.x
         self._last = FirstPoint(self._balance, self._path.at(value)[0], self._reference).find()
         return self._last
 

@@ -7,7 +7,6 @@ frequency is one more unknown: ``R(X, w, s) = 0``, ``p . X = 0`` for ``(X, w)`` 
 from __future__ import annotations
 
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
@@ -51,7 +50,7 @@ class CycleSystem:
             np.append(here.at.residual, self.phase @ x),
             here.jacobian.bordered(by_omega, np.append(self.phase, 0.0)),
             np.append(by_parameter, 0.0),
-            here.found,
+            here.detail,
             lambda: np.append(terms(self.balance, x, here.at), np.abs(self.phase) @ np.abs(x)),
         )
 
@@ -81,6 +80,6 @@ class CycleSpecialPoints(SpecialPoints):
         super().__init__(watch, system)  # type: ignore[arg-type]
         self._cycles = system
 
-    def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:
+    def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""
         return x[:-1], self._cycles.space.at_value(parameter), float(x[-1])

@@ -1,4 +1,4 @@
-"""The neighbourhood of a state of the balance: how residual, motion, power and contact states answer to everything.
+"""The balance linearised at a state: how residual, motion, power and contact states answer to everything.
 
 ``R(X, w, s) = 0`` is the balance and ``U(X, w, s)`` the motion of the outputs. Changes are propagated forwards
 (``change``), and numbers on residual and motion backwards: to the unknowns (``pull``), which is the gradient of any
@@ -49,16 +49,16 @@ class Linearization:
     def __init__(self, outputs: Outputs, x: Array, omega: float, inputs: Inputs, near: Array | None = None) -> None:
         balance = self.balance = outputs.balance
         self.outputs, self.x, self.omega, self.inputs = outputs, x, omega, inputs
-        self.found = detail(balance, x, omega, inputs, near)
-        self.at = balanced(balance, x, self.found, balance.compliance(omega, inputs.structure))
+        self.detail = detail(balance, x, omega, inputs, near)
+        self.at = balanced(balance, x, self.detail, balance.compliance(omega, inputs.structure))
         self.jacobian = self.at.jacobian
         self._far = self._to_far()
-        self._G = balance.excitation(self.found.forces, inputs.P)
+        self._G = balance.layout.excitation(self.detail.forces, inputs.P)
 
     @property
     def lost(self) -> bool:
-        """Whether some contact state has no equilibrium near the one given."""
-        return self.found.lost
+        """Whether some contact state has no equilibrium near the one it was sought from."""
+        return self.detail.lost
 
     def motion(self) -> Array:
         """Coefficients of the outputs, (n_outputs, L)."""
@@ -67,9 +67,9 @@ class Linearization:
 
     def change(self, dx: Array, direction: Move = NOTHING) -> tuple[Array, Array]:
         """Change of the residual (N,) and of the outputs (n_outputs, L) for ``dx`` (N,) and a direction."""
-        b, found = self.balance, self.found
-        own, dpowers, dP = self._sources(direction)
-        dG = b.excitation(force_rates(b, found, dx, own, dpowers), dP)
+        b = self.balance
+        forces, dpowers, dP = self._sources(direction)
+        dG = b.layout.excitation(force_rates(b, self.detail, dx, forces, dpowers), dP)
         dU = self._outputs_change(dx, dG, direction)
         b.anchoring(dx, dG)
         dR = dx + self.at.compliance.answer(dG)
@@ -81,22 +81,22 @@ class Linearization:
 
     def pushed(self, direction: Move) -> ComplexArray:
         """Change of the forces less the loads on all columns (n_columns, n + 1) at fixed motion, states included."""
-        own, dpowers, dP = self._sources(direction)
-        add_force_changes(self.found.states, dpowers, own)
-        return self.balance.excitation(own, dP)
+        forces, dpowers, dP = self._sources(direction)
+        add_force_changes(self.detail.states, dpowers, forces)
+        return self.balance.layout.excitation(forces, dP)
 
     def _sources(self, direction: Move) -> tuple[list[dict[int, Array]], list[Array], Array]:
         """Changes at fixed motion: of forces and powers at fixed states too, and of the loads."""
-        found, inputs = self.found, self._at_states(direction.inputs)
-        own: list[dict[int, Array]] = [{} for _ in self.balance.batches]
+        here, inputs = self.detail, self._at_states(direction.inputs)
+        forces: list[dict[int, Array]] = [{} for _ in self.balance.batches]
         if direction.omega:
-            own = [{i: direction.omega * part for i, part in slopes.items()} for slopes in by_omega(found)]
+            forces = [{i: direction.omega * part for i, part in slopes.items()} for slopes in by_omega(here)]
         if inputs is not None:
-            for total, more in zip(own, by_inputs(found, inputs), strict=True):
+            for total, more in zip(forces, by_inputs(here, inputs), strict=True):
                 for i, part in more.items():
                     add_to(total, i, part)
-        dpowers = [self._power_rate(state, direction) for state in found.states]
-        return own, dpowers, np.zeros_like(found.inputs.P) if inputs is None else inputs.P
+        dpowers = [self._power_rate(state, direction) for state in here.states]
+        return forces, dpowers, np.zeros_like(here.inputs.P) if inputs is None else inputs.P
 
     def _outputs_change(self, dx: Array, dG: ComplexArray, direction: Move) -> Array:
         far = self._far
@@ -138,18 +138,18 @@ class Linearization:
     def forces_pulled(self, psi: ComplexArray) -> Array:
         """``(dF/dX)^T psi`` (N,) of numbers (n_ports, n + 1) on the forces at the ports, contact states included."""
         b = self.balance
-        own, out = b.spread(b.real(psi)), np.zeros((b.n_ports, b.L))
-        for batch, response, given in zip(b.batches, self.found.responses, own, strict=True):
+        by_batch, out = b.layout.spread(b.layout.real(psi)), np.zeros((b.n_ports, b.L))
+        for batch, response, by_port in zip(b.batches, self.detail.responses, by_batch, strict=True):
             for (i, j), tangent in response.by_motion.items():
                 port = batch.ports[j]
-                if i in given and port.size:
-                    out[port.rows] += np.einsum("cij,ci->cj", tangent, given[i])[port.members]
+                if i in by_port and port.size:
+                    out[port.rows] += np.einsum("cij,ci->cj", tangent, by_port[i])[port.members]
         pulled = out.reshape(-1)
-        for state in self.found.states:
+        for state in self.detail.states:
             on_state = np.zeros(b.batches[state.batch].count)
             for i, force in state.force_by_value.items():
-                if i in own[state.batch]:
-                    on_state += np.einsum("cl,cl->c", force, own[state.batch][i])
+                if i in by_batch[state.batch]:
+                    on_state += np.einsum("cl,cl->c", force, by_batch[state.batch][i])
             pulled += (state.gain.T @ on_state) @ power_rows(b, state)
         return pulled
 
@@ -157,36 +157,36 @@ class Linearization:
         """Receptances to outputs that are no port, with their derivative by omega, or along structural parameters."""
         if self.outputs.receptance is None:
             return None
-        own = adjusted(self.outputs.receptance, self.inputs.structure)
-        return Compliance(own, self.balance.orders, self.omega, along)
+        receptance = adjusted(self.outputs.receptance, self.inputs.structure)
+        return Compliance(receptance, self.balance.orders, self.omega, along)
 
     def _at_states(self, inputs: Inputs | None) -> Inputs | None:
-        return None if inputs is None else at_states(self.found.states, inputs)
+        return None if inputs is None else at_states(self.detail.states, inputs)
 
     def powers(self) -> list[Powered]:
         """Power of every batch."""
-        known: dict[int, Powered] = {state.batch: state for state in self.found.states}
-        for k, (batch, response) in enumerate(zip(self.balance.batches, self.found.responses, strict=True)):
+        known: dict[int, Powered] = {state.batch: state for state in self.detail.states}
+        for k, (batch, response) in enumerate(zip(self.balance.batches, self.detail.responses, strict=True)):
             if k not in known:
-                motion = self.balance.motion(k, self.x, self.omega, self.inputs.batches[k])
+                motion = self.balance.layout.motion(k, self.x, self.omega, self.inputs.batches[k])
                 known[k] = BatchPower(k, Power(batch.law, motion, response))
         return [known[k] for k in range(len(self.balance.batches))]
 
-    def power_change(self, own: Powered, weights: Array, direction: Move) -> float:
+    def power_change(self, state: Powered, weights: Array, direction: Move) -> float:
         """Change of weighted powers at fixed motion and states."""
-        return float(weights @ self._power_rate(own, direction))
+        return float(weights @ self._power_rate(state, direction))
 
-    def power_pulled(self, own: Powered, weights: Array) -> Array:
+    def power_pulled(self, state: Powered, weights: Array) -> Array:
         """Gradient (N,) of weighted powers over the unknowns at fixed states."""
-        pulled: Array = weights @ power_rows(self.balance, own)
+        pulled: Array = weights @ power_rows(self.balance, state)
         return pulled
 
-    def _power_rate(self, own: Powered, direction: Move) -> Array:
+    def _power_rate(self, state: Powered, direction: Move) -> Array:
         inputs = self._at_states(direction.inputs)
-        rate = np.zeros(self.balance.batches[own.batch].count)
+        rate = np.zeros(self.balance.batches[state.batch].count)
         if direction.omega:
-            rate = rate + direction.omega * own.power.omega
-        return rate if inputs is None else rate + power_along(own, inputs)
+            rate = rate + direction.omega * state.power.omega
+        return rate if inputs is None else rate + power_along(state, inputs)
 
 
 def _structure(direction: Move) -> Mapping[str, float]:

@@ -72,7 +72,7 @@ class Sensitivities:
 
     def at(self, point: int) -> PointDerivatives:
         """At one point."""
-        here = self._neighbourhood(point)
+        here = self._linearized(point)
         if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
             unknown = np.full(len(self.parameters), np.nan)
             states = np.tile(unknown, (len(set(state_names(self.balance.problem))), 1))
@@ -81,11 +81,11 @@ class Sensitivities:
         Z = here.jacobian.solve(np.column_stack([part.gradient for part in parts]), transposed=True).T
         directions = self._directions(float(self._table[self.branch.followed].to_numpy()[point]))
         pushed = [here.pushed(direction) for direction in directions]
-        found = np.empty((len(parts), len(directions)))
+        rates = np.empty((len(parts), len(directions)))
         for row, (part, z) in enumerate(zip(parts, Z, strict=True)):
-            found[row] = _along(here, part, z, directions, pushed)
+            rates[row] = _along(here, part, z, directions, pushed)
         place = self._place_rates(here, point, directions, pushed)
-        rows = np.where(_undecided(here, directions), np.nan, [*found, place])
+        rows = np.where(_undecided(here, directions), np.nan, [*rates, place])
         return PointDerivatives(rows[0], rows[1], rows[2], states=rows[3:-1], followed=rows[-1])
 
     def _functionals(self, here: Linearization) -> Iterator[Functional]:
@@ -96,8 +96,8 @@ class Sensitivities:
         h = Extreme.largest(self.balance.harmonics, here.motion()[0]).h
         yield Functional(h, (), here.pull(h=h))
         yield Functional(mean, (), here.pull(h=mean))
-        states, powers = here.found.states, here.powers()
-        weights = [np.ones(self.balance.batches[own.batch].count) for own in powers]
+        states, powers = here.detail.states, here.powers()
+        weights = [np.ones(self.balance.batches[powered.batch].count) for powered in powers]
         for state in states:
             weights[state.batch] += state.gain.T @ state.power_by_value
         pairs = tuple(zip(powers, weights, strict=True))
@@ -127,14 +127,14 @@ class Sensitivities:
         beside = slope.displaced(np.ptp(self._table[self.branch.followed].to_numpy()) or abs(value))
         bend = beside.by_motion()
         q = here.jacobian.solve(bend, transposed=True)
-        own = (over,) if self._path is None else tuple(surface.along(v) for v in beside.values)
-        bent = bend @ slope.t + beside.along(*own)
+        steps = (over,) if self._path is None else tuple(surface.along(v) for v in beside.values)
+        bent = bend @ slope.t + beside.along(*steps)
         still = Functional(np.zeros((1, self.balance.L)), (), bend)
         turned = [self._directions(v) for v in beside.values]
         explicit = [beside.along(*sides) for sides in zip(*turned, strict=True)]
         return -(_along(here, still, q, directions, pushed) + explicit) / bent
 
-    def _neighbourhood(self, point: int) -> Linearization:
+    def _linearized(self, point: int) -> Linearization:
         near = contact_states(self._table, self.balance, point)
         x = unknowns(self._table, self.balance.problem, point).reshape(-1)
         omega = float(self._table["omega"].to_numpy()[point])
@@ -144,7 +144,7 @@ class Sensitivities:
         return self._solved(x, omega, inputs, near)
 
     def _solved(self, x: Array, omega: float, inputs: Inputs, near: Array | None) -> Linearization:
-        """The neighbourhood of the solution; points between computed ones, or with few harmonics, are brought to it."""
+        """The balance linearised at the solution, to which points between computed ones are brought first."""
         here = Linearization(self.outputs, x, omega, inputs, near)
         for _ in range(_CORRECTIONS):
             wrong, size = norm(here.at.residual), norm(terms(self.balance, here.x, here.at))
@@ -160,12 +160,12 @@ class Sensitivities:
     def _directions(self, value: float) -> list[Move]:
         """Of the parameters, at a value of what the branch follows: some turn with it."""
         if self._path is None:
-            return self._own
+            return self._unchanged
         problem = self.balance.problem.at_parameter(self._followed, value)
         return [Move(inputs=direction_of(problem, name)) for name in self.parameters]
 
     @cached_property
-    def _own(self) -> list[Move]:
+    def _unchanged(self) -> list[Move]:
         return [Move(inputs=direction_of(self.balance.problem, name)) for name in self.parameters]
 
 
@@ -176,13 +176,13 @@ _CORRECTIONS = 4
 
 def _undecided(here: Linearization, directions: Sequence[Move]) -> NDArray[np.bool_]:
     """Which parameters set contacts in motion that are stuck at rest: their friction force then jumps."""
-    found = np.zeros(len(directions), dtype=bool)
-    for b, (batch, response) in enumerate(zip(here.balance.batches, here.found.responses, strict=True)):
+    undecided = np.zeros(len(directions), dtype=bool)
+    for b, (batch, response) in enumerate(zip(here.balance.batches, here.detail.responses, strict=True)):
         loose = batch.law.undecided(response)
         for k, direction in enumerate(directions):
             assert direction.inputs is not None
-            found[k] |= bool(np.any(direction.inputs.batches[b].slides & loose))
-    return found
+            undecided[k] |= bool(np.any(direction.inputs.batches[b].slides & loose))
+    return undecided
 
 
 def _along(
@@ -190,14 +190,14 @@ def _along(
 ) -> Array:
     """Change of a functional along the solutions for each direction: ``h . U_s + power_s - z . R_s``."""
     pulled = here.columns_pulled(part.h, -z).conj()
-    found = np.array([float(np.sum((pulled * G).real)) for G in pushed])
+    rates = np.array([float(np.sum((pulled * G).real)) for G in pushed])
     for k, direction in enumerate(directions):
         assert direction.inputs is not None
         if direction.inputs.structure:
             R, U = here.structural_change(direction.inputs.structure)
-            found[k] += float(np.sum(part.h * U) - z @ R)
-        found[k] += sum(here.power_change(own, weights, direction) for own, weights in part.powers)
-    return found
+            rates[k] += float(np.sum(part.h * U) - z @ R)
+        rates[k] += sum(here.power_change(state, weights, direction) for state, weights in part.powers)
+    return rates
 
 
 def sensitivity_of(
@@ -217,7 +217,7 @@ def sensitivity_of(
     if parameters is not None and together:
         warn(product_warnings(problem, chosen))
     name = str(table["dof"].to_numpy()[d])
-    found = Sensitivities(branch, chosen, name)
+    sensitivities = Sensitivities(branch, chosen, name)
     with one_thread():
-        points = [found.at(k) for k in range(len(branch))]
+        points = [sensitivities.at(k) for k in range(len(branch))]
     return sensitivity_dataset(branch, name, chosen, points)

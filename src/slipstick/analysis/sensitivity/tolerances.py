@@ -38,7 +38,7 @@ class Bar(NamedTuple):
     """Of the amplitude, for ``+ share`` of its value."""
 
 
-def checked_tolerances(problem: Problem, given: Any) -> dict[str, float]:
+def checked_tolerances(problem: Problem, tolerances: Any) -> dict[str, float]:
     """Shares by name of parameter, such as ``{"damper.mu": 0.2}`` for 20 % up and down.
 
     Raises
@@ -46,30 +46,30 @@ def checked_tolerances(problem: Problem, given: Any) -> dict[str, float]:
     InputError
         For what is no share, an unknown name, and a parameter that is 0, of which there is no share.
     """
-    if not isinstance(given, Mapping) or not given:
-        raise wrong("tolerances", given, 'shares by name of parameter such as {"damper.mu": 0.2}')
-    parameter_names(problem, list(given))
-    found, shares = Gathering(), {}
-    for name, share in given.items():
-        shares[str(name)] = found.take(number, ("tolerances", name), share, "a share >= 0 such as 0.2", above=0.0)
+    if not isinstance(tolerances, Mapping) or not tolerances:
+        raise wrong("tolerances", tolerances, 'shares by name of parameter such as {"damper.mu": 0.2}')
+    parameter_names(problem, list(tolerances))
+    checks, shares = Gathering(), {}
+    for name, share in tolerances.items():
+        shares[str(name)] = checks.take(number, ("tolerances", name), share, "a share >= 0 such as 0.2", above=0.0)
         if problem.parameter(name) == 0.0:
-            found.faults.append(
+            checks.faults.append(
                 Fault(
                     ("tolerances", name),
                     f"the parameter is 0, of which {shown(share)} is nothing",
                     remedy="leave it out",
                 )
             )
-    found.end()
+    checks.end()
     return {name: share for name, share in shares.items() if share is not None}
 
 
 def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
     """``a -+ sum |da/ds| share |s|`` at every point, not below 0."""
     shares = _shares(branch, tolerances)
-    found = _sensitivity(branch, shares, dof)
-    size = np.abs(found["value"].to_numpy()) * np.array(list(shares.values()))
-    spread = np.nan_to_num(np.abs(found["amplitude"].to_numpy())).T @ size
+    rates = _sensitivity(branch, shares, dof)
+    size = np.abs(rates["value"].to_numpy()) * np.array(list(shares.values()))
+    spread = np.nan_to_num(np.abs(rates["amplitude"].to_numpy())).T @ size
     amplitude = branch.table["amplitude"].to_numpy()[:, branch.dof_index(dof)]
     return Band(np.maximum(amplitude - spread, 0.0), amplitude + spread)
 
@@ -80,8 +80,8 @@ def ranked_bars(branch: Branch, dof: str, point: int, tolerances: Any = None) ->
     if tolerances is None:
         tolerances = {name: DEFAULT for name in parameter_names(problem) if problem.parameter(name) != 0.0}
     shares = _shares(branch, tolerances)
-    found = _sensitivity(branch, shares, dof)
-    slopes = found["amplitude"].to_numpy()[:, point] * found["value"].to_numpy()
+    rates = _sensitivity(branch, shares, dof)
+    slopes = rates["amplitude"].to_numpy()[:, point] * rates["value"].to_numpy()
     made = [Bar(name, share, float(s) * share) for (name, share), s in zip(shares.items(), slopes, strict=True)]
     return sorted((bar for bar in made if np.isfinite(bar.change)), key=lambda bar: -abs(bar.change))
 

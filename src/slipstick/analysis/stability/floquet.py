@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.analysis.stability.argument_principle import axis, count_unstable, strip
 from slipstick.analysis.stability.dynamics import Dynamics
 from slipstick.analysis.stability.harmonic_form import (
     HarmonicForm,
+    axis,
+    count_unstable,
     depends_on_order,
     harmonic_form,
     measured_answers,
     modal_answers,
+    strip,
 )
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import Monodromy, monodromy, monodromy_with_laws
@@ -49,6 +51,9 @@ _WITHOUT_ORDER_0 = (
 
 _DEAD = 1e-3
 """Below that magnitude the logarithm of a multiplier says nothing."""
+
+
+NO_MULTIPLIERS: ComplexArray = np.zeros(0, dtype=complex)
 
 
 class StabilityWatch:
@@ -91,20 +96,18 @@ class StabilityWatch:
         motion, known = self._iterate(x, detail), self.systems.at(detail)
         if motion.laws.n_memory:
             return self._shot(motion, known, detail)
-        line, found = self._pieces(motion, known, detail.omega)
-        if found is None or not found.sound:
-            multipliers = np.zeros(0, dtype=complex) if found is None else self.judged(found.multipliers)
-            method = "" if found is None else PIECES
+        line, fine = self._pieces(motion, known, detail.omega)
+        if fine is None or not fine.sound:
+            multipliers = NO_MULTIPLIERS if fine is None else self.judged(fine.multipliers)
+            method = "" if fine is None else PIECES
             return PointStability(
                 multipliers=multipliers, unstable=UNKNOWN, method=method, neutral=len(line.neutral), error=np.inf
             )
-        multipliers, method = self.judged(found.multipliers), PIECES
+        multipliers, method = self.judged(fine.multipliers), PIECES
         doubts = np.full(multipliers.size, error)
         if error is None:
             _, coarse = self._pieces(self._iterate.truncated(x, detail), known, detail.omega)
-            doubts = _apart(
-                multipliers, np.zeros(0, dtype=complex) if coarse is None else self.judged(coarse.multipliers)
-            )
+            doubts = _apart(multipliers, NO_MULTIPLIERS if coarse is None else self.judged(coarse.multipliers))
         error = float(doubts.max(initial=0.0))
         count = unstable(multipliers)
         odd = None if line.neutral else odd
@@ -130,7 +133,7 @@ class StabilityWatch:
         orbit = self._orbit(detail, motion, line, known) if reach else None
         if orbit is None:
             return PointStability(
-                multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=len(line.neutral),
+                multipliers=NO_MULTIPLIERS, unstable=UNKNOWN, method="", neutral=len(line.neutral),
                 error=np.inf,
             )  # fmt: skip
         multipliers = self.judged(orbit.multipliers)
@@ -175,8 +178,8 @@ class StabilityWatch:
             receptance = turning_with(adjusted(balance.receptance, inputs.structure), detail.omega)
             answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = self._iterate.truncated(x, detail)
-        own = (motion.X, motion.Y)
-        return harmonic_form(balance.harmonics, own, motion.given, contacts, answers, detail.omega)
+        ports = (motion.X, motion.Y)
+        return harmonic_form(balance.harmonics, ports, motion.values, contacts, answers, detail.omega)
 
     def _by_order(self, omega: float) -> bool:
         """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
@@ -187,7 +190,7 @@ class StabilityWatch:
 
     def _counted(self, x: Array, detail: Detail) -> PointStability:
         if self.systems.law_ports.size:  # the form is that of friction contacts
-            return PointStability(multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=0)
+            return PointStability(multipliers=NO_MULTIPLIERS, unstable=UNKNOWN, method="", neutral=0)
         by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
         if by_order and not hasattr(self.balance.receptance, "of_order"):
             if not self._told:
@@ -198,15 +201,15 @@ class StabilityWatch:
             nodes = axis(natural, detail.omega, highest) if by_order else strip(natural, detail.omega)
             count = count_unstable(form, nodes)
         return PointStability(
-            multipliers=np.zeros(0, dtype=complex),
+            multipliers=NO_MULTIPLIERS,
             unstable=UNKNOWN if count is None else count,
             method="" if count is None else ORDER_COUNT if by_order else COUNT,
             neutral=form.neutral,
         )
 
-    def difference(self, x: Array, detail: Detail, found: PointStability) -> float:
+    def difference(self, x: Array, detail: Detail, stability: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
-        multipliers = found.multipliers
+        multipliers = stability.multipliers
         if not multipliers.size or abs(multipliers[0]) < _DEAD or self.systems.law_ports.size:
             return np.nan
         period = 2.0 * np.pi / detail.omega

@@ -2,12 +2,18 @@
 
 A disturbance ``e^(lambda t) sum_k d_k e^(i k tau)`` keeps itself up where ``det D = 0``. The contacts' answer J is in
 closed form; lambda enters it through what each stick remembers of its beginning, one vector a stick.
+
+Of structures known by receptances alone growing disturbances are counted on the imaginary axis (THEORY.md (13.8)): the
+turns of the phase of ``det D`` over frequency count its zeros at growing disturbances, less its poles there. A
+structure that takes up power at all its ports has no such poles. Where one gives power, dampers in place of the
+contacts tell how many poles there are at least.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import pi
 from typing import NamedTuple
 
 import numpy as np
@@ -120,20 +126,20 @@ class HarmonicForm:
 
 
 def harmonic_form(
-    harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array], contacts: FrictionPorts,
+    harmonics: Harmonics, motion: tuple[Array, Array], values: dict[str, Array], contacts: FrictionPorts,
     answers: Answers, omega: float,
 ) -> HarmonicForm:  # fmt: skip
     """The form at a motion (n, L) of the contacts, the rubbing motion included, with all orders up to the highest.
 
-    ``given`` are the parameters as ``element_forces`` takes them.
+    ``values`` are the parameters as ``element_forces`` takes them.
     """
     X, Y = motion
-    found = element_intervals(harmonics, X, Y, **given)
+    intervals = element_intervals(harmonics, X, Y, **values)
     orders = np.arange(-harmonics.highest, harmonics.highest + 1, dtype=float)
     n, K = contacts.n_ports, orders.size
     fixed, sticks, neutral = np.zeros((n, K, n, K), dtype=complex), [], 0
-    for i, total in enumerate(found.totals.tolist()):
-        at, code = found.at[i, :total], found.code[i, :total]
+    for i, total in enumerate(intervals.totals.tolist()):
+        at, code = intervals.at[i, :total], intervals.code[i, :total]
         x, y = contacts.tangential[i], contacts.normal[i]
         stick, slip, closed = _windows(at, code[:, 0], harmonics.highest)
         whole = total == 1 and code[0, 0] == STICK
@@ -146,7 +152,7 @@ def harmonic_form(
         neutral += int(whole and contacts.kt[i] > 0)
         if not whole:
             sticks += [
-                StickTerm(i, a, b - a, _factor(i, a, int(origin), harmonics, (X[i], Y[i]), given))
+                StickTerm(i, a, b - a, _factor(i, a, int(origin), harmonics, (X[i], Y[i]), values))
                 for (a, b, _), (state, origin) in zip(at.tolist(), code, strict=True)
                 if state == STICK
             ]
@@ -164,25 +170,25 @@ def _windows(at: Array, states: IntArray, highest: int) -> tuple[ComplexArray, C
     for (a, b, _), state in zip(at, states, strict=True):
         if state == SEPARATION:
             continue
-        own = np.where(k == 0, b - a, (np.exp(1j * k * b) - np.exp(1j * k * a)) / (1j * divisor)) / (2.0 * np.pi)
-        parts[2] += own
+        window = np.where(k == 0, b - a, (np.exp(1j * k * b) - np.exp(1j * k * a)) / (1j * divisor)) / (2.0 * np.pi)
+        parts[2] += window
         if state == STICK:
-            parts[0] += own
+            parts[0] += window
         else:
-            parts[1] += own if state == SLIP_PLUS else -own
+            parts[1] += window if state == SLIP_PLUS else -window
     place = np.subtract.outer(np.arange(2 * highest + 1), np.arange(2 * highest + 1))
     stick, slip, closed = (part[2 * highest - place] for part in parts)
     return stick, slip, closed
 
 
 def _factor(
-    i: int, time: float, origin: int, harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array]
+    i: int, time: float, origin: int, harmonics: Harmonics, motion: tuple[Array, Array], values: dict[str, Array]
 ) -> float:
     """``fac`` of a stick that begins, as in the tangent of the element (THEORY.md (13.2))."""
     if origin != SEPARATION:
-        return float(given["mu"][i] * given["kn"][i]) * (1.0 if origin == SLIP_PLUS else -1.0)
+        return float(values["mu"][i] * values["kn"][i]) * (1.0 if origin == SLIP_PLUS else -1.0)
     slope = harmonics.derivative(np.array(motion)) @ harmonics.H_minus(time)
-    return float(given["kt"][i] * (slope[0] + given["v"][i]) / slope[1]) if slope[1] > 0.0 else 0.0
+    return float(values["kt"][i] * (slope[0] + values["v"][i]) / slope[1]) if slope[1] > 0.0 else 0.0
 
 
 def _decay(rate: AnyArray, length: float) -> ComplexArray:
@@ -216,8 +222,8 @@ def depends_on_order(receptance: Receptance, orders: IntArray, omega: float) -> 
     """Whether receptances at one frequency differ from order to order."""
     n, highest = receptance.static.shape[0], int(max(orders, default=1))
     frequency = highest * omega
-    found = np.array([receptance.at(np.array([float(m)]), frequency / m)[0][0][:, :n] for m in (1, *orders.tolist())])
-    return bool(np.abs(found - found[0]).max(initial=0.0) > _SAME * np.abs(found).max(initial=0.0))
+    answers = np.array([receptance.at(np.array([float(m)]), frequency / m)[0][0][:, :n] for m in (1, *orders.tolist())])
+    return bool(np.abs(answers - answers[0]).max(initial=0.0) > _SAME * np.abs(answers).max(initial=0.0))
 
 
 def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_order: bool = False) -> Answers:
@@ -231,12 +237,12 @@ def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_
     def one(order: int, w: float) -> ComplexArray:
         if w == 0.0:
             return receptance.static[:, :n].astype(complex)
-        own = abs(order) if by_order else 1
-        if own:
-            found = receptance.at(np.array([float(own)]), abs(w) / own)[0][0][:, :n]
+        asked = abs(order) if by_order else 1
+        if asked:
+            answer = receptance.at(np.array([float(asked)]), abs(w) / asked)[0][0][:, :n]
         else:
-            found = np.asarray(receptance.of_order(0, abs(w)))[:, :n]  # type: ignore[attr-defined]
-        return found if w > 0.0 else found.conj()
+            answer = np.asarray(receptance.of_order(0, abs(w)))[:, :n]  # type: ignore[attr-defined]
+        return answer if w > 0.0 else answer.conj()
 
     def at(exponent: complex) -> ComplexArray:
         if exponent not in known:
@@ -263,3 +269,107 @@ def modal_answers(dynamics: Dynamics, orders: Array, omega: float) -> Answers:
         return np.asarray(dynamics.rows @ np.linalg.solve(Z, dynamics.columns.astype(complex)) + dynamics.R)
 
     return at
+
+
+FIRST = 33
+"""Equidistant frequencies that the count begins with."""
+
+_LARGEST_STEP = pi / 3.0
+_MOST = 10_000
+_WHOLE = 0.1
+"""A count that is further from a whole number is none."""
+
+
+def folded(frequencies: Iterable[float], omega: float) -> Array:
+    """Frequencies less multiples of ``omega``, folded into 0 to ``omega / 2``."""
+    rest = np.mod(np.asarray(list(frequencies), dtype=float), omega)
+    return np.minimum(rest, omega - rest)
+
+
+_PER_OMEGA = 8
+_FAR = 30.0
+_DAMPERS = (0.03, 1.0, 30.0)
+"""Over the inverse of the largest mobility."""
+
+
+def count_unstable(form: HarmonicForm, nodes: Array) -> int | None:
+    """Growing disturbances of a harmonic form, by frequencies to begin with; None where that is not known.
+
+    Of a structure that grows by itself they are counted from below: 0 is not known to be so.
+    """
+    net = net_turns(lambda nu: form.sign(1j * nu), nodes)
+    if net is None:
+        return None
+    if not any(form.feeding(1j * nu) for nu in nodes.tolist()):
+        return net if net >= 0 else None
+    s = np.abs(np.add.outer(nodes, form.orders * form.omega))[:, :, None, None]
+    mobility = max(float((w * np.abs(form.answers(1j * nu))).max()) for nu, w in zip(nodes.tolist(), s, strict=True))
+    unpaired = 0
+    for size in _DAMPERS:
+        turns = net_turns(lambda nu, c=size / mobility: form.damped(1j * nu, c), nodes)  # type: ignore[misc]
+        unpaired = max(unpaired, 0 if turns is None else -turns)
+    return net + unpaired if net + unpaired > 0 else None
+
+
+def strip(natural: Iterable[float], omega: float) -> Array:
+    """Frequencies to begin with where a disturbance is the same at frequencies that are multiples of omega apart."""
+    return np.unique(np.concatenate([np.linspace(0.0, 0.5 * omega, FIRST), folded(natural, omega)]))
+
+
+def axis(natural: Iterable[float], omega: float, highest: int) -> Array:
+    """Frequencies to begin with where each harmonic of a disturbance meets a receptance of its own.
+
+    A disturbance whose frequency is shifted by omega is another one then, of another wave number: all frequencies are
+    passed, up to where nothing answers any more.
+    """
+    frequencies = np.asarray(list(natural), dtype=float)
+    near = np.abs(np.subtract.outer(frequencies, np.arange(-highest, highest + 1) * omega)).reshape(-1)
+    top = highest * omega + 1.5 * max(frequencies.max(initial=0.0), omega)
+    inside = np.linspace(0.0, top, int(_PER_OMEGA * top / omega))
+    return np.unique(np.concatenate([inside, near, np.geomspace(top, _FAR * top, FIRST)]))
+
+
+def net_turns(sign: Callable[[float], complex], nodes: Array) -> int | None:
+    """Zeros less poles at growing disturbances by ``sign(nu)``, the phase of ``det D(i nu)``; None if unsettled.
+
+    ``nodes`` are frequencies to begin with, among them those at which the phase may turn fast. The steps are halved
+    until no phase step is above 60 degrees; a grid twice as fine has to give the same number.
+    """
+    known: dict[float, complex] = {}
+
+    def at(nu: float) -> complex:
+        if nu not in known:
+            known[nu] = sign(nu)
+        return known[nu]
+
+    before: int | None = None
+    finest = 1e-9 * float(nodes[-1])
+    while True:
+        refined = _refined(at, nodes.tolist(), finest, known)
+        if refined is None:
+            return None
+        turns, nodes = refined
+        number = round(-turns / pi)
+        if before is not None and number == before:
+            return number if abs(-turns / pi - number) < _WHOLE else None
+        before = number
+        nodes = np.sort(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
+
+
+def _refined(
+    at: Callable[[float], complex], nodes: list[float], finest: float, known: dict[float, complex]
+) -> tuple[float, Array] | None:
+    """Change of the phase over the nodes, halved where it turns fast; None beyond all patience or at a zero."""
+    turns, out, waiting = 0.0, [nodes[0]], nodes[:0:-1]
+    while waiting:
+        a, b = out[-1], waiting[-1]
+        first, second = at(a), at(b)
+        if not (abs(first) > 0.0 and abs(second) > 0.0) or len(known) > _MOST:
+            return None
+        step = float(np.angle(second / first))
+        if abs(step) > _LARGEST_STEP and b - a > finest:
+            waiting.append(0.5 * (a + b))
+            continue
+        turns += step
+        out.append(waiting.pop())
+    return turns, np.array(out)

@@ -97,9 +97,9 @@ class LinearSystems:
         own = turning_with(structure, omega)
         key = (*sorted(values.items()), *(() if own is structure else (("omega", omega),)))
         if key not in self._structures:
-            own = own.changed(**values) if values else own
+            changed = own.changed(**values) if values else own
             directions, driven = self._balance.directions, self._balance.problem.load_columns
             columns = np.hstack([directions, driven.vectors])
-            equations = own.time_equations(directions, columns, driven.shapes, **self._damping)
+            equations = changed.time_equations(directions, columns, driven.shapes, **self._damping)
             self._structures = {key: dynamics(equations)}
         return self._structures[key]

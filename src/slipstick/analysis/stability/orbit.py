@@ -1,7 +1,7 @@
 """The periodic motion that exists beside a truncated one, by shooting: exact but for rounding (THEORY.md section 12).
 
-The motion of a balance is the picture of a motion in some harmonics. Where the picture is too coarse to judge by, the
-motion itself is found from it by Newton's method on the period map, and judged by the derivative of that map.
+A balance gives a motion in some harmonics. Where these are too few to tell its stability, the motion itself is found
+from it by Newton's method on the period map, whose derivative has the multipliers.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics
 from slipstick.analysis.stability.linear_systems import friction_batch, friction_values
+from slipstick.analysis.stability.monodromy import multipliers_of
 from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.state_sequence import Timeline
 from slipstick.analysis.stability.switched_system import FrictionPorts
@@ -56,8 +57,7 @@ class Orbit:
     @property
     def multipliers(self) -> ComplexArray:
         """Eigenvalues, the largest first."""
-        found = np.linalg.eigvals(self.matrix).astype(complex)
-        return found[np.lexsort((-found.imag, -np.abs(found).round(12)))]
+        return multipliers_of(self.matrix)
 
 
 def orbit_beside(
@@ -83,9 +83,9 @@ def orbit_beside(
             z[system.memory] = periodic_memory(system, lambda phases: motion.law_arguments(tau + phases))[0]
         friction = motion.force[0] @ motion.harmonics.H_minus(tau)
         z, states = with_forces(stepper, z, tuple(State(code) for code in line.cut), friction)
-        for own in (True,) if free else (False, True):
-            found = _closed(stepper, z, states, tau, free=own)
-            orbit = None if found is None else _beside(found, z, states, line, size, system.omega, free=free)
+        for held_free in (True,) if free else (False, True):
+            closed = _closed(stepper, z, states, tau, free=held_free)
+            orbit = None if closed is None else _beside(closed, z, states, line, size, system.omega, free=free)
             if orbit is not None:
                 return orbit
     except (ChatteringError, InputError, np.linalg.LinAlgError):
@@ -94,11 +94,11 @@ def orbit_beside(
 
 
 def _beside(
-    found: tuple[Array, Array, Stepper], z: Array, states: Combination, line: Timeline, size: float, omega: float, *,
+    closed: tuple[Array, Array, Stepper], z: Array, states: Combination, line: Timeline, size: float, omega: float, *,
     free: bool,
 ) -> Orbit | None:  # fmt: skip
     """The orbit, if it is the one next to where it was sought from."""
-    end, Phi, stepper = found
+    end, Phi, stepper = closed
     system = stepper.model.system
     if not free and abs(system.omega / omega - 1.0) > _SHIFT:
         return None
@@ -174,7 +174,7 @@ def _corrected(
 
 
 def _with_none(d: Dynamics) -> Dynamics:
-    """The structure with one more port that never moves: -1 stands for it."""
+    """The structure with one more port that never moves, to which the number -1 (no port) leads."""
     return replace(
         d, rows=np.vstack([d.rows, np.zeros(d.size)]), columns=np.hstack([d.columns, np.zeros((d.size, 1))]),
         R=np.pad(d.R, (0, 1)), load_compliance=np.pad(d.load_compliance, ((0, 1), (0, 0))),
@@ -195,15 +195,15 @@ def _system(
     values = friction_values(detail, batch)
     moved, velocity = np.zeros((2, 0, h.size)), np.zeros(0)
     if batch is not None:
-        given = detail.inputs.batches[batch]
-        moved, velocity = given.motion, given.speed(omega)[0]
-    others = [given for k, given in enumerate(detail.inputs.batches) if k != batch]
+        inputs = detail.inputs.batches[batch]
+        moved, velocity = inputs.motion, inputs.speed(omega)[0]
+    others = [inputs for k, inputs in enumerate(detail.inputs.batches) if k != batch]
     return system_of(
         equations, omega, h, rubbing=moved[0], approach=moved[1],
         loads=driven.forces(detail.inputs.P, h.orders[1:], omega), velocity=velocity,
         has_normal=has, kt=values["kt"], mu=values["mu"], kn=values["kn"], gap=values["gap"], laws=laws,
-        law_motion=np.concatenate([np.zeros((0, h.size)), *(given.motion.reshape(-1, h.size) for given in others)]),
-        law_velocity=np.concatenate([np.zeros(0), *(given.speed(omega).reshape(-1) for given in others)]),
+        law_motion=np.concatenate([np.zeros((0, h.size)), *(inputs.motion.reshape(-1, h.size) for inputs in others)]),
+        law_velocity=np.concatenate([np.zeros(0), *(inputs.speed(omega).reshape(-1) for inputs in others)]),
     )  # fmt: skip
 
 
@@ -224,7 +224,7 @@ def _answer(
     q = np.linalg.solve(Z, hat.T[:, :, None])[:, :, 0] * np.exp(1j * wide.m * tau)[:, None]
     rate = 1j * wide.m[:, None] * q
     # the mean motion: of a free structure as the contacts stand
-    moved = [motion.X - motion.own[0], (motion.Y - motion.own[1])[has], motion.law_motion - motion.law_own]
+    moved = [motion.X - motion.rubbing[0], (motion.Y - motion.rubbing[1])[has], motion.law_motion - motion.law_rubbing]
     stand = np.concatenate(moved)[:, 0]
     still = stand + d.R[np.ix_(order, order)] @ forces[:, 0] - d.load_compliance[order] @ P[:, 0]
     scale = np.abs(d.K).max() or 1.0

@@ -40,15 +40,15 @@ class SmoothMotion:
     omega: float
     X: Array
     Y: Array
-    own: tuple[Array, Array]
+    rubbing: tuple[Array, Array]
     """What of X and Y is the rubbing motion."""
     force: tuple[Array, Array]
     """Friction and normal forces that the iteration began with."""
-    given: dict[str, Array]
+    values: dict[str, Array]
     """``v, kt, mu, kn, gap`` as ``element_forces`` takes them."""
     laws: LawsInTime
     law_motion: Array
-    law_own: Array
+    law_rubbing: Array
     """What of it is the motion of the opposing surface."""
     law_force: Array
     law_drift: Array
@@ -73,8 +73,8 @@ class Iteration:
     def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
         """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
         motions = self._motions(x, detail)
-        own = [given.motion for given in detail.inputs.batches]
-        return self._gathered(self._balance.harmonics, detail, motions, own, [r.force for r in detail.responses])
+        rubbing = [inputs.motion for inputs in detail.inputs.batches]
+        return self._gathered(self._balance.harmonics, detail, motions, rubbing, [r.force for r in detail.responses])
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
@@ -83,30 +83,30 @@ class Iteration:
         force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
         for batch, motion, response in zip(balance.batches, self._motions(x, detail), detail.responses, strict=True):
             spread = motion._replace(harmonics=wide, Q=tuple(self._spread(Q) for Q in motion.Q))
-            found = batch.law.widened(balance.harmonics, wide).respond(spread, response.values).force
-            for port, coefficients in zip(batch.ports, found, strict=True):
+            answer = batch.law.widened(balance.harmonics, wide).respond(spread, response.values).force
+            for port, coefficients in zip(batch.ports, answer, strict=True):
                 force[port.rows] = coefficients[port.members][:, columns]
             motions.append(spread)
-            forces.append(found)
+            forces.append(answer)
         omega = np.array([detail.omega])
         added = moved(balance.receptance, further, force[None], omega, [detail.inputs.structure])[0]
         for batch, motion in zip(balance.batches, motions, strict=True):
             for port, coefficients in zip(batch.ports, motion.Q, strict=True):
                 coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
-        own = [np.array([self._spread(part) for part in given.motion]) for given in detail.inputs.batches]
-        return self._gathered(wide, detail, motions, own, forces)
+        rubbing = [np.array([self._spread(part) for part in inputs.motion]) for inputs in detail.inputs.batches]
+        return self._gathered(wide, detail, motions, rubbing, forces)
 
     def _motions(self, x: Array, detail: Detail) -> list[Motion]:
         batches = detail.inputs.batches
-        return [self._balance.motion(k, x, detail.omega, given) for k, given in enumerate(batches)]
+        return [self._balance.layout.motion(k, x, detail.omega, inputs) for k, inputs in enumerate(batches)]
 
     def _gathered(
-        self, h: Harmonics, detail: Detail, motions: Sequence[Motion], own: Sequence[Array],
+        self, h: Harmonics, detail: Detail, motions: Sequence[Motion], rubbing: Sequence[Array],
         forces: Sequence[tuple[Array, ...]],
     ) -> SmoothMotion:  # fmt: skip
         friction: dict[str, Any] = {
-            "X": (none := np.zeros((0, h.size))), "Y": none, "own": (none, none), "force": (none, none),
-            "given": {name: np.zeros(0) for name in ("v", "kt", "mu", "kn", "gap")},
+            "X": (none := np.zeros((0, h.size))), "Y": none, "rubbing": (none, none), "force": (none, none),
+            "values": {name: np.zeros(0) for name in ("v", "kt", "mu", "kn", "gap")},
         }  # fmt: skip
         laws, rows = [], [(none, none, none, np.zeros(0))]
         for k, (batch, motion) in enumerate(zip(self._balance.batches, motions, strict=True)):
@@ -114,22 +114,22 @@ class Iteration:
             if is_friction(batch.law):
                 X, Y = motion.Q
                 friction = {
-                    "X": X, "Y": Y, "own": (own[k][0], own[k][1]), "force": (forces[k][0], forces[k][1]),
-                    "given": {**values, "v": motion.drift[0]},
+                    "X": X, "Y": Y, "rubbing": (rubbing[k][0], rubbing[k][1]), "force": (forces[k][0], forces[k][1]),
+                    "values": {**values, "v": motion.drift[0]},
                 }  # fmt: skip
             else:
                 laws.append(law_in_time(batch, values))
                 rows.append(
                     (
                         np.concatenate(motion.Q),
-                        np.concatenate(own[k]),
+                        np.concatenate(rubbing[k]),
                         np.concatenate(forces[k]),
                         motion.drift.reshape(-1),
                     )
                 )
         moved, prescribed, force, drift = (np.concatenate(part) for part in zip(*rows, strict=True))
         return SmoothMotion(
-            harmonics=h, omega=detail.omega, laws=LawsInTime(laws), law_motion=moved, law_own=prescribed,
+            harmonics=h, omega=detail.omega, laws=LawsInTime(laws), law_motion=moved, law_rubbing=prescribed,
             law_force=force, law_drift=drift, **friction,
         )  # fmt: skip
 
@@ -151,7 +151,7 @@ class Iteration:
         above = (m for m in orders if m)
         return np.array([0, *(self.wide.index(m, part) for m in above for part in ("c", "s"))], dtype=np.intp)
 
-    def _spread(self, own: Array) -> Array:
-        out = np.zeros((len(own), self.wide.size))
-        out[:, self._kept] = own
+    def _spread(self, coefficients: Array) -> Array:
+        out = np.zeros((len(coefficients), self.wide.size))
+        out[:, self._kept] = coefficients
         return out

@@ -7,8 +7,9 @@ doubles), a pair leaves the unit circle (Neimark-Sacker: a second frequency appe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, r
 from slipstick.analysis.stability.linear_systems import friction_batch
 from slipstick.analysis.stability.state_sequence import Word, word_of
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
     BRANCH_POINT,
@@ -27,12 +29,13 @@ from slipstick.results.stability import (
     UNKNOWN,
     PointStability,
 )
+from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.typing import ComplexArray
+from slipstick.typing import Array, ComplexArray
 
 _HALVINGS = 10
-"""Halvings of an arc between two points on which contacts have different states."""
+"""Halvings of a segment between two points on which contacts have different states."""
 
 _REMEMBERED = 8
 
@@ -52,7 +55,7 @@ class SpecialPoints:
         self._complete = h.highest == h.n
         self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS
         """Whether interpolated points are judged too."""
-        self._known: list[tuple[Any, PointStability]] = []
+        self._known: list[tuple[Step, PointStability]] = []
         self._last: tuple[Word, float] | None = None
 
     @property
@@ -64,60 +67,62 @@ class SpecialPoints:
         if not self._watch.systems.in_time:
             return (changes,)
         tests = {PERIOD_DOUBLING: doubling, NEIMARK_SACKER: torus}
-        found = [
-            BranchEvent(name=kind, kind=kind, function=lambda step, test=test: test(self.at(step).multipliers))
-            for kind, test in tests.items()
+        events = [
+            BranchEvent(name=kind, kind=kind, function=partial(self._tested, test)) for kind, test in tests.items()
         ]
         crossing = BranchEvent(name=BRANCH_POINT, kind=BRANCH_POINT, function=self._crossing)
-        return (*found, crossing, changes)
+        return (*events, crossing, changes)
 
-    def take_up(self, step: Any, value: float) -> None:
+    def _tested(self, test: Callable[[ComplexArray], float], step: Step) -> float:
+        return test(self.at(step).multipliers)
+
+    def take_up(self, step: Step, value: float) -> None:
         """Go on from an accepted step at which the last of the test functions had a value."""
         self._last = self._word_at(step), value
 
-    def judged(self, step: Any, *, compare: bool) -> PointStability:
+    def judged(self, step: Step, *, compare: bool) -> PointStability:
         """Stability of a step for the record; ``compare``: with the difference of both methods.
 
         Between solved points the kind of motion does not change: unless ``every`` point is judged, what is interpolated
-        has the verdict of its neighbours.
+        is judged as its neighbours are.
         """
-        if step.place is not None and not self._own(*step.place):
+        if step.place is not None and not self._judged_itself(*step.place):
             return self._between(*step.place)
-        found, known = self.at(step), step.evaluation.detail
-        return replace(found, difference=self._watch.difference(step.x, known, found)) if compare else found
+        stability, known = self.at(step), step.evaluation.detail
+        return replace(stability, difference=self._watch.difference(step.x, known, stability)) if compare else stability
 
-    def at(self, step: Any) -> PointStability:
+    def at(self, step: Step) -> PointStability:
         """Stability of a step."""
-        for known, found in self._known:
+        for known, stability in self._known:
             if known is step:
-                return found
+                return stability
         odd, error = None, None
         if step.place is not None:
             error = max(self.at(beside).error for beside in step.place[:2])
         elif step.orientation and self._complete:
             odd = step.orientation * step.tangent_parameter < 0.0
-        found = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
-        self._known = [*self._known[1 - _REMEMBERED :], (step, found)]
-        return found
+        stability = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
+        self._known = [*self._known[1 - _REMEMBERED :], (step, stability)]
+        return stability
 
-    def _own(self, first: Any, second: Any, *_: Any) -> bool:
-        """Whether a point between two is judged by itself: where that is cheap, or where their verdicts differ."""
+    def _judged_itself(self, first: Step, second: Step, *_: object) -> bool:
+        """Whether a point between two is judged by itself: where that is cheap, or where these differ."""
         ends = self.at(first), self.at(second)
         return self.every and (all(end.method == PIECES for end in ends) or len({end.unstable for end in ends}) > 1)
 
-    def _between(self, first: Any, second: Any, *_: Any) -> PointStability:
+    def _between(self, first: Step, second: Step, *_: object) -> PointStability:
         on_the_circle = first.kind == "turning point" or first.kind in SPECIAL_KINDS
         return replace(self.at(second if on_the_circle else first), multipliers=np.zeros(0, dtype=complex))
 
-    def confirmed(self, step: Any) -> bool:
+    def confirmed(self, step: Step) -> bool:
         """Whether a located step is what it was located as: a jump of multipliers is none."""
         test = {PERIOD_DOUBLING: beside_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: beside_one}.get(step.kind)
         if test is None:
             return True
-        found = self.at(step)
-        return found.unstable != UNKNOWN and abs(test(found.multipliers)) < _NEAR[step.kind]
+        stability = self.at(step)
+        return stability.unstable != UNKNOWN and abs(test(stability.multipliers)) < _NEAR[step.kind]
 
-    def _crossing(self, step: Any) -> float:
+    def _crossing(self, step: Step) -> float:
         """Changes its sign where a multiplier passes 1 and the branch does not turn.
 
         Where all harmonics are kept the sign is that of the Jacobian bordered by the tangent: a fold leaves it alone,
@@ -128,39 +133,39 @@ class SpecialPoints:
             return abs(value) * step.orientation
         return value * (1.0 if step.tangent_parameter >= 0 else -1.0)
 
-    def _state(self, step: Any) -> float:
+    def _state(self, step: Step) -> float:
         """Changes its sign with the states of the contacts, whatever they are; asked of one step after the other."""
         word = self._word_at(step)
         if self._last is None or word != self._last[0]:
             self._last = word, 1.0 if self._last is None else -self._last[1]
         return self._last[1]
 
-    def _change(self, first: Any, second: Any, arc: HermiteSegment) -> float:
-        """Where on the arc the states are those of its end, by the arc alone."""
+    def _change(self, first: Step, second: Step, segment: HermiteSegment) -> float:
+        """Where on the segment the states are those of its end, by the segment alone."""
         before = self._word_at(first)
         low, high = 0.0, 1.0
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            state = arc.point(middle)
+            state = segment.point(middle)
             if self._word(state[:-1], float(state[-1]), first.evaluation.detail) == before:
                 low = middle
             else:
                 high = middle
         return high
 
-    def _word_at(self, step: Any) -> Word:
+    def _word_at(self, step: Step) -> Word:
         return self._word(step.x, step.parameter, step.evaluation.detail)
 
-    def _word(self, x: Any, parameter: float, near: Any) -> Word:
+    def _word(self, x: Array, parameter: float, near: Detail) -> Word:
         x, inputs, omega = self._placed(x, parameter)
         batch = friction_batch(self._watch.balance)
         if batch is None:
             return ()
-        motion = self._watch.balance.motion(batch, x, omega, inputs.batches[batch])
-        own = inputs.batches[batch].values if not near.states else near.responses[batch].values
-        return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]})
+        motion = self._watch.balance.layout.motion(batch, x, omega, inputs.batches[batch])
+        values = inputs.batches[batch].values if not near.states else near.responses[batch].values
+        return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**values, "v": motion.drift[0]})
 
-    def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:
+    def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""
         return x, *self._system.at(parameter)
 

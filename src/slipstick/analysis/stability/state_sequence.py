@@ -1,7 +1,7 @@
-"""The states of all contacts over one period on one time axis, cut open inside the longest interval.
+"""The states of all contacts over one period on one time axis, cut open in the middle of the longest interval.
 
-Here the pieces of the exact elements, each contact with its own times, become intervals in which no contact changes its
-state, with what begins between them.
+The exact elements tell the states of each contact with their times. From these come the intervals in which no contact
+changes its state, and the change at the end of each.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Change:
     contact: int
     state: int
     origin: int
-    """State that a stick began from."""
+    """State code before a stick, which says how it begins."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +47,11 @@ class StateInterval:
 
 @dataclass(frozen=True)
 class Timeline:
-    """The intervals of one period in their order, and what holds all through it."""
+    """The intervals of one period in their order, and the contacts that never change their state."""
 
     intervals: tuple[StateInterval, ...]
     neutral: tuple[int, ...]
-    """FrictionPorts stuck all period."""
+    """Contacts stuck all period."""
 
     @property
     def cut(self) -> StateCodes:
@@ -63,17 +63,17 @@ def timeline(motion: SmoothMotion) -> Timeline:
     """The states of a motion's contacts over one period."""
     if not len(motion.X):
         return Timeline((StateInterval((), TWO_PI, None),), ())
-    found = element_intervals(motion.harmonics, motion.X, motion.Y, **motion.given)
-    totals, at, code = found.totals.tolist(), found.at, found.code
+    intervals = element_intervals(motion.harmonics, motion.X, motion.Y, **motion.values)
+    totals, at, code = intervals.totals.tolist(), intervals.at, intervals.code
     changes, first = [], []
     for i, n in enumerate(totals):
-        own = code[i, :n].tolist()
-        first.append(own[-1][0])
+        codes = code[i, :n].tolist()
+        first.append(codes[-1][0])
         if n > 1:
             starts = at[i, :n, 0].tolist()
-            changes += [Change(t % TWO_PI, i, *codes) for t, codes in zip(starts, own, strict=True)]
+            changes += [Change(t % TWO_PI, i, *pair) for t, pair in zip(starts, codes, strict=True)]
     changes.sort(key=lambda change: change.time)
-    sticky = motion.given["kt"] > 0
+    sticky = motion.values["kt"] > 0
     neutral = tuple(i for i, n in enumerate(totals) if n == 1 and first[i] == STICK and sticky[i])
     return Timeline(_intervals(changes, first), neutral)
 
@@ -103,11 +103,11 @@ _SHORT = 1e-6
 """States that last less (rad) are none: equal contacts change at the same time but for rounding."""
 
 
-def word_of(harmonics: Harmonics, X: Array, Y: Array, given: Mapping[str, Array]) -> Word:
-    """The order of the states of every contact at a motion (n, L)."""
-    found = element_intervals(harmonics, X, Y, **given)
+def word_of(harmonics: Harmonics, X: Array, Y: Array, values: Mapping[str, Array]) -> Word:
+    """The order of the states of every contact over a period of a motion (n, L)."""
+    intervals = element_intervals(harmonics, X, Y, **values)
     words = []
-    for total, at, code in zip(found.totals.tolist(), found.at, found.code, strict=True):
+    for total, at, code in zip(intervals.totals.tolist(), intervals.at, intervals.code, strict=True):
         lasting = code[:total, 0][at[:total, 1] - at[:total, 0] > _SHORT].tolist()
         kept = [c for i, c in enumerate(lasting) if len(lasting) == 1 or c != lasting[i - 1]]
         words.append(_rotated(kept or lasting[:1]))
@@ -146,7 +146,7 @@ class StickStarts:
     def _rates(self, change: Change, before: StateCodes) -> tuple[float, float]:
         """``x' + u' + v`` and ``y'`` just before a contact closure, per radian."""
         m, i, h = self._motion, change.contact, self._motion.harmonics
-        v = float(m.given["v"][i])
+        v = float(m.values["v"][i])
         if not np.any(self._combinations.dynamics.R):
             slope = _slope(h.m, change.time)
             return float(m.X[i] @ slope) + v, float(m.Y[i] @ slope)
@@ -156,16 +156,16 @@ class StickStarts:
         """The same where velocities jump at changes of state: from the motion of the modes, which is smooth."""
         m, c, piece = self._motion, self._contacts, self._combinations(before)
         slope, R = _slope(m.harmonics.m, change.time), self._combinations.dynamics.R
-        own, total, force = np.zeros((3, c.n_ports))
-        for out, along in ((own, m.own), (total, (m.X, m.Y)), (force, m.force)):
+        rubbing, total, force = np.zeros((3, c.n_ports))
+        for out, along in ((rubbing, m.rubbing), (total, (m.X, m.Y)), (force, m.force)):
             for ports, coefficients in zip((c.tangential, c.normal), along, strict=True):
                 out[ports[ports >= 0]] = (coefficients @ slope)[ports >= 0]
-        smooth = total - own + R @ force
-        sliding = piece.E @ (c.kt * m.given["v"])
-        rates = piece.relative @ (smooth - R @ (piece.D @ own + sliding))
+        smooth = total - rubbing + R @ force
+        sliding = piece.E @ (c.kt * m.values["v"])
+        rates = piece.relative @ (smooth - R @ (piece.D @ rubbing + sliding))
         i = change.contact
         x, y = c.tangential[i], c.normal[i]
-        return float(rates[x] + own[x] + m.given["v"][i]), float(rates[y] + own[y])
+        return float(rates[x] + rubbing[x] + m.values["v"][i]), float(rates[y] + rubbing[y])
 
 
 def _slope(orders: IntArray, time: float) -> Array:

@@ -56,8 +56,8 @@ def renamed(parameter: str) -> str:
     ('load.x.2.amplitude', 'rubbing.cos6', 'damper.mu')
     """
     if parameter.startswith("load."):
-        return re.sub(r"\.(\d+)\.(amplitude|phase)$", lambda found: f".{2 * int(found[1])}.{found[2]}", parameter)
-    return re.sub(r"((?:cos|sin))(\d+)$", lambda found: f"{found[1]}{2 * int(found[2])}", parameter)
+        return re.sub(r"\.(\d+)\.(amplitude|phase)$", lambda match: f".{2 * int(match[1])}.{match[2]}", parameter)
+    return re.sub(r"((?:cos|sin))(\d+)$", lambda match: f"{match[1]}{2 * int(match[2])}", parameter)
 
 
 def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, **options: Any) -> Branch:
@@ -84,15 +84,15 @@ def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, *
 def subharmonics_of(branch: Branch, **options: Any) -> tuple[Branch, ...]:
     """Those that begin at all points of a branch where the period doubles, each once though it may end at another."""
     kinds, where = branch.table["kind"].to_numpy(), branch.table[branch.followed].to_numpy()
-    found: list[Branch] = []
+    branches: list[Branch] = []
     for point in np.flatnonzero(kinds == PERIOD_DOUBLING).tolist():
-        if any(_ends_at(own, float(where[point]), float(np.ptp(where))) for own in found):
+        if any(_ends_at(other, float(where[point]), float(np.ptp(where))) for other in branches):
             continue
         try:
-            found.append(subharmonic_response(branch, point, **options))
+            branches.append(subharmonic_response(branch, point, **options))
         except InputError as error:
             warn(error.sentences)
-    return tuple(found)
+    return tuple(branches)
 
 
 def _ends_at(branch: Branch, value: float, span: float) -> bool:
@@ -107,12 +107,12 @@ def _request(branch: Branch, options: Mapping[str, Any]) -> CurveRequest:
     if problem is None:
         raise InputError(f"the problem of this branch is not known: {branch.without}")
     ends = float(where.min()), float(where.max())
-    given = [options.get(name, default) for name, default in _ARGUMENTS.items()]
+    arguments = [options.get(name, default) for name, default in _ARGUMENTS.items()]
     if branch.followed == "omega":
-        return frequency_request(doubled(problem), (0.5 * ends[0], 0.5 * ends[1]), *given)
+        return frequency_request(doubled(problem), (0.5 * ends[0], 0.5 * ends[1]), *arguments)
     omega = 0.5 * float(branch.table["omega"].to_numpy()[0])
     name = renamed(str(branch.table.attrs["parameter"]))
-    return parameter_request(doubled(problem), name, ends, omega, *given)
+    return parameter_request(doubled(problem), name, ends, omega, *arguments)
 
 
 _ARGUMENTS: dict[str, Any] = {

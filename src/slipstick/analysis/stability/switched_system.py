@@ -64,12 +64,14 @@ class LinearisedStates:
         (r, 2 r + n), divided by the scale.
     motion
         Rows (n_ports, 2 r + n) that give ``ds``.
-    relative, rubbing
-        ``(I + R D)^-1`` (n_ports, n_ports), and ``R D``: rates of the relative motion from those of the structure.
+    relative
+        ``(I + R D)^-1`` (n_ports, n_ports): rates of the motion at the ports from those of the modes.
+    D, E
+        The contacts linearised, see ``FrictionPorts.tangent``.
     rate
         Bound (1/time) on the fastest motion.
     sound
-        Whether ``det(I + R D) > 0``: the motion follows from the forces without doubt.
+        Whether ``det(I + R D) > 0``: the motion at the ports follows from that of the modes without a jump.
     """
 
     forces: Array

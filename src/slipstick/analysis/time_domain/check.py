@@ -45,12 +45,12 @@ class TimeCheck:
 
 def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     """As ``Branch.check_in_time``."""
-    found, problem = branch.point(point), branch.problem_at(point)
+    data, problem = branch.point(point), branch.problem_at(point)
     if faults := list(integration_faults(problem)):
         raise InputError(faults)
-    omega = float(found["omega"])
-    between = "kind" in found and str(found["kind"].to_numpy()) == "interpolated"
-    d = corrected(branch, point) if between else {str(name): own.to_numpy() for name, own in found.data_vars.items()}
+    omega = float(data["omega"])
+    between = "kind" in data and str(data["kind"].to_numpy()) == "interpolated"
+    d = corrected(branch, point) if between else {str(name): array.to_numpy() for name, array in data.data_vars.items()}
     friction, none = friction_elements(problem), np.zeros((0, problem.harmonics.size))
     tangential, normal = (d[f"contact_{port}"][friction] if friction.size else none for port in FrictionLaw.ports)
     others = [b for b in problem.batches if not is_friction(b.law)]

@@ -32,7 +32,7 @@ _REACH = 1.5
 """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
 
 
-def _steps(given: int | None, fastest: float) -> int:
+def _steps(steps: int | None, fastest: float) -> int:
     """Steps a period: those given, or by the fastest motion, per unit of tau."""
     needed = 2 * np.pi * fastest / _REACH
     if needed > MOST_ITEMS:
@@ -41,12 +41,12 @@ def _steps(given: int | None, fastest: float) -> int:
             f"{needed:.1g} steps, and {MOST_ITEMS} are the most: leave out the fast modes, or check omega and the "
             "stiffness of the contacts"
         )
-    if given is not None and given < 0.5 * needed:
+    if steps is not None and steps < 0.5 * needed:
         raise InputError(
-            f"time integration, steps: found {given}; expected at least {int(np.ceil(0.5 * needed))}, as the fastest "
+            f"time integration, steps: found {steps}; expected at least {int(np.ceil(0.5 * needed))}, as the fastest "
             f"motion is {fastest:.3g} times as fast as the forcing"
         )
-    return given or int(max(_FEWEST, np.ceil(needed)))
+    return steps or int(max(_FEWEST, np.ceil(needed)))
 
 
 class ChatteringError(SlipstickError):

@@ -112,8 +112,8 @@ def law_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Arr
     """Forces (n_ports, samples) of contacts of other laws over one period, and what they remember at its start."""
     if not system.laws or start.ports is None:
         return np.zeros((system.laws.n_ports, _SAMPLES)), np.zeros(system.laws.n_memory)
-    own, moved = start.harmonics, Harmonics((0, *system.orders))
-    parts = ((own, start.ports), (moved, system.law_motion))
+    computed, moved = start.harmonics, Harmonics((0, *system.orders))
+    parts = ((computed, start.ports), (moved, system.law_motion))
 
     def motion(tau: Array) -> tuple[Array, Array]:
         q = np.sum([h.H_minus(tau) @ X.T for h, X in parts], axis=0)
@@ -146,10 +146,10 @@ def periodic_memory(system: FrictionSystem, motion: Callable[[Array], tuple[Arra
 
     w = memory[0]
     for _ in range(_PERIODS):
-        found = solve_ivp(rate, (0.0, at[-1]), w, method="LSODA", t_eval=at, rtol=1e-4, atol=1e-8 * _size(memory))
-        if not found.success:
+        solution = solve_ivp(rate, (0.0, at[-1]), w, method="LSODA", t_eval=at, rtol=1e-4, atol=1e-8 * _size(memory))
+        if not solution.success:
             break
-        first, w, memory = w, found.y[:, -1], found.y[:, :-1].T
+        first, w, memory = w, solution.y[:, -1], solution.y[:, :-1].T
         if np.abs(w - first).max() <= _SAME * _size(memory):
             break
     return memory

@@ -36,13 +36,13 @@ class LawsInTime:
     """Forces and memory of all of them at once; motion, velocity and memory are (k, rows) at k instants."""
 
     def __init__(self, laws: Sequence[LawInTime]) -> None:
-        found, port, kept = [], 0, 0
-        for own in laws:
-            p, m, n = own.shape
-            found.append((own, slice(port, port + p * n), slice(kept, kept + m * n)))
+        each, port, kept = [], 0, 0
+        for law in laws:
+            p, m, n = law.shape
+            each.append((law, slice(port, port + p * n), slice(kept, kept + m * n)))
             port, kept = port + p * n, kept + m * n
         self.n_ports, self.n_memory = port, kept
-        self.each = tuple(found)
+        self.each = tuple(each)
         """The laws, with their rows among the ports and those of their memory."""
 
     def __bool__(self) -> bool:
@@ -51,16 +51,16 @@ class LawsInTime:
     def rate(self, q: Array, velocity: Array, memory: Array) -> tuple[Array, Array]:
         """Forces (k, n_ports) and rates of the memory (k, n_memory)."""
         forces, rates = np.empty_like(q), np.empty_like(memory)
-        for own, ports, kept in self.each:
-            p, m, _ = own.shape
-            told = own.law.rate(
-                _split(q[:, ports], p, own),
-                _split(velocity[:, ports], p, own),
-                _split(memory[:, kept], m, own),
-                own.values,
+        for law, ports, kept in self.each:
+            p, m, _ = law.shape
+            told = law.law.rate(
+                _split(q[:, ports], p, law),
+                _split(velocity[:, ports], p, law),
+                _split(memory[:, kept], m, law),
+                law.values,
             )
             if told is None:
-                raise InputError(f"law {type(own.law).__name__}: its rate is not told at some motion")
+                raise InputError(f"law {type(law.law).__name__}: its rate is not told at some motion")
             forces[:, ports], rates[:, kept] = _joined(told[0], len(q)), _joined(told[1], len(q))
         return forces, rates
 
@@ -69,11 +69,11 @@ class LawsInTime:
         P, m = self.n_ports, self.n_memory
         out = np.zeros((len(q), P + m, 2 * P + m))
         sizes = tuple(float(np.abs(a).max(initial=0.0)) or 1.0 for a in (q, velocity))
-        for own, ports, kept in self.each:
-            p, r, n = own.shape
-            found = own.law.time_slopes(
-                _split(q[:, ports], p, own), _split(velocity[:, ports], p, own), _split(memory[:, kept], r, own),
-                own.values, (sizes[0], sizes[1]),
+        for law, ports, kept in self.each:
+            p, r, n = law.shape
+            slopes = law.law.time_slopes(
+                _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], r, law),
+                law.values, (sizes[0], sizes[1]),
             ).values  # fmt: skip
             numbers = np.arange(n)
             row = [ports.start + i * n + numbers for i in range(p)] + [
@@ -83,13 +83,13 @@ class LawsInTime:
             column += [P + c for c in column] + [2 * P + kept.start + j * n + numbers for j in range(r)]
             for i, rows in enumerate(row):
                 for j, columns in enumerate(column):
-                    out[:, rows, columns] = found[i, j].T
+                    out[:, rows, columns] = slopes[i, j].T
         return out
 
 
-def _split(rows: Array, count: int, own: LawInTime) -> Array:
+def _split(rows: Array, count: int, law: LawInTime) -> Array:
     """(k, count n) -> (count, n, k)."""
-    return np.ascontiguousarray(rows.T).reshape(count, own.shape[2], len(rows))
+    return np.ascontiguousarray(rows.T).reshape(count, law.shape[2], len(rows))
 
 
 def _joined(told: Array, k: int) -> Array:

@@ -29,7 +29,7 @@ HELD_PARAMETERS = ("mu", "kt", "kn", "gap")
 def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | None = None) -> FrictionSystem:
     """Structure, contacts and forcing of a problem at one fundamental frequency, rad/s.
 
-    ``held`` gives contact parameters (n_contacts,) by name instead of the problem's own, see ``HELD``.
+    ``held`` gives contact parameters (n_contacts,) by name instead of the problem's own, see ``HELD_PARAMETERS``.
 
     Raises
     ------
@@ -57,10 +57,10 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     loads = driven.forces(problem.load_coefficients(), h.orders[1:], omega)
     rubbing, approach = np.zeros((2, len(members), h.size))
     velocity = np.zeros(len(members))
-    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+    for batch, inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         if is_friction(batch.law):
-            rubbing[batch.elements], approach[batch.elements] = given.motion
-            velocity[batch.elements] = given.speed(omega)[0]
+            rubbing[batch.elements], approach[batch.elements] = inputs.motion
+            velocity[batch.elements] = inputs.speed(omega)[0]
     values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD_PARAMETERS}
     return system_of(
         equations, omega, h, velocity=velocity[frictional], has_normal=has_normal, rubbing=rubbing[frictional],
@@ -113,25 +113,25 @@ def integration_faults(problem: Problem) -> Iterator[Fault]:
             yield Fault("time integration", what, remedy="give the law the method rate (slipstick.contact.law.Law)")
 
 
-def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]:
+def _held(problem: Problem, parameters: Mapping[str, Any] | None) -> dict[str, Array]:
     """Contact parameters given instead of the problem's, (n_contacts,) each."""
-    if given is not None and not isinstance(given, Mapping):
-        raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD_PARAMETERS)}")
-    n, found, held = len(problem.elements), Gathering(), {}
-    found.faults += integration_faults(problem)
-    for name, value in (given or {}).items():
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise wrong("time integration, held", parameters, f"a dict of contact parameters: {', '.join(HELD_PARAMETERS)}")
+    n, checks, held = len(problem.elements), Gathering(), {}
+    checks.faults += integration_faults(problem)
+    for name, value in (parameters or {}).items():
         where = f"time integration, held {shown(name)}"
         if name not in HELD_PARAMETERS:
-            found.faults.append(
+            checks.faults.append(
                 Fault("time integration, held", found=shown(name), expected=f"one of {', '.join(HELD_PARAMETERS)}")
             )
             continue
-        values = found.take(numbers, where, value)
+        values = checks.take(numbers, where, value)
         if values is not None and values.shape != (n,):
-            found.faults.append(Fault(where, found=f"shape {values.shape}", expected=f"({n},)"))
+            checks.faults.append(Fault(where, found=f"shape {values.shape}", expected=f"({n},)"))
         elif values is not None:
             held[name] = values
-    unknown = (state.time_fault(given or ()) for state in problem.contact_states)
-    found.faults += [fault for fault in unknown if fault is not None]
-    found.end()
+    unknown = (state.time_fault(parameters or ()) for state in problem.contact_states)
+    checks.faults += [fault for fault in unknown if fault is not None]
+    checks.end()
     return held

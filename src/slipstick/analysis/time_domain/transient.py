@@ -19,6 +19,7 @@ from slipstick.analysis.time_domain.period_record import PeriodRecord
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
+from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
@@ -149,12 +150,18 @@ def transient(
     InputError
         If an option is out of range, contacts carry a state and are not held, the mass matrix is singular, or a period
         of the forcing holds too many periods of the fastest mode (1 000 000 steps).
+
+    Warns
+    -----
+    SlipstickWarning
+        For what is suspicious in the problem.
     """
     problem = one("problem", problem, Problem, "an ss.Problem")
     omega, periods, tolerance, record_periods, steps = _checked_options(
         omega, periods, tolerance, method, record_periods, steps, initial, problem.units
     )
     system = friction_system(problem, omega, held)
+    problem.warn(problem_warnings(problem))
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements
     return integrate(
@@ -228,8 +235,8 @@ def _result(
         return out
 
     work = of_all(last.work)
-    for own, rows, _ in system.laws.each:
-        work[own.elements] = last.law_work[rows].reshape(-1, len(own.elements)).sum(axis=0)
+    for law, rows, _ in system.laws.each:
+        work[law.elements] = last.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0)
     return TransientResult(
         omega=system.omega, harmonics=harmonics, outputs=outputs, contacts=contacts,
         time=time, displacement=motion[:, first:], friction_force=of_all(fx, 1), normal_force=of_all(fy, 1),
@@ -261,17 +268,17 @@ def _checked_options(
     initial: Any,
     units: Units | None = None,
 ) -> tuple[float, int, float, int, int | None]:
-    found, where = Gathering(), "time integration, {}".format
+    checks, where = Gathering(), "time integration, {}".format
     values: dict[str, Any] = {
-        "omega": found.take(frequency, where("omega"), omega, units),
-        "periods": found.take(whole, where("periods"), periods, 1, MOST_ITEMS),
-        "tolerance": found.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
-        "record_periods": found.take(whole, where("record_periods"), record_periods, 1, MOST_ITEMS),
-        "steps": None if steps is None else found.take(whole, where("steps"), steps, 1, MOST_ITEMS),
+        "omega": checks.take(frequency, where("omega"), omega, units),
+        "periods": checks.take(whole, where("periods"), periods, 1, MOST_ITEMS),
+        "tolerance": checks.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
+        "record_periods": checks.take(whole, where("record_periods"), record_periods, 1, MOST_ITEMS),
+        "steps": None if steps is None else checks.take(whole, where("steps"), steps, 1, MOST_ITEMS),
     }
     if not isinstance(method, str) or method not in ("shooting", "march"):
-        found.faults.append(Fault("time integration, method", found=shown(method), expected='"shooting" or "march"'))
+        checks.faults.append(Fault("time integration, method", found=shown(method), expected='"shooting" or "march"'))
     if initial is not None:
-        found.take(one, where("initial"), initial, HarmonicStart, "a HarmonicStart or None (rest)")
-    found.end()
+        checks.take(one, where("initial"), initial, HarmonicStart, "a HarmonicStart or None (rest)")
+    checks.end()
     return tuple(values.values())

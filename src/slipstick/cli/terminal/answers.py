@@ -62,7 +62,7 @@ def _faults(error: InputError) -> Answer:
     return {"errors": list(error.sentences), "faults": [asdict(fault) for fault in error.faults]}
 
 
-def plain_json(value: Any) -> Any:
+def plain_json(value: object) -> Any:
     """A value as JSON holds it: paths as texts, arrays as lists, nan and infinite numbers as null.
 
     >>> plain_json({"a": (1.0, float("nan")), "b": Path("x")})

@@ -1,20 +1,18 @@
-"""What a user sees when something goes wrong: sentences and an exit code, never a traceback."""
+"""What a user is told: lines, warnings, and when something goes wrong sentences and an exit code, never a traceback."""
 
 from __future__ import annotations
 
-import errno
 import os
 import signal
 import sys
-import tempfile
-import traceback
 import unicodedata
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 from slipstick.errors import InputError, SlipstickWarning
+from slipstick.runs.failures import internal_sentence, os_sentence
 
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
 
@@ -46,6 +44,23 @@ def complain(text: str) -> None:
     print(plain(text), file=sys.stderr, flush=True)
 
 
+def warn_user(sentence: str) -> None:
+    """A warning on standard error."""
+    complain(f"warning: {sentence}")
+
+
+def prepare_kernel(tell: Callable[[str], None]) -> None:
+    """Load the compiled contact kernel; where it must be compiled first, say so before and after."""
+    from slipstick.balance.kernel.compilation import compile_all
+    from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
+
+    if is_compiled():
+        return
+    tell(f"compiling the contact kernel, once on this machine, {COMPILE_TIME} ...")
+    seconds = compile_all()
+    tell(f"compiled in {seconds:.0f} s; later runs start at once")
+
+
 @contextmanager
 def warnings_said() -> Iterator[None]:
     """What is warned of meanwhile is told on standard error, each sentence once."""
@@ -53,7 +68,7 @@ def warnings_said() -> Iterator[None]:
         warnings.simplefilter("always", SlipstickWarning)
         yield
     for sentence in dict.fromkeys(str(warning.message) for warning in caught):
-        complain(f"warning: {sentence}")
+        warn_user(sentence)
 
 
 @contextmanager
@@ -88,34 +103,6 @@ def report_faults(sentences: tuple[str, ...]) -> None:
         complain(f"error: {sentence}")
     if len(sentences) > 1:
         complain(f"{len(sentences)} faults; nothing was computed")
-
-
-def os_sentence(error: OSError) -> str:
-    """A failure of the operating system with its remedy."""
-    where = f"{error.filename}: " if error.filename else ""
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return f"{where}the disk is full; free some space or choose another folder with -o"
-    if isinstance(error, PermissionError):
-        return f"{where}permission denied; check who owns it or choose another folder"
-    return f"{where}{(error.strerror or str(error) or type(error).__name__).lower()}"
-
-
-def fault_sentence(error: Exception) -> str:
-    """Any failure but that of input: of the operating system, or of the program itself."""
-    return os_sentence(error) if isinstance(error, OSError) else internal_sentence(error)
-
-
-def internal_sentence(error: Exception) -> str:
-    """A fault of the program itself, in one line; its traceback goes to a file for the report."""
-    lines = traceback.format_exception(error)
-    first = next((line for line in str(error).splitlines() if line.strip()), "")[:200]
-    said = f"a fault of slipstick itself ({type(error).__name__}: {first})"
-    try:
-        with tempfile.NamedTemporaryFile("w", prefix="slipstick-", suffix=".log", delete=False) as log:
-            log.writelines(lines)
-    except OSError:
-        return f"{said}; please report it with your case"
-    return f"{said}; please report it with your case and {log.name}"
 
 
 @contextmanager

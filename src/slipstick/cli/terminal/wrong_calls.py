@@ -34,9 +34,9 @@ class Verbs(TyperGroup):
         name, command, rest = super().resolve_command(ctx, args)
         for option in getattr(command, "params", ()):
             if option.param_type_name == "option" and not option.is_flag and not option.multiple:
-                given = [text for text in _before_rest(rest) if _names(text, option.opts)]
-                if len(given) > 1:
-                    ctx.fail(f"{option.opts[-1]} is given {len(given)} times; it takes one value: keep one of them")
+                times = [text for text in _before_rest(rest) if _names(text, option.opts)]
+                if len(times) > 1:
+                    ctx.fail(f"{option.opts[-1]} is given {len(times)} times; it takes one value: keep one of them")
         return name, command, rest
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import copysign, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,19 +11,26 @@ import typer
 
 from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer, case_answer
-from slipstick.cli.terminal.guard import DONE, complain, say, warnings_said
-from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.terminal.guard import DONE, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
     from slipstick.case.case import Case
+    from slipstick.case.structure import Body
+    from slipstick.fem.contact_points import ContactPoints
+    from slipstick.models.reduced_body import ReducedBody
     from slipstick.units import Units
 
 _LISTED = 10
 _WAYS = 4
 """Directions that are written out of contacts that are dragged alike."""
+
+_LARGE = 20_000
+"""From this many dofs a direct solution takes seconds."""
+
+_FEW, _MANY = 3, 6
 
 
 @verb
@@ -44,7 +51,6 @@ def check(
 def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
     """Print what a case means, read with the code that ``run`` uses."""
     from slipstick.case.study import cases_text
-    from slipstick.cli.full_model import show_full_model
 
     problem = case.problem()
     answer |= case_answer(case)
@@ -52,7 +58,7 @@ def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
     say(f"{case.title} ({path})")
     _structure(case, problem)
     _reduction(case, problem)
-    show_full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
+    _full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
     _request(case, problem)
     _contacts(problem)
     answer["dragged"] = list(dragged(problem, case.omega))
@@ -72,7 +78,7 @@ def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
 
 
 def _in_time(case: Case, answer: Answer) -> int:
-    from slipstick.cli.in_time import AGREES, check_curve
+    from slipstick.cli.verbs.verify import AGREES, check_curve
 
     say(f"following {case.request} for the check in time ...")
     prepare_kernel(say)
@@ -88,7 +94,7 @@ def print_warnings(case: Case) -> list[str]:
 
 def _complained(sentences: Sequence[str]) -> list[str]:
     for sentence in sentences:
-        complain(f"warning: {sentence}")
+        warn_user(sentence)
     return list(sentences)
 
 
@@ -117,6 +123,73 @@ def _reduction(case: Case, problem: Problem) -> None:
         f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
         + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if isfinite(limit) else "")
     )
+
+
+def _full_model(
+    body: Body, omega: tuple[float, float], highest_order: int, frequency_text: Callable[[float], str]
+) -> None:
+    """Print the full model behind a reduced structure, the error of the reduction and the contact points."""
+    from slipstick.progress import duration
+
+    full = body.reduced
+    if full is None:
+        return
+    kept = "read from disk" if full.reused else "made"
+    say(
+        f"full model: {full.n_dofs} dofs ({full.source}); {len(full.structure.omega)} modes, solver {full.solver}; "
+        f"{kept} in {duration(body.seconds)}"
+    )
+    for note in full.notes:
+        say(f"  {note}")
+    _errors(full, omega, highest_order, frequency_text)
+    if full.points is not None:
+        _points(full.points)
+
+
+def compared_at(omega: tuple[float, float], highest_order: int, count: int) -> list[float]:
+    """Where the reduction is compared: over the range asked for and up to the highest harmonic of its end.
+
+    >>> compared_at((10.0, 20.0), 5, 3)
+    [10.0, 20.0, 100.0]
+    """
+    import numpy as np
+
+    low, high = sorted(omega)
+    top = high * max(highest_order, 1)
+    wanted = [low, high, top] if count <= _FEW else [*np.linspace(low, high, 3), *np.linspace(high, top, count - 2)[1:]]
+    return [float(value) for value in dict.fromkeys(wanted)]
+
+
+def _errors(
+    full: ReducedBody, omega: tuple[float, float], highest_order: int, frequency_text: Callable[[float], str]
+) -> None:
+    large = full.n_dofs > _LARGE
+    wanted = compared_at(omega, highest_order, _FEW if large else _MANY)
+    few = "; the model is large, so at few frequencies" if large else ""
+    say(f"reduction against direct solutions of the full model, relative error of the receptance{few}:")
+    if large:
+        say("  putting the full model together, then a direct solution for each of the frequencies ...")
+    for value, error in full.receptance_errors(wanted):
+        say(f"  {frequency_text(value)}: {error:.1e}")
+
+
+def _points(points: ContactPoints) -> None:
+    import numpy as np
+
+    say(f"{points.count} contact points on the surface: position, outward normal, share of the area")
+    for k, (at, normal, area) in enumerate(zip(points.positions, points.normals, points.areas, strict=True), 1):
+        say(f"  {k:>3}  {_vector(at)}  {_vector(normal)}  {area:.4g}")
+    if points.influence is not None:
+        diagonal = np.diag(points.influence)
+        say(f"temperature over power of the points themselves: {diagonal.min():.4g} to {diagonal.max():.4g}")
+
+
+def _vector(values: Sequence[float]) -> str:
+    import numpy as np
+
+    size = max(np.abs(values).max(), 1e-300)
+    clean = np.where(np.abs(values) < 1e-9 * size, 0.0, values)  # rounding of normals
+    return "(" + ", ".join(f"{value:.4g}" for value in clean) + ")"
 
 
 def _request(case: Case, problem: Problem) -> None:
@@ -201,8 +274,8 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
             direction = pair.direction(pair.contact.surface_ports.get("tangential", ""), k) or {}
             ways = _towards(direction, sign), _towards(direction, -sign)
             alike.setdefault((how, turns, held), []).append((name, *ways))
-    for (how, turns, held), found in alike.items():
-        yield _dragged(how, turns, held, *zip(*found, strict=True))
+    for (how, turns, held), contacts in alike.items():
+        yield _dragged(how, turns, held, *zip(*contacts, strict=True))
 
 
 def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Sequence[str], back: Sequence[str]) -> str:
@@ -231,15 +304,15 @@ def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     """Highest point of the linear response without contacts and with all of them stuck."""
     from slipstick.analysis.curve.linear import linear_references
 
-    found = []
+    limits = []
     for label, limit in linear_references(case.balance, case.omega):
         grid, amplitudes = (limit.table[name].to_numpy() for name in ("omega", "amplitude"))
         for dof, values in zip(problem.outputs or (), amplitudes.T[:3], strict=False):
             at = int(values.argmax())
             size = f"{values[at]:.4g}{problem.units.after('length')}"
             say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
-            found.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
-    return found
+            limits.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
+    return limits
 
 
 def _cosines(cosines: Mapping[str, float] | None) -> str:

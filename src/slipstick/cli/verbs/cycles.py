@@ -35,10 +35,11 @@ def cycles(
         branch = quietly(limit_cycles, read.problem(), table.parameter, (table.start, table.stop), requested=table.at)
         unit = after_number(str(branch.table["parameter"].attrs.get("units", "")))
         answer["marked"] = []
-        for found in branch.bifurcations():
-            say(f"{found.kind}: {table.parameter} = {found.value:.6g}{unit}, {read.frequency_text(found.omega)}")
-            marked = {"kind": found.kind, "parameter": found.value, "omega": found.omega}
-            answer["marked"].append({**marked, "before": found.before, "after": found.after})
+        for bifurcation in branch.bifurcations():
+            at = f"{table.parameter} = {bifurcation.value:.6g}{unit}"
+            say(f"{bifurcation.kind}: {at}, {read.frequency_text(bifurcation.omega)}")
+            marked = {"kind": bifurcation.kind, "parameter": bifurcation.value, "omega": bifurcation.omega}
+            answer["marked"].append({**marked, "before": bifurcation.before, "after": bifurcation.after})
         answer["cycles"] = _asked_for(read, branch, table, unit)
         of = table.dof
         drawn = {"response": lambda b: b.plot.response(of), "stability": lambda b: b.plot.stability()}
@@ -57,6 +58,6 @@ def _asked_for(case: Case, branch: Branch, table: Any, unit: str) -> list[Answer
         verdict = {False: ", unstable", True: ", stable", None: ""}[sure]
         where = f"{table.parameter} = {value[k]:.6g}{unit}: {case.frequency_text(omega[k])}"
         say(f"limit cycle at {where}, amplitude {size[k]:.6g}{length}{verdict}")
-        found = {"parameter": value[k], "omega": omega[k], "amplitude": size[k], "stable": sure}
-        answers.append(found)
+        cycle = {"parameter": value[k], "omega": omega[k], "amplitude": size[k], "stable": sure}
+        answers.append(cycle)
     return answers

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.terminal.guard import complain, say
+from slipstick.cli.terminal.guard import say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from slipstick.fem.materials import Material
+    from slipstick.importers.roles import ImportOptions
 
 _ROLES = ("K", "M", "C")
 _SUFFIXES = (".h5", ".hdf5")
@@ -47,124 +47,59 @@ def import_(
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,
 ) -> None:
     """Bring a finite element model of another code into one file, model.h5."""
-    import_files(
-        ImportRequest(
-            files=files,
-            output=output,
-            mass=mass,
-            damping=damping,
-            dof_map=dof_map,
-            nodes=nodes,
-            names=name or (),
-            constraints=spc,
-            young=young,
-            poisson=poisson,
-            density=density,
-            conductivity=conductivity,
-            fixed=fix or (),
-            quadratic=quadratic,
-            units=units,
-            scale=scale or (),
-            to=to,
-            force=force,
-        )
-    )
+    from slipstick.faults import Gathering
+    from slipstick.importers.roles import ImportOptions
+
+    constants = {"young": young, "poisson": poisson, "density": density, "conductivity": conductivity}
+    material, faults = _material({key: value for key, value in constants.items() if value is not None})
+    names, wrong_names = _names(name or ())
+    factors, wrong_factors = _scale(scale or ())
+    paths = [*files, *(path for path in (mass, damping, dof_map, nodes) if path is not None)]
+    gathering = Gathering()
+    options = gathering.take(
+        ImportOptions, mass=mass, damping=damping, dof_map=dof_map, nodes=nodes, names=names, constraints=spc,
+        material=material, fixed=tuple(fix or ()), quadratic=quadratic, units=units, scale=factors, to=to,
+    )  # fmt: skip
+    faults += [*wrong_names, *wrong_factors, *gathering.faults, *_file_faults(paths, output, force)]
+    if options is None or faults:
+        raise InputError(faults)
+    _import(files, output, options)
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImportRequest:
-    """What the command line says; see :class:`slipstick.importers.roles.ImportOptions`.
-
-    ``names`` are texts such as "K=KGG", ``scale`` such as "length=25.4e-3"; ``force`` allows an existing output to be
-    replaced.
-    """
-
-    files: Sequence[Path]
-    output: Path
-    mass: Path | None = None
-    damping: Path | None = None
-    dof_map: Path | None = None
-    nodes: Path | None = None
-    names: Sequence[str] = ()
-    constraints: int | None = None
-    young: float | None = None
-    poisson: float | None = None
-    density: float | None = None
-    conductivity: float | None = None
-    fixed: Sequence[str] = ()
-    quadratic: bool = False
-    units: str | None = None
-    scale: Sequence[str] = ()
-    to: str | None = None
-    force: bool = False
-
-
-def import_files(request: ImportRequest) -> None:
-    """Import and print what came in, one line each; notes that need attention are part of it.
-
-    Raises
-    ------
-    InputError
-        With all faults; the output is then as it was before.
-    """
+def _import(files: list[Path], output: Path, options: ImportOptions) -> None:
+    """Import and print what came in, one line each; notes that need attention are part of it."""
     from slipstick.importers.import_model import summary
     from slipstick.importers.read_model import read_model
-    from slipstick.importers.roles import ImportOptions
     from slipstick.io.model_file import save_model
 
-    material, faults = _material(request)
-    names, more = _names(request.names)
-    scale, wrong = _scale(request.scale)
-    faults += [*more, *wrong, *_file_faults(request)]
-    if faults:
-        raise InputError(faults)
-    options = ImportOptions(
-        mass=request.mass,
-        damping=request.damping,
-        dof_map=request.dof_map,
-        nodes=request.nodes,
-        names=names,
-        constraints=request.constraints,
-        material=material,
-        fixed=tuple(request.fixed),
-        quadratic=request.quadratic,
-        units=request.units,
-        scale=scale,
-        to=request.to,
-    )
-    say(f"reading {', '.join(path.name for path in request.files)} ...")
-    model = read_model(list(request.files), options, quiet=True)
-    save_model(model, request.output)
+    say(f"reading {', '.join(path.name for path in files)} ...")
+    model = read_model(files, options, quiet=True)
+    save_model(model, output)
     notes = summary(model)
     for line in notes:
         say(line)
     for warning in model.warnings:
-        complain(f"warning: {warning}")
+        warn_user(warning)
     kinds = 'kind = "fe"' if model.mesh is not None else 'kind = "matrices" or "fe"'
-    say(f'wrote {request.output}: name it in a case as [structure] {kinds}, file = "{request.output.name}"')
-    if request.units is None and "units: not stated" in " ".join(notes):
-        complain('warning: the units of the model are not stated; give them with --units "N, mm, t, s"')
+    say(f'wrote {output}: name it in a case as [structure] {kinds}, file = "{output.name}"')
+    if options.units is None and "units: not stated" in " ".join(notes):
+        warn_user('the units of the model are not stated; give them with --units "N, mm, t, s"')
 
 
-def _material(request: ImportRequest) -> tuple[Material | None, list[str | Fault]]:
-    from slipstick.fem.materials import Material
+def _material(constants: dict[str, float]) -> tuple[Material | None, list[str | Fault]]:
+    from slipstick.fem.materials import REQUIRED, Material
 
-    given = {name: getattr(request, name) for name in ("young", "poisson", "density", "conductivity")}
-    if all(value is None for value in given.values()):
-        return None, []
     missing: list[str | Fault] = [
-        f"--{name} is missing; a material needs --young, --poisson and --density" for name in _needed(given)
+        f"--{name} is missing; a material needs --young, --poisson and --density"
+        for name in REQUIRED
+        if constants and name not in constants
     ]
-    if missing:
+    if missing or not constants:
         return None, missing
     try:
-        return Material(**{name: value for name, value in given.items() if value is not None}), []
+        return Material(**constants), []
     except InputError as error:
         return None, [fault.below("material") for fault in error.faults]
-
-
-def _needed(given: dict[str, float | None]) -> Iterable[str]:
-    return (name for name in ("young", "poisson", "density") if given[name] is None)
 
 
 def _names(texts: Sequence[str]) -> tuple[dict[str, str], list[str]]:
@@ -179,37 +114,30 @@ def _names(texts: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     return names, faults
 
 
-def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str | Fault]]:
+def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str]]:
     """``["length=25.4e-3"]`` as a table."""
-    from slipstick.importers.import_model import scale_factors
-
-    if not texts:
-        return None, []
-    given: dict[str, Any] = {}
+    factors: dict[str, float] = {}
     for text in texts:
         name, _, value = text.partition("=")
         try:
-            given[name] = float(value)
+            factors[name] = float(value)
         except ValueError:
             return None, [f"--scale {text}: expected a factor such as length=25.4e-3"]
-    try:
-        return scale_factors(given), []
-    except InputError as error:
-        return None, [*error.faults]
+    return factors or None, []
 
 
-def _file_faults(request: ImportRequest) -> list[str]:
-    out = request.output
-    faults = []
-    told = [request.mass, request.damping, request.dof_map, request.nodes]
-    for path in [path for path in (*request.files, *told) if path is not None and not path.is_file()]:
-        faults.append(f"{path}: {'found a folder; give its files' if path.is_dir() else 'there is no such file'}")
-    if out.suffix.lower() not in _SUFFIXES:
-        faults.append(f"-o {out}: expected a name that ends in .h5")
-    if out.is_dir():
-        faults.append(f"-o {out}: found a folder; expected a file such as model.h5")
-    elif not out.parent.is_dir():
-        faults.append(f"-o {out}: the folder {out.parent} is not there; make it first")
-    elif out.exists() and not request.force:
-        faults.append(f"{out}: is there already; choose another name with -o, or --force to replace it")
+def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str]:
+    faults = [
+        f"{path}: {'found a folder; give its files' if path.is_dir() else 'there is no such file'}"
+        for path in files
+        if not path.is_file()
+    ]
+    if output.suffix.lower() not in _SUFFIXES:
+        faults.append(f"-o {output}: expected a name that ends in .h5")
+    if output.is_dir():
+        faults.append(f"-o {output}: found a folder; expected a file such as model.h5")
+    elif not output.parent.is_dir():
+        faults.append(f"-o {output}: the folder {output.parent} is not there; make it first")
+    elif output.exists() and not force:
+        faults.append(f"{output}: is there already; choose another name with -o, or --force to replace it")
     return faults

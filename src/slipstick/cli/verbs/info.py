@@ -17,13 +17,13 @@ def all_versions() -> dict[str, str]:
     """Versions of this package, Python and what it computes with."""
     from slipstick import __version__
 
-    found = {"slipstick": __version__, "python": platform.python_version()}
+    versions = {"slipstick": __version__, "python": platform.python_version()}
     for name in _PACKAGES:
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "missing"
-    return found
+            versions[name] = "missing"
+    return versions
 
 
 @verb

@@ -44,12 +44,12 @@ def list_examples() -> None:
     _listed(e for e in known if not e.is_case)
 
 
-def _listed(found: Iterable[Example]) -> None:
+def _listed(listing: Iterable[Example]) -> None:
     """A line each, no wider than the terminal."""
-    found = list(found)
-    column = max(len(one.name) for one in found) + 2
+    listing = list(listing)
+    column = max(len(one.name) for one in listing) + 2
     width = max(shutil.get_terminal_size().columns - column - 3, 20)
-    for one in found:
+    for one in listing:
         say(f"  {one.name:<{column}}{textwrap.shorten(one.about, width, placeholder=' ...')}")
 
 
@@ -67,11 +67,11 @@ def write_example(name: str, folder: Path | None, *, python: bool = False) -> li
         return _own_script(Path(name), folder)
     if Path(name).is_file() and Path(name).stem not in examples():
         raise InputError(f"{name}: is a file, no example; of a case file, --python writes the script")
-    found = example(name)
-    main = (found.path.name, found.path.read_bytes())
-    if python and found.is_case:
-        main = _script(found.path, found.path.read_text(encoding="utf-8"))
-    written = write_files(folder or Path(), dict([main, *((path.name, path.read_bytes()) for path in found.needs)]))
+    chosen = example(name)
+    main = (chosen.path.name, chosen.path.read_bytes())
+    if python and chosen.is_case:
+        main = _script(chosen.path, chosen.path.read_text(encoding="utf-8"))
+    written = write_files(folder or Path(), dict([main, *((path.name, path.read_bytes()) for path in chosen.needs)]))
     say(f"next: {'python' if written[0].suffix == '.py' else 'slipstick run'} {written[0]}")
     return written
 

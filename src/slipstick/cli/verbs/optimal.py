@@ -34,17 +34,18 @@ def optimal(
 
     read, table = case_with(case, "optimal", 'parameter = "damper.normal_load"')
     with folder_of(read, output, "optimal", force) as folder:
-        found = quietly(
+        optimum = quietly(
             optimal,
             read.problem(), table.parameter, omega=range_of(read, table), dof=table.dof, start=table.start
         )  # fmt: skip
-        answer |= {"value": found.value, "omega": found.omega, "amplitude": found.amplitude, "kind": found.kind}
-        if found.kind:
-            unit = after_number(str(found.branch.table["parameter"].attrs.get("units", "")))
-            where = peak_text(read, found.branch, found.amplitude, found.omega)
-            say(f"the peak of {found.dof} is {found.kind} at {table.parameter} = {found.value:.8g}{unit}: {where}")
-        branch = _among_peaks(read, table, found)
-        drawn = {"response": lambda branch: branch.plot.response(found.dof)} if figures and len(branch) > 1 else {}
+        answer |= {"value": optimum.value, "omega": optimum.omega, "amplitude": optimum.amplitude, "kind": optimum.kind}
+        if optimum.kind:
+            unit = after_number(str(optimum.branch.table["parameter"].attrs.get("units", "")))
+            where = peak_text(read, optimum.branch, optimum.amplitude, optimum.omega)
+            at = f"{table.parameter} = {optimum.value:.8g}{unit}"
+            say(f"the peak of {optimum.dof} is {optimum.kind} at {at}: {where}")
+        branch = _among_peaks(read, table, optimum)
+        drawn = {"response": lambda branch: branch.plot.response(optimum.dof)} if figures and len(branch) > 1 else {}
         return written(read, branch, folder, answer, figures=drawn)
 
 
@@ -52,23 +53,23 @@ _BESIDE = 4.0
 """The peak is shown from this part of the optimal value to as many times it."""
 
 
-def _among_peaks(case: Case, table: Any, found: Optimum) -> Branch:
+def _among_peaks(case: Case, table: Any, optimum: Optimum) -> Branch:
     """The peak over values round the optimal one, which is marked; the optimum alone where it is not met again."""
     from slipstick.analysis.peaks.tracking import track_peak
 
-    if not found.kind or found.value == 0.0:
-        return found.branch
-    span = (found.value / _BESIDE, found.value * _BESIDE)
+    if not optimum.kind or optimum.value == 0.0:
+        return optimum.branch
+    span = (optimum.value / _BESIDE, optimum.value * _BESIDE)
     try:
         peaks = quietly(
-            track_peak, case.problem(), table.parameter, span, omega=range_of(case, table), dof=found.dof
+            track_peak, case.problem(), table.parameter, span, omega=range_of(case, table), dof=optimum.dof
         )  # fmt: skip
     except InputError:  # a parameter that cannot have such values
-        return found.branch
+        return optimum.branch
     data = peaks.table
     met = data["parameter"].to_numpy()[data["kind"].to_numpy() == "optimum"]
-    near = abs(met - found.value) <= _SAME * abs(found.value)
-    return peaks if peaks.outcome.ok and near.any() else found.branch
+    near = abs(met - optimum.value) <= _SAME * abs(optimum.value)
+    return peaks if peaks.outcome.ok and near.any() else optimum.branch
 
 
 _SAME = 1e-6

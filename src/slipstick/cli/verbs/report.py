@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipstick.cli.options import results_files
-from slipstick.cli.output import REPORT, RESULTS, results_in
 from slipstick.cli.terminal.answers import Answer
-from slipstick.cli.terminal.guard import complain, say
+from slipstick.cli.terminal.guard import complain, say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.runs.folder import REPORT, results_of
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
@@ -66,12 +66,11 @@ def report_results(
     """
     from slipstick.io.loading import load
     from slipstick.report.writing import write_report
-    from slipstick.studies.folder import STUDY_FILE
 
-    paths = [results_in(path, RESULTS, STUDY_FILE) for path in paths]
+    paths = [results_of(path) for path in paths]
     twice = sorted({str(path) for path in paths if paths.count(path) > 1})
     for name in twice:
-        complain(f"warning: {name}: is given twice, and drawn twice")
+        warn_user(f"{name}: is given twice, and drawn twice")
     if output is not None and output.suffix.lower() not in _PAGES and not output.exists():
         raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
     if case is not None:
@@ -108,7 +107,7 @@ def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
     from slipstick.case.case import Case
     from slipstick.cli.one_table import quietly
-    from slipstick.cli.terminal.prepare import prepare_kernel
+    from slipstick.cli.terminal.guard import prepare_kernel
     from slipstick.io.loading import load_dataset
 
     told = load_dataset(path).attrs
@@ -122,7 +121,7 @@ def _case_of(path: Path, number: int) -> Branch:
         raise InputError(f"--case: found {number}; expected a case of the study, from 0 to {len(case.plan) - 1}")
     prepare_kernel(complain)
     job = case.study_job()
-    branch: Branch = quietly(job.request(case.plan.problem(job.problem, number)).branch)
+    branch = quietly(job.request(case.plan.problem(job.problem, number)).branch)
     values = zip(case.plan.names, case.plan.values[number].tolist(), strict=True)
     branch.table.attrs.update(case.names | {"study_case": ", ".join(f"{key} = {value:g}" for key, value in values)})
     return branch
@@ -146,13 +145,13 @@ def labels(paths: Sequence[Path]) -> list[str]:
     (['v0', 'v10'], ['v0'])
     """
     whole = [path.resolve() for path in paths]
-    for found in (
+    for names in (
         [p.stem for p in whole],
         [p.parent.name for p in whole],
         [f"{p.parent.name}/{p.stem}" for p in whole],
     ):
-        if len(set(found)) == len(found):
-            return found
+        if len(set(names)) == len(names):
+            return names
     return (
         [str(path) for path in paths] if len(set(paths)) == len(paths) else [f"{i} {p}" for i, p in enumerate(paths, 1)]
     )

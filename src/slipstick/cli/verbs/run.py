@@ -2,43 +2,51 @@
 
 from __future__ import annotations
 
-import math
-import time
-import warnings
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from slipstick.cli.options import CasePath, Figures, Force, Formats, NoFigures, Quiet, Report, TimeLimit, folder_option
-from slipstick.cli.output import REPORT, OutputFolder
-from slipstick.cli.run_options import PLAIN, UNFINISHED, RunOptions, run_options
+from slipstick.cli.options import (
+    PLAIN,
+    CasePath,
+    Figures,
+    Force,
+    Formats,
+    NoFigures,
+    Quiet,
+    Report,
+    RunOptions,
+    TimeLimit,
+    Wanted,
+    folder_option,
+    run_options,
+)
 from slipstick.cli.terminal.answers import Answer, case_answer, files_in, results_answer
 from slipstick.cli.terminal.guard import (
     BAD_INPUT,
     DONE,
     STOPPED,
     complain,
-    fault_sentence,
-    os_sentence,
+    prepare_kernel,
     say,
     termination_as_interrupt,
+    warn_user,
+    warnings_said,
 )
-from slipstick.cli.terminal.prepare import prepare_kernel
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
-from slipstick.errors import InputError, Outcome, SlipstickWarning
+from slipstick.errors import InputError
+from slipstick.runs.failures import fault_sentence
+from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.resume import Checkpoint
+    from matplotlib.axes import Axes
+
+    from slipstick.branch import Branch
     from slipstick.case.case import Case
-    from slipstick.cli.terminal.progress import Progress
-    from slipstick.io.journal import Recorded
-    from slipstick.results.schema import Layout
     from slipstick.results.table import ResultTable
+    from slipstick.runs.run import CaseRun
 
 
 @verb
@@ -70,6 +78,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, options: R
         If the case has faults or its results cannot be written, before anything is computed.
     """
     from slipstick.case.case import Case
+    from slipstick.runs.run import CaseRun
 
     case = Case.from_file(path, options.tell)
     told = print_warnings(case)
@@ -80,7 +89,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, options: R
         force=force,
     )
     try:
-        return Run(case, folder, options, told).whole()
+        return computed(CaseRun(case, folder, told), options)
     except BaseException:
         folder.abandon()
         raise
@@ -88,225 +97,163 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, options: R
         folder.release()
 
 
-@dataclass(frozen=True)
-class Begun:
-    """A run that ended before it was done: its journal, and the checkpoints of the points that are kept."""
+def computed(run: CaseRun, options: RunOptions) -> int:
+    """Compute a run, draw and report it, and tell how it goes; the exit code."""
+    from slipstick.cli.terminal.display import ShownCurve, curve_display
 
-    recorded: Recorded
-    checkpoints: Sequence[Checkpoint]
+    case = run.case
+    options.tell(f"{case.title}: {case.request}")
+    if case.plan is not None:
+        options.tell("[study] is for 'slipstick study'; this computes the case itself")
+    for name in case.further:
+        options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
+    run.until = options.until
+    prepare_kernel(options.tell)
+    factor, unit = case.shown_in
+    start, stop = (value / factor for value in case.span)
+    with termination_as_interrupt(), curve_display(start, stop, unit, quiet=options.quiet) as display:
+        run.compute(ShownCurve(case, display))
+    if options.figures and options.wanted.names and run.points > 1 and not run.failures:
+        _draw(run, options.wanted)
+    if options.report and run.points:
+        _report(run)
+    with termination_as_interrupt(), warnings_said():
+        run.finish()
+    _tell_doubled(run)
+    _summary(run, options)
+    if options.answer is not None:
+        options.answer.update(_answer(run))
+    if run.complete:
+        return DONE
+    return BAD_INPUT if run.failures and not run.points else STOPPED
 
 
-@dataclass
-class Run:
-    """One run from its start to its summary; what it found survives however it ends."""
-
-    case: Case
-    folder: OutputFolder
-    options: RunOptions
-    told: Sequence[str] = ()
-    begun: Begun | None = None
-    doubts: Sequence[str] = ()
-    """What could not be computed about the points, and what is suspicious in their values."""
-    outcome: Outcome = Outcome.INTERRUPTED
-    message: str = ""
-    failures: list[str] = field(default_factory=list)
-    seconds: float = 0.0
-    found: Mapping[str, Any] = field(default_factory=dict)
-    """Attributes of the branch."""
-    doubled: Sequence[Answer] = ()
+def _doubled(run: CaseRun) -> list[Answer]:
     """Branches of twice the period."""
-    until: float = math.inf
-    """When its time is up, of the monotonic clock."""
+    return [
+        {"file": file.name, "outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
+        for file, branch in run.doubled.items()
+    ]
 
-    def whole(self) -> int:
-        """From its first point to its summary; the exit code."""
-        self.compute()
-        code = self.finish()
-        if self.options.answer is not None:
-            self.options.answer.update(self.answer)
-        return code
 
-    def compute(self) -> None:
-        """Follow the branch; every point goes to the store at once."""
-        from slipstick.cli.terminal.progress import progress
-        from slipstick.results.record import Recorder
+def _tell_doubled(run: CaseRun) -> None:
+    if run.case.response.follow is None or not run.points:
+        return
+    from slipstick.results.stability import PERIOD_DOUBLING
 
-        self.options.tell(f"{self.case.title}: {self.case.request}")
-        if self.case.plan is not None:
-            self.options.tell("[study] is for 'slipstick study'; this computes the case itself")
-        for name in self.case.further:
-            self.options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
-        begin = time.monotonic()
-        prepare_kernel(self.options.tell)
-        recorder = Recorder(
-            self.case.balance, parameter=self.case.parameter or "", stability=bool(self.case.response.judged)
-        )
-        self._open(replace(recorder.layout, attributes=self._attributes()))
-        factor, unit = self.case.shown_in
-        start, stop = (value / factor for value in self.case.span)
-        with termination_as_interrupt(), progress(start, stop, unit, quiet=self.options.quiet) as shown:
-            if self.options.time_limit is not None:
-                self.until = begin + self.options.time_limit
-            self._follow(shown)
-        self._close()
+    for file, branch in run.doubled.items():
+        say(f"twice the period, {file.name}: {len(branch)} points, {branch.message or branch.outcome.text}")
+    if run.complete and PERIOD_DOUBLING not in run.table["kind"].to_numpy():
+        say("the period doubles nowhere: there is no motion of twice the period to follow")
 
-    def _open(self, layout: Layout) -> None:
-        from slipstick.io.problem import fingerprint
-        from slipstick.io.store import ResultStore
 
-        problem = self.case.problem()
-        if self.begun is not None:
-            recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
-            self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
-            return
-        about = {"case_path": str(self.case.path.resolve()), "problem": fingerprint(problem)}
-        self.store = ResultStore(self.folder.results, layout, problem, about=about)
-        self.folder.copy_case()
+def _answer(run: CaseRun) -> Answer:
+    """What a program is told of the run."""
+    ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
+    said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
+    results = results_answer(run.table) if run.points else {"points": 0, "peaks": []}
+    doubled = {} if run.case.response.follow is None else {"subharmonics": _doubled(run)}
+    return {**case_answer(run.case), **ended, **said, **results, **doubled, **files_in(run.folder.work)}
 
-    def _follow(self, shown: Progress) -> None:
-        from slipstick.analysis.curve.record import undisturbed
-        from slipstick.cli.stored import Clock, Stored
 
-        checkpoints = () if self.begun is None else self.begun.checkpoints
-        sink: Stored | None = None
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SlipstickWarning)  # said before, or in the summary
-                run = replace(self.case.curve(), checkpoints=checkpoints).run()
-                sink = Stored(run, self.store, shown, self.case)
-                with undisturbed():
-                    for _ in run.follow(sink, Clock(self.until), guard=nullcontext):
-                        pass
-        except KeyboardInterrupt:
-            self.outcome = Outcome.INTERRUPTED
-        except Exception as error:
-            self._fail(error)
-        if sink is not None and sink.end is not None:
-            self.found = {**sink.end.attributes, **self.case.names}
-            self.doubts = sink.said()
-            if sink.end.error is not None:
-                self._fail(sink.end.error)
-            if not self.failures:
-                self.outcome, self.message = sink.end.outcome, sink.end.message
+def _draw(run: CaseRun, wanted: Wanted) -> None:
+    """Draw the figures that are wanted; what these results have nothing to draw of is told, where it was asked for."""
+    from slipstick.plots import save_figure
 
-    def _fail(self, error: Exception) -> None:
-        """Take note of what ended the run."""
-        self.failures += error.sentences if isinstance(error, InputError) else [fault_sentence(error)]
+    try:
+        drawings = _drawings(run)
+        for name in wanted.names:
+            if name in drawings:
+                save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
+            elif not wanted.all_there:
+                warn_user(f"figures: there is nothing in these results to draw of '{name}'")
+    except Exception as error:
+        run.failures.append(f"figures: {fault_sentence(error)}")
 
-    def _close(self) -> None:
-        ended = {**self.found, "outcome": self.outcome.name, "outcome_text": self.text}
-        ended["warnings"] = "\n".join([*self.told, *self.doubts])
-        self.seconds = float(self.found.get("seconds", 0.0))
-        unfinished = self.failures or self.outcome in UNFINISHED
-        try:
-            self.store.close(ended, finished=not unfinished)
-        except OSError as error:
-            kept = f"every point is kept in {self.store.path}.journal, which slipstick reads"
-            said = os_sentence(error)
-            self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
 
-    @cached_property
-    def _data(self) -> ResultTable:
-        """The results as they were written, or as they stand in the journal."""
-        return self.store.table()
+def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
+    """What there is to draw, by name; loops and states are those at the point of the largest amplitude."""
+    import numpy as np
 
-    @property
-    def answer(self) -> Answer:
-        """What a program is told of the run."""
-        data = self._data if len(self.store) else None
-        ended = {"outcome": self.outcome.name, "message": self.text, "seconds": self.seconds, "errors": self.failures}
-        said = {"warnings": list(dict.fromkeys([*self.told, *self.doubts]))}
-        results = {"points": 0, "peaks": []} if data is None else results_answer(data)
-        doubled = {} if self.case.response.follow is None else {"subharmonics": self.doubled}
-        return {**case_answer(self.case), **ended, **said, **results, **doubled, **files_in(self.folder.work)}
+    from slipstick import plots
 
-    @property
-    def complete(self) -> bool:
-        """Whether all that was asked for is there."""
-        return self.outcome.ok and not self.failures
+    data = run.table.to_dataset()
+    dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
+    top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
+    drawings: dict[str, Callable[[], Axes]] = {
+        "response": lambda: plots.response(data, dof, references=_references(run.case)),
+        "mean": lambda: plots.mean(data, dof),
+        "phase": lambda: plots.phase(data, dof),
+        "spectrum": lambda: plots.spectrum(data, top, dof),
+        "history": lambda: plots.history(data, top, dof),
+    }
+    if not data.sizes["contact"]:
+        return drawings
+    busiest = str(data["contact"].to_numpy()[int(data["dissipated_power"].max("point").to_numpy().argmax())])
+    drawings |= {
+        "power": lambda: plots.power(data),
+        "fractions": lambda: plots.fractions(data, busiest),
+        "loop": lambda: plots.loops(data, top, busiest)[0],
+        "states": lambda: plots.states(data, top),
+    }
+    if np.ptp(data["friction_coefficient"].to_numpy()) > 0:
+        drawings["friction"] = lambda: plots.friction(data, busiest)
+    if "temperature" in data and data["temperature"].notnull().any():
+        drawings["temperature"] = lambda: plots.temperature(data, busiest)
+    return drawings
 
-    @property
-    def text(self) -> str:
-        """How it ended, in words."""
-        return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
 
-    def _attributes(self) -> Mapping[str, Any]:
-        """What an unfinished file says."""
-        from slipstick.results.schema import attributes_of
+def _references(case: Case) -> dict[str, Branch]:
+    """Linear responses without contact and fully stuck, over the range of frequencies."""
+    if case.parameter is not None:
+        return {}
+    from slipstick.analysis.curve.linear import linear_references
 
-        unfinished = "unfinished: the run ended before it could say why; every point found is kept"
-        made = attributes_of(
-            self.case.problem(), Outcome.INTERRUPTED, unfinished, self.told, parameter=self.case.parameter or ""
-        )
-        return {**made, **self.case.names}
+    return dict(linear_references(case.balance, case.omega))
 
-    def finish(self) -> int:
-        """Figures, report and summary; the exit code."""
-        found = len(self.store)
-        if self.options.figures and self.options.wanted.names and found > 1 and not self.failures:
-            self._draw()
-        if self.options.report and found:
-            self._report()
-        if self.case.response.follow is not None and self.complete and found:
-            self._follow_doubled()
-        if self.complete:
-            self.folder.complete()
-        self._summary(found)
-        for failure in self.failures:
-            complain(f"error: {failure}")
-        if self.complete:
-            return DONE
-        return BAD_INPUT if self.failures and not found else STOPPED
 
-    def _draw(self) -> None:
-        from slipstick.cli.figures import draw_figures
+def _report(run: CaseRun) -> None:
+    from slipstick.branch import Branch
+    from slipstick.report.writing import write_report
 
-        try:
-            for name in draw_figures(self._data.to_dataset(), self.case, self.folder.work, self.options.wanted):
-                complain(f"warning: figures: there is nothing in these results to draw of '{name}'")
-        except Exception as error:
-            self.failures.append(f"figures: {fault_sentence(error)}")
+    branch = Branch.from_dataset(run.table, run.case.problem())
+    branch.balance = run.case.balance  # made once for a run
+    report_or_warn(lambda: write_report(branch, run.folder.work / REPORT))
 
-    def _follow_doubled(self) -> None:
-        from slipstick.cli.doubled import follow_doubled
 
-        try:
-            self.doubled = follow_doubled(self.case, self.folder.results, self.until)
-        except Exception as error:
-            self.failures.append(f"twice the period: {fault_sentence(error)}")
+def report_or_warn(write: Callable[[], object]) -> None:
+    """Write a report; what cannot be reported has its results all the same."""
+    try:
+        write()
+    except InputError as error:
+        warn_user(str(error))
+    except Exception as error:
+        warn_user(f"report: {fault_sentence(error)}")
 
-    def _report(self) -> None:
-        """A run whose report cannot be written has its results all the same."""
-        from slipstick.branch import Branch
-        from slipstick.report.writing import write_report
 
-        try:
-            write_report(Branch.from_dataset(self._data, self.case.problem()), self.folder.work / REPORT)
-        except InputError as error:
-            complain(f"warning: {error}")
-        except Exception as error:
-            complain(f"warning: report: {fault_sentence(error)}")
+def _summary(run: CaseRun, options: RunOptions) -> None:
+    from slipstick.progress import duration
 
-    def _summary(self, found: int) -> None:
-        from slipstick.progress import duration
-
-        if found:
-            data = self._data
-            iterations = int(data["newton_iterations"].to_numpy().sum())
-            for line in peak_lines(data):
-                self.options.tell(line)
-            if "coordinates_of_motion" in data.attrs:
-                self.options.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
-            for sentence in self.doubts:
-                complain(f"warning: {sentence}")
-            self.options.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
-        if not self.failures:
-            say(self.text)
-        say(f"results in {self.folder.work}{'/' if found else ': no point was found'}")
-        if self.failures or self.outcome in UNFINISHED:
-            say(f"go on with: slipstick resume {self.folder.folder}")
-        if self.folder.replaces:
-            complain(f"the earlier results in {self.folder.folder} are untouched; the new ones are not complete")
+    folder = run.folder
+    if run.points:
+        data = run.table
+        for line in peak_lines(data):
+            options.tell(line)
+        if "coordinates_of_motion" in data.attrs:
+            options.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
+        for sentence in run.doubts:
+            warn_user(sentence)
+        iterations = int(data["newton_iterations"].to_numpy().sum())
+        options.tell(f"{run.points} points, {iterations} Newton iterations, {duration(run.seconds)}")
+    if not run.failures:
+        say(run.text)
+    say(f"results in {folder.work}{'/' if run.points else ': no point was found'}")
+    if run.unfinished:
+        say(f"go on with: slipstick resume {folder.folder}")
+    if folder.replaces:
+        complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
+    for failure in run.failures:
+        complain(f"error: {failure}")
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:

@@ -2,39 +2,36 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.options import CasePath, Quiet, Report, TimeLimit, folder_option
-from slipstick.cli.output import REPORT
-from slipstick.cli.run_options import PLAIN, RunOptions, run_options
+from slipstick.cli.options import PLAIN, CasePath, Quiet, Report, RunOptions, TimeLimit, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import (
     DONE,
     STOPPED,
     complain,
-    internal_sentence,
-    os_sentence,
+    prepare_kernel,
     say,
     termination_as_interrupt,
+    warn_user,
 )
-from slipstick.cli.terminal.prepare import prepare_kernel
 from slipstick.cli.verb import verb
-from slipstick.errors import InputError, Outcome
+from slipstick.cli.verbs.run import report_or_warn
+from slipstick.errors import InputError
+from slipstick.runs.failures import os_sentence
+from slipstick.runs.folder import REPORT
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.case.case import Case
-    from slipstick.studies.folder import Share, StudyFolder
+    from slipstick.runs.study import Spread, StudyRun
+    from slipstick.studies.folder import Share
     from slipstick.studies.solving import CaseSolved
 
 _LISTED = 5
@@ -60,21 +57,11 @@ def study(
     time_limit: TimeLimit = None,
 ) -> int:
     """Compute a case for all values that its table "study" names: study.nc, curves.nc, figures, report.html."""
+    from slipstick.runs.study import Spread
+
     spread = Spread(workers=workers, scheduler=scheduler, share=share_of(index, of))
     options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
     return run_study(case, output, spread=spread, missing=missing, options=options)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Spread:
-    """Who computes: processes on this machine, a Dask cluster at an address, or one of several jobs its share."""
-
-    workers: int | None = None
-    scheduler: str | None = None
-    share: Share | None = None
-
-
-HERE = Spread()
 
 
 def share_of(index: int | None, of: int | None) -> Share | None:
@@ -91,7 +78,7 @@ def share_of(index: int | None, of: int | None) -> Share | None:
 
 
 def run_study(
-    path: Path, output: Path | None, *, spread: Spread = HERE, missing: bool = False, options: RunOptions = PLAIN
+    path: Path, output: Path | None, *, spread: Spread | None = None, missing: bool = False, options: RunOptions = PLAIN
 ) -> int:
     """Compute every case of a study into a folder; the exit code.
 
@@ -101,8 +88,9 @@ def run_study(
         If the case has faults or no ``[study]``, or the folder holds another study.
     """
     from slipstick.case.case import Case
+    from slipstick.runs.study import HERE, StudyRun
 
-    case = Case.from_file(path, options.tell)
+    case, spread = Case.from_file(path, options.tell), spread or HERE
     folder = output if output is not None else Path(f"{case.name}-study")
     if spread.scheduler is not None and spread.workers is not None:
         raise InputError(
@@ -110,7 +98,7 @@ def run_study(
         )
     if spread.share is None and not missing:
         _refuse_earlier(folder)
-    return Study(case, folder, spread, options).whole(missing=missing)
+    return computed(StudyRun(case, folder, spread, missing=missing), options)
 
 
 def _refuse_earlier(folder: Path) -> None:
@@ -124,147 +112,87 @@ def _refuse_earlier(folder: Path) -> None:
         )
 
 
-@dataclass
-class Study:
-    """One study of a case from its start to its summary."""
+def computed(run: StudyRun, options: RunOptions) -> int:
+    """Compute what there is to do in a study, and tell how it goes; the exit code."""
+    from slipstick.case.study import cases_text
+    from slipstick.cli.terminal.display import study_display
 
-    case: Case
-    folder: Path
-    spread: Spread
-    options: RunOptions
-
-    def whole(self, *, missing: bool = False) -> int:
-        """What there is to compute, and the summary; the exit code."""
-        from slipstick.studies.folder import WHOLE, StudyFolder
-
-        plan = self.case.plan
-        if plan is None:
-            raise InputError(
-                f'{self.case.path}: [study] is missing; give the parameters, such as "damper.velocity" = [0, 1, 10]'
+    with run:
+        for sentence in run.plan.warnings:
+            warn_user(sentence)
+        options.tell(f"{run.case.title}: {cases_text(run.plan)}; {len(run.todo)} to compute")
+        if run.case.response.follow is not None:
+            options.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
+        run.begin()
+        if run.todo:
+            prepare_kernel(options.tell)
+        with termination_as_interrupt(), study_display(len(run.todo), quiet=options.quiet) as display:
+            run.compute(
+                lambda solved: display.case(failed=not solved.outcome.ok),
+                lambda text: display.note(f"  {text}"),
+                until=options.until,
             )
-        for sentence in plan.warnings:
-            complain(f"warning: {sentence}")
-        path = str(self.case.path.resolve())
-        place = StudyFolder(
-            self.folder, self.case.study_job(), plan, about=self.case.names, path=path, share=self.spread.share or WHOLE
-        )
-        try:
-            return self._computed(place, place.todo(missing=missing))
-        except (InputError, OSError):
-            place.abandon()
-            raise
-        finally:
-            place.release()
+        return _share_summary(run) if run.folder.share.of > 1 else _summary(run, run.write(), options)
 
-    def _computed(self, place: StudyFolder, todo: list[int]) -> int:
-        from slipstick.case.study import cases_text
 
-        assert self.case.plan is not None
-        self.options.tell(f"{self.case.title}: {cases_text(self.case.plan)}; {len(todo)} to compute")
-        if self.case.response.follow is not None:
-            self.options.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
-        stop, failure = None, ""
-        if todo:
-            place.begin()
-            prepare_kernel(self.options.tell)
+def _share_summary(run: StudyRun) -> int:
+    share, path = run.folder.share, run.folder.folder
+    cases = [solved for case, solved in run.folder.cases.items() if case in share]
+    left = sum(case in share for case in range(len(run.plan))) - len(cases)
+    say(f"share {share.index} of {share.of}: {len(cases)} cases computed, {left} left")
+    say(f"when every share is done: slipstick resume {path}")
+    _tell_failed(cases)
+    if run.failure:
+        complain(f"error: {run.failure}")
+    return STOPPED if run.failure or run.stopped or left or not all(s.outcome.ok for s in cases) else DONE
+
+
+def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
+    from slipstick.cli.verbs.report import report_study
+    from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
+
+    place, path, failure = run.folder, run.folder.folder, run.failure
+    if options.figures and not failure:
         try:
-            stop = self._solve(place, todo)
+            _draw(data, path)
         except OSError as error:
-            failure = os_sentence(error)
-        if place.share.of > 1:
-            return self._share_summary(place, stop, failure)
-        return self._summary(place, place.write(), stop, failure)
+            failure = f"figures: {os_sentence(error)}"
+    if options.report and place.cases:
+        report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
+    for line in _largest(data):
+        options.tell(line)
+    warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in run.plan.warnings]
+    for sentence in warned[:1]:
+        more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
+        warn_user(f"{sentence}{more}")
+    _tell_failed(list(place.cases.values()))
+    say(run.stopped.text if run.stopped is not None else str(data.attrs["outcome_text"]))
+    say(f"results in {path}/: {STUDY_FILE}, {CURVES_FILE}")
+    if failure:
+        complain(f"error: {failure}")
+    if len(place.cases) < len(run.plan):
+        say(f"go on with: slipstick resume {path}")
+    if options.answer is not None:
+        options.answer.update(_answer(run, data))
+    return DONE if place.complete and not failure else STOPPED
 
-    def _solve(self, place: StudyFolder, todo: list[int]) -> Outcome | None:
-        """Compute; how it ended early, if it did."""
-        from slipstick.cli.terminal.cases_progress import cases_progress
-        from slipstick.studies.workers import connected, solutions
 
-        until = None if self.options.time_limit is None else time.monotonic() + self.options.time_limit
-        workers = 1 if place.share.of > 1 else self.spread.workers
-        try:
-            with termination_as_interrupt(), ExitStack() as stack:
-                shown = stack.enter_context(cases_progress(len(todo), quiet=self.options.quiet))
-                client = None
-                if self.spread.scheduler is not None:
-                    client = stack.enter_context(connected(self.spread.scheduler))
-                    if not client.nthreads():
-                        shown.note(f"  waiting for workers at {self.spread.scheduler}")
-                found: Any = solutions(
-                    place.job,
-                    place.plan,
-                    todo,
-                    workers=workers,
-                    client=client,
-                    tell=lambda text: shown.note(f"  {text}"),
-                )
-                stack.callback(found.close)
-                for solved in found:
-                    place.add(solved)
-                    shown.case(failed=not solved.outcome.ok)
-                    if until is not None and time.monotonic() > until and len(place.found) < len(place.plan):
-                        return Outcome.TIME_LIMIT
-        except KeyboardInterrupt:
-            return Outcome.INTERRUPTED
-        return None
+def _draw(data: xarray.Dataset, folder: Path) -> None:
+    """Map of the peaks of a study over its first parameters, and its curves by the first."""
+    import numpy as np
 
-    def _share_summary(self, place: StudyFolder, stop: Outcome | None, failure: str) -> int:
-        own = {case: solved for case, solved in place.found.items() if case in place.share}
-        left = sum(case in place.share for case in range(len(place.plan))) - len(own)
-        say(f"share {place.share.index} of {place.share.of}: {len(own)} cases computed, {left} left")
-        say(f"when every share is done: slipstick resume {self.folder}")
-        _tell_failed(list(own.values()))
-        if failure:
-            complain(f"error: {failure}")
-        return STOPPED if failure or stop or left or not all(s.outcome.ok for s in own.values()) else DONE
+    from slipstick import plots
+    from slipstick.io.loading import load_dataset
+    from slipstick.plots.style import titled
+    from slipstick.studies.folder import CURVES_FILE
 
-    def _summary(self, place: StudyFolder, data: xarray.Dataset, stop: Outcome | None, failure: str) -> int:
-        from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
-
-        if self.options.figures and not failure:
-            failure = self._draw(data)
-        if self.options.report and place.found:
-            self._report()
-        for line in _largest(data):
-            self.options.tell(line)
-        warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in place.plan.warnings]
-        for sentence in warned[:1]:
-            more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
-            complain(f"warning: {sentence}{more}")
-        _tell_failed(list(place.found.values()))
-        say(stop.text if stop is not None else str(data.attrs["outcome_text"]))
-        say(f"results in {self.folder}/: {STUDY_FILE}, {CURVES_FILE}")
-        if failure:
-            complain(f"error: {failure}")
-        left = len(place.plan) - len(place.found)
-        if left:
-            say(f"go on with: slipstick resume {self.folder}")
-        complete = place.complete and not failure
-        if self.options.answer is not None:
-            self.options.answer.update(_answer(place, data, stop, self.folder))
-        return DONE if complete else STOPPED
-
-    def _draw(self, data: xarray.Dataset) -> str:
-        """Draw the figures; what went wrong, if something did."""
-        from slipstick.cli.figures import draw_study
-
-        try:
-            draw_study(data, self.folder)
-        except OSError as error:
-            return f"figures: {os_sentence(error)}"
-        return ""
-
-    def _report(self) -> None:
-        """A study whose report cannot be written has its results all the same."""
-        from slipstick.cli.verbs.report import report_study
-        from slipstick.studies.folder import STUDY_FILE
-
-        try:
-            report_study(self.folder / STUDY_FILE, self.folder / REPORT)
-        except InputError as error:
-            complain(f"warning: {error}")
-        except Exception as error:
-            complain(f"warning: report: {internal_sentence(error)}")
+    if not bool(data["peak_amplitude"].notnull().any()):
+        return
+    dof = str(data["dof"].to_numpy()[int(np.nanargmax(data["peak_amplitude"].max(data["case"].dims).to_numpy()))])
+    curves = plots.study_curves(load_dataset(folder / CURVES_FILE), data, dof)
+    for name, ax in {"map": plots.study_map(data, dof), "curves": curves}.items():
+        titled(ax.get_figure(root=True), str(data.attrs["title"]))
+        plots.save_figure(ax, folder / name)
 
 
 def _tell_failed(solved: list[CaseSolved]) -> None:
@@ -294,15 +222,8 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
             yield f"{word} peak of {dof}: {float(there):.6g}{unit} with {where}"
 
 
-def _answer(place: StudyFolder, data: xarray.Dataset, stop: Outcome | None, folder: Path) -> dict[str, Any]:
-    outcome = stop.name if stop is not None else str(data.attrs["outcome"])
-    failed = sum(not solved.outcome.ok for solved in place.found.values())
-    counts = {"cases": len(place.plan), "computed": len(place.found), "failed": failed}
-    return {"outcome": outcome, **counts, **files_in(folder)}
-
-
-def holds_study(folder: Path) -> bool:
-    """Whether a folder is that of a study."""
-    from slipstick.studies.folder import JOURNALS, STUDY_FILE
-
-    return (folder / STUDY_FILE).exists() or any(folder.glob(JOURNALS))
+def _answer(run: StudyRun, data: xarray.Dataset) -> Answer:
+    outcome = run.stopped.name if run.stopped is not None else str(data.attrs["outcome"])
+    solved = run.folder.cases.values()
+    counts = {"cases": len(run.plan), "computed": len(solved), "failed": sum(not s.outcome.ok for s in solved)}
+    return {"outcome": outcome, **counts, **files_in(run.folder.folder)}

@@ -60,11 +60,11 @@ def run_elements(first: int, last: int, inputs: Any, tables: Any, outputs: Any, 
 
     Returns ``DONE``, or the number of an element that cannot be computed, where the run ends.
     """
-    given, grid, out, kept = ElementInputs(*inputs), Grid(*tables), ElementOutputs(*outputs), States(*states)
+    every, grid, out, kept = ElementInputs(*inputs), Grid(*tables), ElementOutputs(*outputs), States(*states)
     k = workspace(grid)
     for e in range(first, last):
         total = evaluate(
-            ElementInputs(given.X[e], given.Y[e], given.parameters[e]), grid, k,
+            ElementInputs(every.X[e], every.Y[e], every.parameters[e]), grid, k,
             ElementOutputs(out.vectors[e], out.matrices[e], out.scalars[e]),
         )  # fmt: skip
         if total == FULL:

@@ -47,15 +47,15 @@ from slipstick.typing import Array
 
 
 @inlined
-def find_states(given: ElementInputs, grid: Grid, k: Workspace) -> tuple[int, ElementMotion]:
+def find_states(inputs: ElementInputs, grid: Grid, k: Workspace) -> tuple[int, ElementMotion]:
     """Intervals of one element in ``k.intervals``; returns their number (or ``FULL``) and the element.
 
     Rows of ``k.clamps`` receive, for the clamps behind ``lo`` and ``hi``: time (-1 where the motion is constant), bound
     with sign, periodic tangential motion there, and the constant ``f - kt w`` of the stick they lead to.
     """
-    par = given.parameters
+    par = inputs.parameters
     v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
-    X, Y = padded(given.X, 0.0, k.parts[:2]), padded(given.Y, given.Y[0] - par[P_GAP], k.parts[2:])
+    X, Y = padded(inputs.X, 0.0, k.parts[:2]), padded(inputs.Y, inputs.Y[0] - par[P_GAP], k.parts[2:])
     count, rate, limit = critical_times(ElementMotion(X, Y, v, kt, mu, kn, mu * kn, False), grid, k)
     e = ElementMotion(X, Y, v, kt, mu, kn, mu * kn, rate > STEEP * limit)
     if count == FULL:
@@ -135,25 +135,25 @@ def integral(i: int, grid: Grid, sums: Sums, W: Array) -> None:
 
 
 @inlined
-def finite(given: ElementInputs) -> bool:
+def finite(inputs: ElementInputs) -> bool:
     """Whether all that is given is a number: zero times it is zero."""
     total = 0.0
-    for i in range(given.X.size):
-        total += 0.0 * given.X[i] + 0.0 * given.Y[i]
-    for i in range(given.parameters.size):
-        total += 0.0 * given.parameters[i]
+    for i in range(inputs.X.size):
+        total += 0.0 * inputs.X[i] + 0.0 * inputs.Y[i]
+    for i in range(inputs.parameters.size):
+        total += 0.0 * inputs.parameters[i]
     return total == 0.0
 
 
 @inlined
-def evaluate(given: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs) -> int:
+def evaluate(inputs: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs) -> int:
     """Forces, tangents and sensitivities of one element; returns the number of its intervals, or ``FULL`` where they
     cannot be found. What is given as nan or infinite has nan for an answer, and no intervals.
     """
-    if not finite(given):
+    if not finite(inputs):
         out.vectors[:], out.matrices[:], out.scalars[:] = np.nan, np.nan, np.nan
         return 0
-    total, e = find_states(given, grid, k)
+    total, e = find_states(inputs, grid, k)
     if total == FULL:
         return FULL
     accumulate(total, k.intervals, grid.top, k.sums)
@@ -163,9 +163,9 @@ def evaluate(given: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs
     L, stick = 2 * n + 1, lengths[0]
     x, y, q, r, z = k.rows[3, :L], k.rows[4, :L], k.rows[5, :L], k.rows[6, :L], k.rows[7, :L]
     for i in range(L):
-        x[i], y[i] = given.X[i], given.Y[i]
+        x[i], y[i] = inputs.X[i], inputs.Y[i]
     x[0] = 0.0
-    y[0] -= given.parameters[P_GAP]
+    y[0] -= inputs.parameters[P_GAP]
     whole = total == 1 and k.intervals.code[0, 0] == STICK
     if e.steep and not whole:
         lengths[0], k.sums.ends[0] = 0.0, 0  # integrated piece by piece instead
@@ -193,7 +193,7 @@ def evaluate(given: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs
     work = e.v * vec[V_FX, 0]
     for j in range(n):
         work += (
-            0.5 * orders[j] * (given.X[2 * j + 2] * vec[V_FX, 2 * j + 1] - given.X[2 * j + 1] * vec[V_FX, 2 * j + 2])
+            0.5 * orders[j] * (inputs.X[2 * j + 2] * vec[V_FX, 2 * j + 1] - inputs.X[2 * j + 1] * vec[V_FX, 2 * j + 2])
         )
     scalar[S_WORK] = work
     scalar[S_STICK] = stick / TWO_PI

@@ -13,7 +13,7 @@ from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.rigid import Reference
 from slipstick.fem.ties import Sector
 from slipstick.importers.abaqus.blocks import Block
-from slipstick.importers.findings import Findings
+from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.mesh_model import Stated
 from slipstick.importers.text_numbers import whole_number
 from slipstick.typing import Array, IntArray
@@ -44,7 +44,7 @@ class Glue:
 
 @dataclass(frozen=True, kw_only=True)
 class Axes:
-    """Own directions at a place: rectangular by two vectors, or about an axis from one point to the other."""
+    """A system of directions: rectangular by two vectors, or about an axis from one point to the other."""
 
     cylindrical: bool
     a: Array
@@ -91,8 +91,12 @@ class Content:
         """File and line, for messages."""
         return self.findings.place(line)
 
+    def note(self, verdict: Verdict, block: Block, what: str = "") -> None:
+        """What becomes of a keyword."""
+        self.findings.add(verdict, block.shown, what, block.line)
+
     def reference(self, node: int) -> Reference:
-        """A node with rotations of its own."""
+        """A node with its position and its rotations."""
         self.turning.add(node)
         return Reference.of(node, self.position(node))
 
@@ -102,12 +106,12 @@ class Content:
 
     def one_node(self, word: str) -> int:
         """The node of a label, or of a set that holds one."""
-        found = named(word, self.node_sets)
-        if len(set(found)) != 1:
-            raise ValueError(f"{word} has {len(set(found))} nodes; expected one")
-        if found[0] not in self.nodes:
-            raise KeyError(f"node {found[0]}")
-        return found[0]
+        nodes = named(word, self.node_sets)
+        if len(set(nodes)) != 1:
+            raise ValueError(f"{word} has {len(set(nodes))} nodes; expected one")
+        if nodes[0] not in self.nodes:
+            raise KeyError(f"node {nodes[0]}")
+        return nodes[0]
 
 
 def named(word: str, sets: dict[str, list[int]]) -> list[int]:

@@ -29,7 +29,7 @@ from slipstick.typing import Array
 def on_equation(content: Content, block: Block) -> None:
     """A number of terms, then "node or set, direction, factor" in turn."""
     if block.parameters.keys() & {"REMOVE", "REMOVEALL"}:
-        content.findings.add(Verdict.COUPLING, block.shown, "takes equations away", block.line)
+        content.note(Verdict.COUPLING, block, "takes equations away")
         return
     count, start = 0, block.line
     words: list[str] = []
@@ -64,15 +64,15 @@ def _one_equation(content: Content, block: Block, words: list[str], line: int) -
     missing = [node for nodes, _, _ in parts for node in nodes if node not in content.nodes]
     if missing:
         raise KeyError(f"node {missing[0]}")
-    own = [
+    equations = [
         NodalEquation(terms=tuple((nodes[i % len(nodes)], axis, value) for nodes, axis, value in parts), where=where)
         for i in range(length)
     ]
-    content.stated.append(Stated(where=where, equations=lambda _: in_global(own, frames(content))))
+    content.stated.append(Stated(where=where, equations=lambda _: in_global(equations, frames(content))))
 
 
 def frames(content: Content) -> dict[int, Array]:
-    """Own directions of the nodes of *TRANSFORM."""
+    """Directions of the nodes that *TRANSFORM names."""
     return {node: axes_at(axes, content.position(node)) for node, axes in content.turned.items()}
 
 
@@ -100,11 +100,11 @@ def on_orientation(content: Content, block: Block) -> None:
     plain = block.parameters.get("DEFINITION", "COORDINATES") == "COORDINATES" and _numbers(block.rows[:1])
     if kind[0] in "RC" and not turned and plain and "NAME" in block.parameters:
         content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind)
-    content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+    content.note(Verdict.HARMLESS, block)
 
 
 def _numbers(rows: list[list[str]]) -> bool:
-    """Whether rows hold six numbers, or the few of an added turn: not names of distributions."""
+    """Whether rows hold numbers, or there are none: not names of distributions."""
     try:
         return bool([fortran_real(word) for row in rows for word in row if word]) or not rows
     except ValueError:
@@ -189,8 +189,7 @@ def on_rigid_body(content: Content, block: Block) -> None:
     parameters = block.parameters
     where = f"{content.where(block.line)}: {block.shown}"
     if "REFNODE" not in parameters or not parameters.keys() & {"NSET", "ELSET"}:
-        what = "makes a rigid body without REF NODE, or without NSET or ELSET"
-        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+        content.note(Verdict.COUPLING, block, "makes a rigid body without REF NODE, or without NSET or ELSET")
         return
     node = content.one_node(parameters["REFNODE"])
     reference = content.reference(node)
@@ -237,13 +236,13 @@ def on_kind_of_coupling(content: Content, block: Block) -> None:
     head, content.coupling = content.coupling.parameters, None
     where = f"{content.where(block.line)}: {block.shown}"
     if not head.keys() >= {"REFNODE", "SURFACE"} or "CYCLICSYMMETRY" in block.parameters:
-        content.findings.add(Verdict.COUPLING, block.shown, "couples nodes to a reference node", block.line)
+        content.note(Verdict.COUPLING, block, "couples nodes to a reference node")
         return
     axes = None
     if "ORIENTATION" in head:
         if head["ORIENTATION"] not in content.orientations:
             what = f"couples along the directions of ORIENTATION={head['ORIENTATION']}, which are not read"
-            content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+            content.note(Verdict.COUPLING, block, what)
             return
         axes = content.orientations[head["ORIENTATION"]]
     directions = sorted({d for row in block.rows for d in _span(row)}) or list(range(6))
@@ -306,27 +305,27 @@ def _distributing(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[Nodal
 def on_distributing_coupling(content: Content, block: Block) -> None:
     """CalculiX: the node of a DCOUP3D element moves as the weighted mean of others."""
     elements = set(content.element_sets[block.parameters["ELSET"]])
-    found = [
+    coupled = [
         nodes
         for kind, table in content.skipped.items()
         if kind.startswith("DCOUP")
         for label, nodes in table.items()
         if label in elements
     ]
-    if len(found) != 1:
-        content.findings.add(Verdict.COUPLING, block.shown, "couples nodes to a reference node", block.line)
+    if len(coupled) != 1:
+        content.note(Verdict.COUPLING, block, "couples nodes to a reference node")
         return
     content.read |= elements
     weights: dict[int, float] = {}
     for row in block.rows:
         for node in named(row[0], content.node_sets):
             weights[node] = weights.get(node, 0.0) + (fortran_real(row[1]) if len(row) > 1 and row[1] else 1.0)
-    total, node = sum(weights.values()), found[0][0]
+    total, node = sum(weights.values()), coupled[0][0]
     where = f"{content.where(block.line)}: {block.shown}"
     if not total > 0.0:
         raise ValueError(f"weights whose sum is {total:g}")
-    own = [
+    equations = [
         NodalEquation(terms=((node, axis, 1.0), *((n, axis, -w / total) for n, w in weights.items())), where=where)
         for axis in range(3)
     ]
-    content.stated.append(Stated(where=where, equations=lambda _: own))
+    content.stated.append(Stated(where=where, equations=lambda _: equations))

@@ -33,9 +33,7 @@ def on_tie(content: Content, block: Block) -> None:
     """A dependent and an independent surface on each line."""
     parameters = block.parameters
     if "MULTISTAGE" in parameters:
-        content.findings.add(
-            Verdict.COUPLING, block.shown, "joins stages with different numbers of sectors", block.line
-        )
+        content.note(Verdict.COUPLING, block, "joins stages with different numbers of sectors")
         return
     tolerance = fortran_real(parameters["POSITIONTOLERANCE"]) if parameters.get("POSITIONTOLERANCE") else None
     for line, row in zip(block.lines, block.rows, strict=True):
@@ -60,16 +58,16 @@ def moved_onto(content: Content, mesh: Mesh) -> Mesh:
     for glue in content.glues:
         if not glue.adjust:
             continue
-        nodes, found = _near(content, glue, mesh)
+        nodes, projection = _near(content, glue, mesh)
         size = face_size(mesh, surface_of(mesh, glue.independent, glue.where))
-        moved = found.distances > 1e-12 * size
+        moved = projection.distances > 1e-12 * size
         if moved.any():
             places = mesh.nodes.copy()
-            places[nodes[moved]] = found.places[moved]
+            places[nodes[moved]] = projection.places[moved]
             mesh = replace(mesh, nodes=places)
-            most = _length(found.distances, size)
+            most = _length(projection.distances, size)
             by = f"moves {moved.sum()} nodes onto the other surface, by {most} at most (ADJUST)"
-            if found.distances.max() > _DEFAULT * size:
+            if projection.distances.max() > _DEFAULT * size:
                 content.doubts.append(f"{glue.where} {by}: the elements there change their shape")
             else:
                 content.findings.extra.append(f"{glue.where} {by}")
@@ -84,20 +82,20 @@ def _near(content: Content, glue: Glue, mesh: Mesh) -> tuple[IntArray, Projectio
     """Dependent nodes that are near enough to be tied, and where they lie on the other surface."""
     onto = surface_of(mesh, glue.independent, glue.where)
     nodes = np.setdiff1d(nodes_of(content, mesh, glue.dependent, glue.where), onto.nodes)
-    found = project(mesh, onto, mesh.nodes[nodes])
-    near = found.distances <= (glue.tolerance or _DEFAULT * face_size(mesh, onto))
-    chosen = {name: getattr(found, name)[near] for name in ("nodes", "weights", "places", "distances")}
+    projection = project(mesh, onto, mesh.nodes[nodes])
+    near = projection.distances <= (glue.tolerance or _DEFAULT * face_size(mesh, onto))
+    chosen = {name: getattr(projection, name)[near] for name in ("nodes", "weights", "places", "distances")}
     return nodes[near], Projection(**chosen)
 
 
 def _tied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[NodalEquation]:
-    nodes, found = _near(content, glue, mesh)
+    nodes, projection = _near(content, glue, mesh)
     if not len(nodes):
         raise InputError(
             f"{glue.where}: no node of {glue.dependent} lies near enough to {glue.independent}; "
             "check the surfaces and POSITION TOLERANCE"
         )
-    yield from tie_equations(mesh, nodes, found, glue.where)
+    yield from tie_equations(mesh, nodes, projection, glue.where)
 
 
 def glue_warnings(content: Content, mesh: Mesh) -> Iterator[str]:
@@ -112,7 +110,7 @@ def glue_warnings(content: Content, mesh: Mesh) -> Iterator[str]:
 def _untied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[str]:
     onto = surface_of(mesh, glue.independent, glue.where)
     every = np.setdiff1d(nodes_of(content, mesh, glue.dependent, glue.where), onto.nodes)
-    nodes, found = _near(content, glue, mesh)
+    nodes, projection = _near(content, glue, mesh)
     far = np.setdiff1d(every, nodes)
     if len(far):
         yield (
@@ -120,9 +118,9 @@ def _untied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[str]:
             f"{glue.independent} and are not tied"
         )
     size = face_size(mesh, onto)
-    if found.distances.max(initial=0.0) > _TOLD * size:
+    if projection.distances.max(initial=0.0) > _TOLD * size:
         yield (
-            f"{glue.where} ties nodes that lie up to {_length(found.distances, size)}, from {glue.independent}: "
+            f"{glue.where} ties nodes that lie up to {_length(projection.distances, size)}, from {glue.independent}: "
             "turning as a whole strains the joint"
         )
 
@@ -130,10 +128,10 @@ def _untied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[str]:
 def _unlike(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh) -> Iterator[str]:
     """Sides of a sector that lie apart, whose nodes do not meet, or of which one is larger."""
     dependent, onto, size = _two_sides(content, glue, where, mesh)
-    found, rotation = sides(mesh, sector, dependent, onto)
-    if found.distances.max(initial=0.0) > _MEET * size:
-        yield f"{where}: the sides lie up to {_length(found.distances, size)}, apart when turned onto each other"
-    between = int((np.abs(found.weights).max(axis=1) < 1.0 - _MEET).sum())
+    projection, rotation = sides(mesh, sector, dependent, onto)
+    if projection.distances.max(initial=0.0) > _MEET * size:
+        yield f"{where}: the sides lie up to {_length(projection.distances, size)}, apart when turned onto each other"
+    between = int((np.abs(projection.weights).max(axis=1) < 1.0 - _MEET).sum())
     if between:
         yield (
             f"{where}: {between} of {len(dependent)} nodes of {glue.dependent} lie between nodes of "
@@ -210,7 +208,7 @@ def on_diameters(content: Content, block: Block) -> None:
 
 
 def about_diameters(content: Content) -> None:
-    """Of the families of a sector one is real: other ones asked for are refused, none asked for is warned of."""
+    """The family of 0 nodal diameters alone is real: a request for others is refused, one for none is warned of."""
     lines = [glue for glue in content.glues if glue.cyclic]
     if not lines:
         return

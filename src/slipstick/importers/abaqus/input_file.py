@@ -1,16 +1,19 @@
-"""Input files of Abaqus and CalculiX (.inp): nodes, solid elements, sets, surfaces, materials, supports.
+"""Input files of Abaqus and CalculiX (.inp): nodes, elements, sets, surfaces, materials, supports, masses, springs.
 
 Every keyword is read here, or has a verdict in keywords.py, or is named as not understood.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+
+import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
-from slipstick.importers.abaqus.blocks import Block, blocks
+from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
+from slipstick.importers.abaqus.blocks import Block, blocks, whole_text
 from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import (
     on_coupling,
@@ -24,7 +27,6 @@ from slipstick.importers.abaqus.couplings import (
     unfinished_coupling,
 )
 from slipstick.importers.abaqus.glues import about_diameters, on_cyclic, on_diameters, on_tie
-from slipstick.importers.abaqus.include import whole_text
 from slipstick.importers.abaqus.keywords import (
     KEYWORD_PARAMETERS,
     KEYWORD_VERDICTS,
@@ -33,9 +35,77 @@ from slipstick.importers.abaqus.keywords import (
     OTHER_SECTIONS,
     solid_type,
 )
-from slipstick.importers.abaqus.lumps import on_dashpot, on_inertia, on_mass, on_spring
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
+
+
+def _lumped_elements(content: Content, block: Block) -> Iterator[tuple[str, int, list[int]]]:
+    """Type, label and nodes of the elements of a section; they are marked as read."""
+    chosen = set(content.element_sets[block.parameters["ELSET"]])
+    for kind, table in content.skipped.items():
+        for label, nodes in table.items():
+            if label in chosen:
+                missing = [node for node in nodes if node not in content.nodes]
+                if missing:
+                    raise KeyError(f"node {missing[0]}")
+                content.read.add(label)
+                yield kind, label, nodes
+
+
+def on_mass(content: Content, block: Block) -> None:
+    """One mass for each element of the set."""
+    if "TYPE" in block.parameters and block.parameters["TYPE"] != "ISOTROPIC":
+        content.note(Verdict.COUPLING, block, "gives a mass that depends on the direction")
+        return
+    mass = fortran_real(block.rows[0][0])
+    for _, _, nodes in _lumped_elements(content, block):
+        content.lumped += point_mass(nodes[0], mass)
+
+
+def on_inertia(content: Content, block: Block) -> None:
+    """I11, I22, I33, I12, I13, I23 about each node of the set."""
+    if "ORIENTATION" in block.parameters:
+        content.note(Verdict.COUPLING, block, "gives inertia along directions of its own")
+        return
+    values = [fortran_real(word) if word else 0.0 for word in block.rows[0]]
+    xx, yy, zz, xy, xz, yz = [*values, *[0.0] * 6][:6]
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    for _, _, nodes in _lumped_elements(content, block):
+        content.turning.add(nodes[0])
+        content.lumped += point_mass(nodes[0], 0.0, inertia)
+
+
+def on_spring(content: Content, block: Block) -> None:
+    """SPRINGA along the line of its nodes, SPRING1 to ground, SPRING2 between two directions; linear ones."""
+    if block.parameters.keys() & {"NONLINEAR", "ORIENTATION", "COMPLEXSTIFFNESS"} or len(block.rows) > 2:
+        what = "gives springs that are not linear, depend on temperature or have directions of their own"
+        content.note(Verdict.COUPLING, block, what)
+        return
+    stiffness = fortran_real(block.rows[-1][0])
+    directions = [whole_number(word) - 1 for word in block.rows[0] if word] if len(block.rows) > 1 else []
+    for kind, _, nodes in _lumped_elements(content, block):
+        if kind == "SPRINGA":
+            ends = (nodes[0], nodes[1])
+            along = content.position(ends[1]) - content.position(ends[0])
+            content.lumped.append(axial_spring(stiffness, ends, along, content.where(block.line)))
+        else:
+            content.lumped.append(_spring(kind, nodes, directions, stiffness))
+
+
+def _spring(kind: str, nodes: list[int], directions: list[int], stiffness: float) -> Lumped:
+    wanted = {"SPRING1": 1, "SPRING2": 2}.get(kind)
+    if wanted is None or len(directions) != wanted or not all(0 <= d < 6 for d in directions):
+        raise ValueError(f"elements of type {kind} with {len(directions)} directions")
+    pairs = [*zip(nodes, directions, strict=False)]
+    return spring(stiffness, *pairs)
+
+
+def on_dashpot(content: Content, block: Block) -> None:
+    """Dashpots are damping, which is the structure's loss_factor or damping_ratio."""
+    count = sum(1 for _ in _lumped_elements(content, block))
+    what = f"gives damping to {count} dashpots, which is not read; give the structure's loss_factor or damping_ratio"
+    content.note(Verdict.APPROXIMATED, block, what)
+
 
 _INSTANCES = (
     'write a flat input file (Abaqus: Model, Edit Attributes, "Do not use parts and assemblies in input files")'
@@ -92,35 +162,29 @@ def _handle(content: Content, block: Block) -> None:
 def _parameters(content: Content, block: Block) -> None:
     """Parameters that nobody reads are named; data in other files are refused."""
     if "INPUT" in block.parameters:
-        content.findings.add(
-            Verdict.INCOMPLETE, block.shown, "has its data in another file; merge the files into one", block.line
-        )
+        content.note(Verdict.INCOMPLETE, block, "has its data in another file; merge the files into one")
     for name in block.parameters.keys() - KEYWORD_PARAMETERS.get(block.keyword, block.parameters.keys()):
-        content.findings.add(
-            Verdict.APPROXIMATED, block.shown, f"has the parameter {name}, which is not understood", block.line
-        )
+        content.note(Verdict.APPROXIMATED, block, f"has the parameter {name}, which is not understood")
 
 
 def _part(content: Content, block: Block) -> None:
     content.parts += 1
     if content.parts > 1:
-        content.findings.add(
-            Verdict.INCOMPLETE, block.shown, f"begins a second part, whose labels are its own; {_INSTANCES}", block.line
-        )
+        content.note(Verdict.INCOMPLETE, block, f"begins a second part, whose labels are its own; {_INSTANCES}")
 
 
 def _instance(content: Content, block: Block) -> None:
     content.instances += 1
     if content.instances > 1:
-        content.findings.add(Verdict.INCOMPLETE, block.shown, f"places a second instance; {_INSTANCES}", block.line)
+        content.note(Verdict.INCOMPLETE, block, f"places a second instance; {_INSTANCES}")
     elif any(fortran_real(word) for row in block.rows for word in row if word):
-        content.findings.add(Verdict.INCOMPLETE, block.shown, f"is an instance that is moved; {_INSTANCES}", block.line)
+        content.note(Verdict.INCOMPLETE, block, f"is an instance that is moved; {_INSTANCES}")
 
 
 def _node(content: Content, block: Block) -> None:
     if block.parameters.get("SYSTEM", "R") != "R":
         what = "gives cylindrical or spherical coordinates; write global rectangular ones"
-        content.findings.add(Verdict.INCOMPLETE, block.shown, what, block.line)
+        content.note(Verdict.INCOMPLETE, block, what)
     labels = []
     for line, row in zip(block.lines, block.rows, strict=True):
         if len(row) > 4 and all(word.lstrip("+-").isdigit() for word in row):
@@ -136,16 +200,16 @@ def _node(content: Content, block: Block) -> None:
 
 def _element(content: Content, block: Block) -> None:
     name = block.parameters["TYPE"]
-    found = solid_type(name)
-    labels = _skipped(content, block, name) if found is None else _solids(content, block, name, *found)
+    solid = solid_type(name)
+    labels = _skipped(content, block, name) if solid is None else _solids(content, block, name, *solid)
     if "ELSET" in block.parameters:
         content.element_sets.setdefault(block.parameters["ELSET"], []).extend(labels)
 
 
 def _skipped(content: Content, block: Block, name: str) -> list[int]:
-    found = {whole_number(words[0]): [*map(whole_number, words[1:])] for _, words in block.joined() if words}
-    content.skipped.setdefault(name, {}).update(found)
-    return list(found)
+    elements = {whole_number(words[0]): [*map(whole_number, words[1:])] for _, words in block.joined() if words}
+    content.skipped.setdefault(name, {}).update(elements)
+    return list(elements)
 
 
 def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
@@ -201,7 +265,7 @@ def _surface(content: Content, block: Block) -> None:
     elif kind == "ELEMENT" and block.rows:
         content.surfaces[name] = [*zip(block.lines, block.rows, strict=True)]
     else:
-        content.findings.add(Verdict.APPROXIMATED, block.shown, f"{name} of TYPE={kind} is left out", block.line)
+        content.note(Verdict.APPROXIMATED, block, f"{name} of TYPE={kind} is left out")
 
 
 def _material(content: Content, block: Block) -> None:
@@ -219,7 +283,7 @@ def _property(content: Content, block: Block) -> None:
     varies = any(row[:width] != rows[0][:width] for row in rows)
     if block.keyword == "CONDUCTIVITY" and (varies or not isotropic):
         what = "depends on temperature or direction and is not read; give conductivity in the case"
-        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+        content.note(Verdict.APPROXIMATED, block, what)
     elif not isotropic:
         _law(content, block)
     elif varies:
@@ -228,7 +292,7 @@ def _property(content: Content, block: Block) -> None:
         table["young"], table["poisson"] = rows[0][:2]
         if len(block.rows) == 1 and len(block.rows[0]) == 3 and block.rows[0][1] == "0":
             what = f"has Poisson's ratio 0 at a temperature of {block.rows[0][2]}: is it a decimal comma?"
-            content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+            content.note(Verdict.APPROXIMATED, block, what)
     else:
         table[block.keyword.lower()] = rows[0][0]
 
@@ -245,7 +309,7 @@ def _fault(content: Content, block: Block, what: str) -> None:
 
 def _section(content: Content, block: Block) -> None:
     if "COMPOSITE" in block.parameters:
-        content.findings.add(Verdict.COUPLING, block.shown, "lays up layers of materials", block.line)
+        content.note(Verdict.COUPLING, block, "lays up layers of materials")
     section = Section(
         elements=block.parameters["ELSET"],
         material=block.parameters.get("MATERIAL", "(none)"),
@@ -259,7 +323,7 @@ def _step(content: Content, block: Block) -> None:
     """A step about the loaded state of an earlier one is stiffened by its stress."""
     if "PERTURBATION" in block.parameters and content.loaded:
         what = "vibrates about the loaded state of the step before (stiffening by stress and rotation)"
-        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+        content.note(Verdict.COUPLING, block, what)
     content.steps.append(block.parameters)
 
 
@@ -267,7 +331,7 @@ def _loading(content: Content, block: Block) -> None:
     """A procedure that leaves the model loaded, unless its step is one of small motions or says otherwise."""
     step = content.steps[-1] if content.steps else {}
     content.loaded |= "PERTURBATION" not in step and step.get("NLGEOM") != "NO"
-    content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+    content.note(Verdict.HARMLESS, block)
 
 
 def _frequency(content: Content, block: Block) -> None:
@@ -275,25 +339,24 @@ def _frequency(content: Content, block: Block) -> None:
     large = any(step.get("NLGEOM", "NO") != "NO" for step in content.steps)
     if content.loaded and large and "PERTURBATION" not in content.steps[-1]:
         what = "is computed about the unloaded state; in Abaqus the step before, with NLGEOM, stiffens the structure"
-        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+        content.note(Verdict.APPROXIMATED, block, what)
     else:
-        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+        content.note(Verdict.HARMLESS, block)
 
 
 def _initial(content: Content, block: Block) -> None:
     if block.parameters.get("TYPE") in ("STRESS", "HARDENING", "PLASTICSTRAIN"):
-        content.findings.add(Verdict.COUPLING, block.shown, "sets stresses that stiffen the structure", block.line)
+        content.note(Verdict.COUPLING, block, "sets stresses that stiffen the structure")
     else:
-        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+        content.note(Verdict.HARMLESS, block)
 
 
 def _load(content: Content, block: Block) -> None:
     """Loads come from the case; a rotation also stiffens, which is left out."""
     if any(word.upper().startswith(("CENTRIF", "ROTA", "CORIO")) for row in block.rows for word in row[1:2]):
-        what = "rotates the structure: its stiffening and softening are left out"
-        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+        content.note(Verdict.APPROXIMATED, block, "rotates the structure: its stiffening and softening are left out")
     else:
-        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+        content.note(Verdict.HARMLESS, block)
 
 
 def _transform(content: Content, block: Block) -> None:
@@ -306,10 +369,9 @@ def _transform(content: Content, block: Block) -> None:
 def _boundary(content: Content, block: Block) -> None:
     parameters = block.parameters
     if parameters.get("OP") == "NEW" and content.held:
-        content.findings.add(Verdict.COUPLING, block.shown, "takes away the supports given before (OP=NEW)", block.line)
+        content.note(Verdict.COUPLING, block, "takes away the supports given before (OP=NEW)")
     if parameters.keys() & {"USER", "SUBMODEL"} or parameters.get("TYPE", "DISPLACEMENT") != "DISPLACEMENT":
-        what = "moves nodes by a routine, another model, a velocity or an acceleration"
-        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+        content.note(Verdict.COUPLING, block, "moves nodes by a routine, another model, a velocity or an acceleration")
     for line, row in zip(block.lines, block.rows, strict=True):
         nodes = [node for node in named(row[0], content.node_sets) if node in content.nodes]
         if not nodes and row[0].isdigit():

@@ -155,8 +155,8 @@ def solid_type(name: str) -> tuple[str, bool] | None:
     >>> solid_type("C3D20"), solid_type("C3D20R"), solid_type("DC3D8"), solid_type("S8R")
     (('hex20', True), ('hex20r', True), ('hex8', False), None)
     """
-    found = re.fullmatch(r"D?C3D(\d+)([A-Z]*)", name)
-    kind = _SOLIDS.get(int(found.group(1))) if found else None
-    if found is None or kind is None:
+    match = re.fullmatch(r"D?C3D(\d+)([A-Z]*)", name)
+    kind = _SOLIDS.get(int(match.group(1))) if match else None
+    if match is None or kind is None:
         return None
-    return _REDUCED.get(kind, kind) if "R" in found.group(2) else kind, name in _SAME
+    return _REDUCED.get(kind, kind) if "R" in match.group(2) else kind, name in _SAME

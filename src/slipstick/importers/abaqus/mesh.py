@@ -80,9 +80,9 @@ def read_input(path: Path) -> MeshModel:
 def _mass_note(mesh: Mesh, path: Path) -> tuple[str, ...]:
     """Elements whose mass CalculiX integrates with fewer points."""
     names = {"tet10": "C3D10", "wedge15": "C3D15", "hex20r": "C3D20R"}
-    found = [name for kind, name in names.items() if len(mesh.blocks.get(kind, ()))]
+    types = [name for kind, name in names.items() if len(mesh.blocks.get(kind, ()))]
     what = "is integrated exactly; CalculiX takes the points of the stiffness, and its frequencies differ a little"
-    return (f"{path.name}: the mass of {', '.join(found)} {what}",) if found else ()
+    return (f"{path.name}: the mass of {', '.join(types)} {what}",) if types else ()
 
 
 def _named_places(content: Content, mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -100,12 +100,12 @@ def _named_places(content: Content, mesh: Mesh) -> tuple[Mesh, list[str]]:
     places: dict[str, list[IntArray]] = {}
     where = f"{content.path.name}: an element"
     for name, members in content.element_sets.items():
-        own = [shapes[label] for label in dict.fromkeys(members) if label in shapes]
+        shaped = [shapes[label] for label in dict.fromkeys(members) if label in shapes]
         for count in (3, 4):
-            rows = [known[:count] for corners, known in own if corners == count and len(known) >= count]
+            rows = [known[:count] for corners, known in shaped if corners == count and len(known) >= count]
             if rows:
                 faces.setdefault(name, []).append(node_indices(mesh.labels, np.array(rows, dtype=np.int64), where))
-        held = [node for _, known in own for node in known]
+        held = [node for _, known in shaped for node in known]
         if held:
             places[name] = [node_indices(mesh.labels, np.array(held, dtype=np.int64), where)]
     before = {*mesh.surfaces, *mesh.node_sets}
@@ -119,7 +119,7 @@ def _named_places(content: Content, mesh: Mesh) -> tuple[Mesh, list[str]]:
 def touching(content: Content) -> tuple[str, ...]:
     """Elements that are no solids: refused where their section gives them stiffness and they share nodes with solids.
 
-    The others are told in notes.
+    Notes name the others.
     """
     solid = {node for table in content.elements.values() for nodes in table.values() for node in nodes}
     for section in (*content.sections, *content.other_sections):
@@ -184,15 +184,15 @@ def _mesh(content: Content) -> Mesh:
 
 
 def _known(content: Content, name: str, members: list[int]) -> IntArray:
-    """Labels of a set that the file has nodes for; the others are told."""
-    found = np.unique(np.array(members, dtype=np.int64))
-    there = np.isin(found, list(content.nodes))
+    """Labels of a set for which the file has nodes; a note names the others."""
+    labels = np.unique(np.array(members, dtype=np.int64))
+    there = np.isin(labels, list(content.nodes))
     if not there.all():
-        lost = found[~there]
+        lost = labels[~there]
         content.findings.extra.append(
             f"{content.path.name}: node set {name} names {len(lost)} nodes that are not in the file ({lost[0]}, ...)"
         )
-    return found[there]
+    return labels[there]
 
 
 def _positions(numbers: dict[str, IntArray], members: list[int]) -> dict[str, IntArray]:

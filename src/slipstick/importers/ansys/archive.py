@@ -27,7 +27,7 @@ from slipstick.importers.findings import Coupling, Findings
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, stated_each, with_surfaces
 from slipstick.importers.midsides import Edges, middle_equations, placed, whole_row, with_middles
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import Array, IntArray
 
 _HEAD = 10
@@ -50,15 +50,24 @@ _TETRAHEDRA = {4: "tet4", 10: "tet10"}
 _SOLID = {45, 64, 65, 73, 95, 185, 186, 190, 92, 187, 285}
 _QUADRATIC = {95, 186}
 _MESH200_SOLID = {8, 9, 10, 11}
-_KINDS = {
-    45: "SOLID45", 64: "SOLID64", 65: "SOLID65", 73: "SOLID73", 92: "SOLID92", 95: "SOLID95", 185: "SOLID185",
-    186: "SOLID186", 187: "SOLID187", 285: "SOLID285", 14: "COMBIN14", 21: "MASS21", 27: "MATRIX27", 37: "COMBIN37",
-    39: "COMBIN39", 40: "COMBIN40", 50: "MATRIX50", 151: "SURF151", 152: "SURF152", 153: "SURF153", 154: "SURF154",
-    156: "SURF156", 169: "TARGE169", 170: "TARGE170", 171: "CONTA171", 172: "CONTA172", 173: "CONTA173",
-    174: "CONTA174", 175: "CONTA175", 176: "CONTA176", 177: "CONTA177", 178: "CONTA178", 179: "PRETS179",
-    180: "LINK180", 181: "SHELL181", 184: "MPC184", 188: "BEAM188", 189: "BEAM189", 190: "SOLSH190", 200: "MESH200",
-    214: "COMBI214", 281: "SHELL281",
-}  # fmt: skip
+_FAMILIES = {
+    "SOLID": (45, 64, 65, 73, 92, 95, 185, 186, 187, 285),
+    "COMBIN": (14, 37, 39, 40),
+    "MASS": (21,),
+    "MATRIX": (27, 50),
+    "SURF": (151, 152, 153, 154, 156),
+    "TARGE": (169, 170),
+    "CONTA": (171, 172, 173, 174, 175, 176, 177, 178),
+    "PRETS": (179,),
+    "LINK": (180,),
+    "SHELL": (181, 281),
+    "MPC": (184,),
+    "BEAM": (188, 189),
+    "SOLSH": (190,),
+    "MESH": (200,),
+    "COMBI": (214,),
+}
+_KINDS = {number: f"{family}{number}" for family, numbers in _FAMILIES.items() for number in numbers}
 _WITHOUT_STIFFNESS = {151, 152, 153, 154, 156, 169, 170, 200}
 """Load elements, the targets of contacts, and elements for meshing only."""
 _SAME = {"SOLID92", "SOLID187", "MESH200", "SOLID186", "SOLID186 with KEYOPT(2) = 1"}
@@ -82,9 +91,9 @@ def read_archive(path: Path) -> MeshModel:
     _check_counts(text, path)
     archive = _parse(reader, path)
     made: Edges = {}
-    own = np.asarray(archive.nnum, dtype=np.int64)
-    parts = _elements(archive, made, own, path)
-    labels, nodes = placed(made, own, np.asarray(archive.nodes, dtype=float).reshape(-1, 3), path.name)
+    grids = np.asarray(archive.nnum, dtype=np.int64)
+    parts = _elements(archive, made, grids, path)
+    labels, nodes = placed(made, grids, np.asarray(archive.nodes, dtype=float).reshape(-1, 3), path.name)
     blocks = {k: node_indices(labels, part, f"{path.name}: an element") for k, part in parts.blocks.items()}
     groups = {name: np.asarray(part, dtype=np.int64) for name, part in archive.node_components.items()}
     mesh = Mesh(
@@ -97,10 +106,10 @@ def read_archive(path: Path) -> MeshModel:
     )
     findings = Findings(source=path.name)
     supported = classify_commands(findings, text)
-    found = read_materials(findings, text)
+    read = read_materials(findings, text)
     findings.refuse_incomplete()
     used = {name: int(name.split()[1]) for name in parts.sets}
-    materials = {name: found.materials[number] for name, number in used.items() if number in found.materials}
+    materials = {name: read.materials[number] for name, number in used.items() if number in read.materials}
     axes = _turned_nodes(text, path)
     lumps = Lumps(findings, archive, text, dict(zip(labels.tolist(), nodes, strict=True)), axes)
     added = tuple(lumps)
@@ -118,7 +127,7 @@ def read_archive(path: Path) -> MeshModel:
         couplings=(*findings.couplings, *_elements_that_matter(parts.skipped, path)),
         constraints=tuple(stated_each([*in_global(tied, axes), *along, *middle_equations(made, path.name)])),
         lumped=added,
-        material_faults=tuple(fault for number in used.values() for fault in found.faults.get(number, ())),
+        material_faults=tuple(fault for number in used.values() for fault in read.faults.get(number, ())),
         variants=parts.variants,
         axes=axes,
     )
@@ -151,7 +160,7 @@ def _refuse_missing(tied: Sequence[NodalEquation], labels: set[int]) -> None:
 
 
 def _turned_nodes(text: str, path: Path) -> dict[int, Array]:
-    """Own axes (rows) of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
+    """Axes (rows) of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
     turned: dict[int, Array] = {}
     for block in re.finditer(
         r"^NBLOCK[^\r\n]*\r?\n\((\d+)i(\d+),\s*\d+[eEgG](\d+)[^\r\n]*\r?\n((?:[ \t]*\d[^\r\n]*\r?\n)*)",
@@ -162,12 +171,10 @@ def _turned_nodes(text: str, path: Path) -> dict[int, Array]:
         start = integers * width + 3 * real
         for line in block.group(4).splitlines():
             words = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
-            try:
+            with reading(f"{path.name}: its NBLOCK has a line that"):
                 angles = [fortran_real(word) if word.strip() else 0.0 for word in words]
                 if any(angles):
                     turned[whole_number(line[:width])] = _axes_of([*angles, 0.0, 0.0][:3])
-            except ValueError as error:
-                raise InputError(f"{path.name}: its NBLOCK has a line that cannot be read ({error})") from None
     return turned
 
 
@@ -213,10 +220,10 @@ def _check_counts(text: str, path: Path) -> None:
     for block in re.finditer(
         r"^CMBLOCK,([^,\r\n]*),[^,\r\n]*,\s*(\d+)[^\r\n]*\r?\n\([^\r\n]*\r?\n([-\s\d]*)", text, re.MULTILINE
     ):
-        found = len(block.group(3).split())
-        if found != int(block.group(2)):
+        count = len(block.group(3).split())
+        if count != int(block.group(2)):
             raise InputError(
-                f"{path.name}: component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {found}"
+                f"{path.name}: component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {count}"
             )
 
 
@@ -245,8 +252,8 @@ def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts
             if kind not in LUMP_TYPES:
                 skipped[kind] = skipped.get(kind, 0) + 1
             continue
-        given = np.asarray(whole_row(row[_HEAD:].tolist(), kind in _QUADRATIC), dtype=np.int64)
-        name, nodes = _shape(given, int(row[8]), path)
+        row_nodes = np.asarray(whole_row(row[_HEAD:].tolist(), kind in _QUADRATIC), dtype=np.int64)
+        name, nodes = _shape(row_nodes, int(row[8]), path)
         nodes = with_middles(name, nodes, int(row[8]), made, first, path.name)
         full = solid[int(row[1])]
         name = _REDUCED.get((full, name), name)
@@ -269,7 +276,7 @@ def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts
 def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
     """Number of each solid element type, and its name with the options that change its integration.
 
-    Layered solids (KEYOPT(3) = 1 of 185 and 186) are none that we read.
+    Layered solids (KEYOPT(3) = 1 of 185 and 186) are not read.
     """
     for number, kind in np.asarray(archive.ekey).tolist():
         options = dict(tuple(pair[:2]) for pair in archive.key_option.get(number, []))
@@ -303,5 +310,5 @@ def _element_components(archive: Any, numbers: dict[str, IntArray]) -> dict[str,
 
 
 def _units(text: str) -> str:
-    found = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
-    return _UNITS.get(found.group(1).upper(), found.group(1)) if found else ""
+    match = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
+    return _UNITS.get(match.group(1).upper(), match.group(1)) if match else ""

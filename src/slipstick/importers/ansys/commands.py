@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
-from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 
 _TIES = "ties degrees of freedom to each other"
 _MISSING = "brings in data that are not in the file; write one archive with CDWRITE,DB"
@@ -89,10 +88,8 @@ def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
         if name == "D":
-            try:
+            with reading(f"{findings.source}, line {line}: D"):
                 held |= _support(findings, line, words)
-            except ValueError as error:
-                raise InputError(f"{findings.source}, line {line}: D cannot be read ({error})") from None
         elif name == "N" and "-1" not in words:  # which ends a block
             what = "adds, moves or turns a node outside of the node blocks, which is not read"
             findings.add(Verdict.COUPLING, name, what, line)

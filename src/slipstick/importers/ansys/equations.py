@@ -13,7 +13,7 @@ from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.importers.ansys.commands import LABELS, commands
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
 
 _CONSTANT = "has a constant that is not 0"
@@ -31,7 +31,7 @@ class _Set:
 
 
 def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
-    """Equations between nodes along their own directions, those between displacements and rotations.
+    """Equations between displacements and rotations, along the directions of the nodes.
 
     Raises
     ------
@@ -42,14 +42,12 @@ def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
     last: dict[str, _Set] = {}
     for line, name, words in commands(text):
         if name in ("CE", "CP"):
-            try:
+            with reading(f"{findings.source}, line {line}: {name}"):
                 _read(sets, last, line, name, words)
-            except (ValueError, IndexError) as error:
-                raise InputError(f"{findings.source}, line {line}: {name} cannot be read ({error})") from None
-    found: list[NodalEquation] = []
+    equations: list[NodalEquation] = []
     for (name, _), entry in sets.items():
-        found += _equations(findings, name, entry)
-    return found
+        equations += _equations(findings, name, entry)
+    return equations
 
 
 def _read(sets: dict[tuple[str, str], _Set], last: dict[str, _Set], line: int, name: str, words: list[str]) -> None:

@@ -2,8 +2,8 @@
 
 The layout is the documented one (fdfull.inc of Ansys' customisation files): records ``length, flags, data, length`` of
 4-byte words; a standard header, the header of the file, the directions used, the nodes in equation order; then, where
-the header points, for each equation the columns of the upper half (diagonal last) and their values. The reader kept by
-others, ansys-mapdl-reader, agrees (a test) but ends the process on a damaged file; here every length is checked first.
+the header points, for each equation the columns of the upper half (diagonal last) and their values. The reader
+ansys-mapdl-reader agrees (a test) but ends the process on a damaged file; here every length is checked first.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ _TYPE, _REAL, _NUMBER, _HEAD = 1, 2, 8, 10
 
 def real_constants(archive: Any, text: str) -> dict[int, list[float]]:
     """Real constants by set: of the RLBLOCK, and of R, RMORE and RMODIF commands."""
-    found = {
+    constants = {
         int(number): [float(value) for value in values]
         for number, values in zip(archive.rlblock_num, archive.rlblock, strict=False)
     }
@@ -31,15 +31,15 @@ def real_constants(archive: Any, text: str) -> dict[int, list[float]]:
         values = [fortran_real(word) if word else 0.0 for word in words[1:]] if name in ("R", "RMODIF") else []
         if name == "R" and words and words[0].isdigit():
             last = whole_number(words[0])
-            found[last] = values
+            constants[last] = values
         elif name == "RMORE" and last:
-            found[last] += [fortran_real(word) if word else 0.0 for word in words]
+            constants[last] += [fortran_real(word) if word else 0.0 for word in words]
         elif name == "RMODIF" and len(values) > 1 and words[0].isdigit():
             start = int(values[0]) - 1
-            known = found.setdefault(whole_number(words[0]), [])
+            known = constants.setdefault(whole_number(words[0]), [])
             known += [0.0] * max(0, start + len(values) - 1 - len(known))
             known[start : start + len(values) - 1] = values[1:]
-    return found
+    return constants
 
 
 class Lumps:
@@ -52,7 +52,7 @@ class Lumps:
     archive, text
         The archive as read, and its text.
     places, axes
-        Positions and own directions of nodes, by label.
+        Positions of nodes and their rotated directions, by label.
     """
 
     def __init__(

@@ -9,7 +9,7 @@ from slipstick.errors import InputError
 from slipstick.fem.materials import Material
 from slipstick.importers.ansys.commands import commands
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.text_numbers import fortran_real
+from slipstick.importers.text_numbers import fortran_real, reading
 
 _PROPERTIES = {"EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density", "KXX": "conductivity"}
 _OTHER_AXES = {"EY": "EX", "EZ": "EX", "NUYZ": "NUXY", "NUXZ": "NUXY", "PRYZ": "PRXY", "PRXZ": "PRXY"}
@@ -21,20 +21,20 @@ Values = dict[tuple[int, str], list[float]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class FoundMaterials:
+class MaterialTable:
     """Materials by number, and for others the sentences that say what is wrong."""
 
     materials: Mapping[int, Material] = field(default_factory=dict)
     faults: Mapping[int, list[str]] = field(default_factory=dict)
 
 
-def read_materials(findings: Findings, text: str) -> FoundMaterials:
+def read_materials(findings: Findings, text: str) -> MaterialTable:
     """Materials of the MP, MPDATA and TB commands; what is left out of them goes to ``findings``."""
     values: Values = {}
     faults: dict[int, list[str]] = {}
     for line, name, words in commands(text):
         where = f"{findings.source}, line {line}: {name}"
-        try:
+        with reading(where):
             if name == "MP":
                 _property(findings, line, values, faults, where, words[0], words[1], words[2:])
             elif name == "MPDATA":
@@ -44,8 +44,6 @@ def read_materials(findings: Findings, text: str) -> FoundMaterials:
                 )
             elif name == "TB":
                 _table(findings, line, faults, where, words)
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{where} cannot be read ({error})") from None
     materials: dict[int, Material] = {}
     for number in sorted({number for number, _ in values}):
         known = _constant(findings.source, values, number, faults)
@@ -56,7 +54,7 @@ def read_materials(findings: Findings, text: str) -> FoundMaterials:
             faults.setdefault(number, []).extend(
                 str(fault.inside(findings.source, f"material {number}")) for fault in error.faults
             )
-    return FoundMaterials(materials=materials, faults=faults)
+    return MaterialTable(materials=materials, faults=faults)
 
 
 def _property(
@@ -95,21 +93,21 @@ def _table(findings: Findings, line: int, faults: dict[int, list[str]], where: s
 
 def _constant(source: str, values: Values, number: int, faults: dict[int, list[str]]) -> dict[str, float]:
     """The properties of one material where they are the same at every temperature and along every axis."""
-    own = {label: found for (material, label), found in values.items() if material == number and found}
+    tables = {label: numbers for (material, label), numbers in values.items() if material == number and numbers}
     known: dict[str, float] = {}
     wrong: list[str] = []
-    for label, found in own.items():
-        if len(set(found)) > 1:
-            wrong.append(f"{label} depends on temperature ({found[0]:.6g} to {found[-1]:.6g})")
-        first = own.get(_OTHER_AXES.get(label, label), found)
-        if first[0] != found[0]:
-            wrong.append(f"{label} is {found[0]:.6g}, along x {first[0]:.6g}: not isotropic")
+    for label, numbers in tables.items():
+        if len(set(numbers)) > 1:
+            wrong.append(f"{label} depends on temperature ({numbers[0]:.6g} to {numbers[-1]:.6g})")
+        first = tables.get(_OTHER_AXES.get(label, label), numbers)
+        if first[0] != numbers[0]:
+            wrong.append(f"{label} is {numbers[0]:.6g}, along x {first[0]:.6g}: not isotropic")
         if label in _PROPERTIES:
-            known[_PROPERTIES[label]] = found[0]
+            known[_PROPERTIES[label]] = numbers[0]
     if {"young", "poisson"} <= known.keys():
         shear = known["young"] / (2.0 * (1.0 + known["poisson"]))
         for label in ("GXY", "GYZ", "GXZ"):
-            if label in own and abs(own[label][0] - shear) > 1e-3 * abs(shear):
-                wrong.append(f"{label} is {own[label][0]:.6g}, of an isotropic material {shear:.6g}: not isotropic")
+            if label in tables and abs(tables[label][0] - shear) > 1e-3 * abs(shear):
+                wrong.append(f"{label} is {tables[label][0]:.6g}, of an isotropic material {shear:.6g}: not isotropic")
     faults.setdefault(number, []).extend(f"{source}: material {number}: {sentence}" for sentence in wrong)
     return known

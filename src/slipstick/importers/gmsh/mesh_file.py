@@ -133,9 +133,9 @@ class _Numbers:
         """Floating-point numbers."""
         return self._take(count, "f8").astype(float)
 
-    def _whole(self, found: AnyArray) -> IntArray:
-        whole = found.astype(np.int64)
-        if np.any(whole != found) or np.any(whole < -(2**31)):
+    def _whole(self, numbers: AnyArray) -> IntArray:
+        whole = numbers.astype(np.int64)
+        if np.any(whole != numbers) or np.any(whole < -(2**31)):
             raise _Ends(f"${self._section} holds other numbers than whole ones where those are expected")
         return whole
 
@@ -202,23 +202,23 @@ def _sections(data: bytes, path: Path) -> _Sections:
         if order is None or words[2] != b"8":
             raise _Ends("the binary header does not fit")
         at += 4
-    found = _Sections(version=version, order=order)
+    sections = _Sections(version=version, order=order)
     while True:
         start = data.find(b"$", at)
         if start < 0:
-            return found
+            return sections
         name_line, begin = _line(data, start)
         name = name_line[1:].decode("ascii", "replace").strip()
         end = data.find(f"$End{name}".encode(), begin)
         if name.startswith("End"):
             at = begin
         elif order is not None and name in ("Nodes", "Elements", "Entities"):
-            found.begins[name] = data[begin:]  # bytes of numbers may look like the end of a section
-            at = begin + _length(found, name, path)
+            sections.begins[name] = data[begin:]  # bytes of numbers may look like the end of a section
+            at = begin + _length(sections, name, path)
         elif end < 0:
             raise _Ends(f"${name} has no end")
         else:
-            found.begins.setdefault(name, data[begin:end])
+            sections.begins.setdefault(name, data[begin:end])
             at = end
 
 
@@ -266,20 +266,20 @@ def _type(number: int, path: Path) -> tuple[str, int]:
 def _version_2(sections: _Sections, path: Path) -> tuple[IntArray, Array, list[Cells]]:
     """An element of several groups stands there once for each of them."""
     labels, points, _ = _nodes_2(sections)
-    found, _ = _elements_2(sections, path)
+    elements, _ = _elements_2(sections, path)
     cells = []
-    for kind, rows in found.items():
+    for kind, rows in elements.items():
         places: dict[tuple[int, ...], int] = {}
         nodes: list[tuple[int, ...]] = []
         groups: dict[tuple[int, int], dict[int, None]] = {}
-        for entity, physical, own in rows:
+        for entity, physical, nodes_of in rows:
             group = groups.setdefault((_dimension(kind), physical), {})
-            index = places.get((entity, *own))
+            index = places.get((entity, *nodes_of))
             if index is None or index in group:  # twice in one group is twice in the mesh, and refused there
-                index = places[entity, *own] = len(nodes)
-                nodes.append(own)
+                index = places[entity, *nodes_of] = len(nodes)
+                nodes.append(nodes_of)
             group[index] = None
-        chosen = {key: np.array([*own], dtype=np.int64) for key, own in groups.items() if key[1]}
+        chosen = {key: np.array([*members], dtype=np.int64) for key, members in groups.items() if key[1]}
         cells.append(Cells(kind=kind, nodes=np.array(nodes, dtype=np.int64), groups=chosen))
     return labels, points, cells
 
@@ -316,7 +316,7 @@ _Row = tuple[int, int, tuple[int, ...]]
 def _elements_2(sections: _Sections, path: Path) -> tuple[dict[str, list[_Row]], int]:
     """Elements by type as (entity, physical group, nodes)."""
     numbers, count, before = _counted(sections, "Elements")
-    found: dict[str, list[_Row]] = {}
+    elements: dict[str, list[_Row]] = {}
     left = count
     while left > 0:
         if sections.order is None:
@@ -330,9 +330,9 @@ def _elements_2(sections: _Sections, path: Path) -> tuple[dict[str, list[_Row]],
         if tags < 2 or repeated < 1:
             raise _Ends("$Elements holds an element without its group and entity")
         for row in numbers.ints(repeated * width).reshape(-1, width).tolist():
-            found.setdefault(kind, []).append((row[ahead + 1], row[ahead], tuple(row[ahead + tags :])))
+            elements.setdefault(kind, []).append((row[ahead + 1], row[ahead], tuple(row[ahead + tags :])))
         left -= repeated
-    return found, before + (numbers.used if sections.order is not None else 0)
+    return elements, before + (numbers.used if sections.order is not None else 0)
 
 
 # ---- format 4.1 ------------------------------------------------------------------------------------------------------
@@ -351,16 +351,16 @@ def _version_4(sections: _Sections, path: Path) -> tuple[IntArray, Array, list[C
 
 def _entities(numbers: _Numbers) -> dict[tuple[int, int], list[int]]:
     """Physical groups of each point, curve, surface and volume, by dimension and number."""
-    found = {}
+    groups = {}
     for dimension, count in enumerate(numbers.sizes(_DIMENSIONS).tolist()):
         for _ in range(count):
             tag = int(numbers.ints(1)[0])
             numbers.reals(6 if dimension else 3)
             # a group in which the entity is turned over has a negative number
-            found[dimension, tag] = np.abs(numbers.ints(int(numbers.sizes(1)[0]))).tolist()
+            groups[dimension, tag] = np.abs(numbers.ints(int(numbers.sizes(1)[0]))).tolist()
             if dimension:
                 numbers.ints(int(numbers.sizes(1)[0]))
-    return found
+    return groups
 
 
 def _nodes_4(numbers: _Numbers) -> tuple[IntArray, Array]:
@@ -399,7 +399,7 @@ def _indexed(part: Cells, labels: IntArray, names: dict[tuple[int, int], str], p
     if like in _EDGES:
         nodes = nodes[:, _our_order(like)]
     return Cells(
-        kind=part.kind, nodes=nodes, groups={names[key]: own for key, own in part.groups.items() if key in names}
+        kind=part.kind, nodes=nodes, groups={names[key]: chosen for key, chosen in part.groups.items() if key in names}
     )
 
 

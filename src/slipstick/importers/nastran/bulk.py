@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +12,10 @@ from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.cards import cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
-from slipstick.importers.nastran.dmig import DirectMatrix, pair
 from slipstick.importers.nastran.frames import Definition, Frames
 from slipstick.importers.raw_model import Nodes
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
-from slipstick.typing import Array, IntArray
+from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
+from slipstick.typing import Array, IntArray, Sparse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,13 +57,9 @@ def read_bulk(path: Path) -> BulkData:
         if name not in _READ:
             classify_card(reader.findings, name, number)
             continue
-        try:
+        with reading(f"{path.name}, line {number}: {name}"):
             reader.line = number
             reader.read(name, fields)
-        except InputError:
-            raise
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{path.name}, line {number}: {name} cannot be read ({error})") from None
     reader.findings.refuse_incomplete()
     return reader.finish()
 
@@ -197,8 +192,10 @@ class _Reader:
                 self.loads.add(name)
                 return
             if kind in (3, 4) or form not in (1, 6):
-                found = "complex" if kind in (3, 4) else f"of form {form}"
-                raise InputError(f"{self.path.name}: DMIG {name} is {found}; expected a real square or symmetric one")
+                described = "complex" if kind in (3, 4) else f"of form {form}"
+                raise InputError(
+                    f"{self.path.name}: DMIG {name} is {described}; expected a real square or symmetric one"
+                )
             self.matrices[name] = DirectMatrix(name=name, symmetric=form == 6)
             return
         if name in self.loads:
@@ -248,12 +245,12 @@ class _Reader:
         frames = Frames(self.systems, placed, self.path.name)
         coordinates = {node: frames.position(node) for node in placed}
         stated = {node: self.grids[node][1] for node in placed}
-        own = {node: displacement if number is None else number for node, number in stated.items()}
-        fluid = [node for node, number in own.items() if number < 0]
+        numbers = {node: displacement if number is None else number for node, number in stated.items()}
+        fluid = [node for node, number in numbers.items() if number < 0]
         if fluid:
             raise InputError(f"{self.path.name}: GRID {fluid[0]} is a point of a fluid; only structures are read")
         turned = {
-            node: frames.frame(number).directions(coordinates[node]) for node, number in own.items() if number > 0
+            node: frames.frame(number).directions(coordinates[node]) for node, number in numbers.items() if number > 0
         }
         return coordinates, {
             node: axes for node, axes in turned.items() if not np.allclose(axes, np.eye(3), atol=1e-12)
@@ -290,3 +287,32 @@ def _labels(fields: list[str]) -> list[int]:
 
 def _pairs(node: int, directions: str) -> set[tuple[int, int]]:
     return {(node, (whole_number(digit) - 1) % 7) for digit in directions or "0"}
+
+
+@dataclass(kw_only=True)
+class DirectMatrix:
+    """A DMIG matrix: entries by (node, direction), one half when ``symmetric``."""
+
+    name: str
+    symmetric: bool
+    rows: list[tuple[int, int]] = field(default_factory=list)
+    columns: list[tuple[int, int]] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+
+
+def pair(node: str, direction: str) -> tuple[int, int]:
+    """Label and direction 0..6 of a DMIG entry; direction 0 or nothing is a scalar point."""
+    component = whole_number(direction or "0")
+    if not 0 <= component <= 6:
+        raise ValueError(f"direction {component}; expected 0 to 6")
+    return whole_number(node), (component - 1) % 7
+
+
+def sparse(matrix: DirectMatrix, keys: list[tuple[int, int]]) -> Sparse:
+    """Rows and columns in the order of ``keys``."""
+    from scipy.sparse import coo_array
+
+    place = {key: i for i, key in enumerate(keys)}
+    rows = [place[key] for key in matrix.rows]
+    columns = [place[key] for key in matrix.columns]
+    return coo_array((np.array(matrix.values, dtype=float), (rows, columns)), shape=(len(keys),) * 2)

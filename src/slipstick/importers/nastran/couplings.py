@@ -12,7 +12,7 @@ from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
 from slipstick.importers.findings import Coupling
-from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
 
@@ -36,7 +36,7 @@ class CoupledCard:
 
 @dataclass(frozen=True, kw_only=True)
 class Points:
-    """Positions of grid points in the basic system, and own directions (columns) of those that have some, by label."""
+    """Positions of grid points in the basic system, and directions (columns) of those that have their own, by label."""
 
     places: Mapping[int, Array]
     directions: Mapping[int, Array]
@@ -53,7 +53,7 @@ class Points:
         return np.asarray(self.places[node])
 
     def axis(self, node: int, component: int) -> list[tuple[int, int, float]]:
-        """A displacement or rotation along an own direction, in basic ones: terms (node, direction, factor).
+        """A displacement or rotation along a direction of its point, in basic ones: terms (node, direction, factor).
 
         The term of the same number comes first, where it has a share.
         """
@@ -68,8 +68,8 @@ class Points:
 def selected(text: str, name: str) -> int | None:
     """The number of the set that the case control asks for, as in "MPC = 3"; None where it does not say one."""
     head = re.split(r"(?im)^\s*BEGIN\b", text, maxsplit=1)
-    found = re.findall(rf"(?im)^\s*{name}\s*=\s*(\d+)", head[0]) if len(head) > 1 else []
-    return int(found[0]) if len(set(found)) == 1 else None
+    numbers = re.findall(rf"(?im)^\s*{name}\s*=\s*(\d+)", head[0]) if len(head) > 1 else []
+    return int(numbers[0]) if len(set(numbers)) == 1 else None
 
 
 def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | None) -> Iterator[NodalEquation]:
@@ -83,7 +83,7 @@ def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | N
     chosen = _mpc_sets(cards, mpc, points.source)
     for card in cards:
         where = f"{points.source}, line {card.line}: {card.name}"
-        try:
+        with reading(where):
             if card.name == "MPC" and whole_number(card.fields[0]) in chosen:
                 yield _multipoint(card.fields, points, where)
             elif card.name == "RBE2":
@@ -92,23 +92,17 @@ def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | N
                 yield from _mean(card.fields, points, where)
             elif card.name == "RBAR":
                 yield from _bar(card.fields, points, where)
-        except InputError:
-            raise
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{where} cannot be read ({error})") from None
 
 
 def _mpc_sets(cards: Sequence[CoupledCard], chosen: int | None, source: str) -> set[int]:
     numbers: set[int] = set()
     sums: dict[int, set[int]] = {}
     for card in cards:
-        try:
+        with reading(f"{source}, line {card.line}: {card.name}"):
             if card.name == "MPC":
                 numbers.add(whole_number(card.fields[0]))
             elif card.name == "MPCADD":
                 sums[whole_number(card.fields[0])] = {whole_number(word) for word in card.fields[1:] if word}
-        except ValueError as error:
-            raise InputError(f"{source}, line {card.line}: {card.name} cannot be read ({error})") from None
     if chosen is None:
         others = numbers - set().union(*sums.values()) if sums else numbers
         heads = {*sums, *others}
@@ -127,14 +121,14 @@ def _multipoint(fields: Sequence[str], points: Points, where: str) -> NodalEquat
             node, component, factor = [*fields[start : start + 3], "", "", ""][:3]
             if node:
                 value = fortran_real(factor)
-                own = points.axis(whole_number(node), _component(component))
+                axis_terms = points.axis(whole_number(node), _component(component))
                 points.place(whole_number(node), where) if component not in ("", "0") else None
-                terms += [(n, c, value * cosine) for n, c, cosine in own]
+                terms += [(n, c, value * cosine) for n, c, cosine in axis_terms]
     return _dependent_first(terms, where, points)
 
 
 def _dependent_first(terms: list[tuple[int, int, float]], where: str, points: Points) -> NodalEquation:
-    """The first is dependent; along own directions of a point, which are several terms, whichever is best."""
+    """The first is dependent; where a point has its own directions, which are several terms, whichever is best."""
     turned = terms[0][0] in points.directions
     return NodalEquation(terms=tuple(terms), where=where, dependent=Dependent.ANY if turned else Dependent.FIRST)
 
@@ -172,12 +166,12 @@ def _rigid(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalE
 def followers(
     reference: Reference, node: int, components: Sequence[int], points: Points, where: str
 ) -> Iterator[NodalEquation]:
-    """A point follows another as a rigid body, along its own directions."""
+    """A point follows another as a rigid body, along the directions of its displacements."""
     rows = rigid_rows(reference, points.place(node, where))
     for component in components:
-        own = points.axis(node, component)
-        terms = list(own)
-        for _, direction, cosine in own:
+        axis_terms = points.axis(node, component)
+        terms = list(axis_terms)
+        for _, direction, cosine in axis_terms:
             row = rows[direction] if direction < 3 else [(*reference.rotations[direction - 3], 1.0)]
             terms += [(n, c, -cosine * value) for n, c, value in row]
         yield _dependent_first(terms, where, points)
@@ -185,11 +179,11 @@ def followers(
 
 def _bar(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
     """RBAR with all six independent directions at one end: the other end follows it."""
-    a, b, own_a, own_b, given_a, given_b = [*fields[1:7], *[""] * 6][:6]
-    if own_a == "123456" and not own_b:
-        first, second, components = a, b, given_b
-    elif own_b == "123456" and not own_a:
-        first, second, components = b, a, given_a
+    a, b, free_a, free_b, tied_a, tied_b = [*fields[1:7], *[""] * 6][:6]
+    if free_a == "123456" and not free_b:
+        first, second, components = a, b, tied_b
+    elif free_b == "123456" and not free_a:
+        first, second, components = b, a, tied_a
     else:
         raise InputError(f"{where} has independent directions at both ends, which is not read; write it as RBE2")
     reference = points.reference(whole_number(first), where)

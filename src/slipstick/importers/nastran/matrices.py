@@ -13,9 +13,8 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.nastran.bulk import BulkData, read_bulk
+from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
 from slipstick.importers.nastran.couplings import Points, coupled_equations
-from slipstick.importers.nastran.dmig import DirectMatrix, sparse
 from slipstick.importers.nastran.op4 import read_op4
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
 from slipstick.importers.turned import to_global
@@ -45,16 +44,16 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
     chosen, faults = {}, []
     for role, initial in _INITIAL.items():
         told = (wanted or {}).get(role)
-        found = [told] if told else [name for name in names if name.upper().startswith(initial) and name[1:2] != "4"]
-        if len(found) > 1:
-            found = [name for name in found if _OF_A_SET.match(name.upper())] or found
+        fitting = [told] if told else [name for name in names if name.upper().startswith(initial) and name[1:2] != "4"]
+        if len(fitting) > 1:
+            fitting = [name for name in fitting if _OF_A_SET.match(name.upper())] or fitting
         if told and told not in names:
             faults.append(f"{source}: holds no matrix {told}; it holds {', '.join(names)}")
-        elif len(found) == 1:
-            chosen[role] = found[0]
-        elif found:
+        elif len(fitting) == 1:
+            chosen[role] = fitting[0]
+        elif fitting:
             faults.append(
-                f"{source}: several {_WORD[role]} matrices ({', '.join(found)}); say which, as {role}={found[0]}"
+                f"{source}: several {_WORD[role]} matrices ({', '.join(fitting)}); say which, as {role}={fitting[0]}"
             )
     if faults:
         raise InputError(faults)
@@ -79,12 +78,12 @@ def read_op4_model(
         If the size fits none of g-set, free set and analysis set.
     """
     source = ", ".join(path.name for path in files)
-    found: dict[str, Sparse] = {}
+    stored: dict[str, Sparse] = {}
     for path in files:
-        found |= read_op4(path)
-    found = {name: matrix for name, matrix in found.items() if matrix.nnz or name in (names or {}).values()}
-    matrices = {role: found[name] for role, name in choose(list(found), source, names).items()}
-    beside = _beside(found, matrices, source)
+        stored |= read_op4(path)
+    stored = {name: matrix for name, matrix in stored.items() if matrix.nnz or name in (names or {}).values()}
+    matrices = {role: stored[name] for role, name in choose(list(stored), source, names).items()}
+    beside = _beside(stored, matrices, source)
     if dof_map is not None:
         rows, nodes = read_dof_map(dof_map)
         return _with(RawModel(matrices=matrices, dof_map=rows, nodes=nodes), beside)
@@ -108,10 +107,10 @@ def _with(raw: RawModel, beside: _Beside) -> RawModel:
     return replace(raw, notes=(*raw.notes, *beside.notes), warnings=(*raw.warnings, *beside.warnings))
 
 
-def _beside(found: Mapping[str, Any], chosen: Mapping[str, Any], source: str) -> _Beside:
+def _beside(stored: Mapping[str, Any], chosen: Mapping[str, Any], source: str) -> _Beside:
     """Other matrices of a file: structural damping is warned of, the rest is listed."""
     used = {id(matrix) for matrix in chosen.values()}
-    others = {name: matrix for name, matrix in found.items() if id(matrix) not in used}
+    others = {name: matrix for name, matrix in stored.items() if id(matrix) not in used}
     structural = [name for name in others if name.upper().startswith("K4")]
     warnings = tuple(_structural(name, others[name], chosen.get("K"), source) for name in structural)
     rest = [name for name in others if name not in structural]
@@ -172,7 +171,7 @@ def points_of(data: BulkData, source: str) -> Points:
 def _refuse_turned(
     equations: Collection[NodalEquation], data: BulkData, held: Collection[tuple[int, int]], bulk: Path
 ) -> None:
-    """Rows of a point with own directions that is held in part cannot be turned, and equations are in global ones."""
+    """Equations are in global directions, to which rows of a point held in part along its own cannot be turned."""
     named = {node for equation in equations for node, _ in equation.pairs} & set(data.directions)
     partly = [n for n in sorted(named) if 0 < sum((n, axis) in held for axis in range(3)) < 3]
     if partly:
@@ -222,15 +221,15 @@ def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mappi
     """
     data = [read_bulk(path) for path in files]
     points = read_bulk(bulk) if bulk else next((part for part in data if len(part.nodes.ids)), data[0])
-    found: dict[str, DirectMatrix] = {}
+    stored: dict[str, DirectMatrix] = {}
     for part in data:
-        found |= part.matrices
+        stored |= part.matrices
     source = ", ".join(path.name for path in files)
-    if not found:
+    if not stored:
         raise InputError(f"{source}: holds no DMIG matrix; punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)")
-    chosen = choose(list(found), source, names)
-    keys = sorted({pair for matrix in found.values() for pair in (*matrix.rows, *matrix.columns)})
-    every = {name: sparse(matrix, keys) for name, matrix in found.items()}
+    chosen = choose(list(stored), source, names)
+    keys = sorted({pair for matrix in stored.values() for pair in (*matrix.rows, *matrix.columns)})
+    every = {name: sparse(matrix, keys) for name, matrix in stored.items()}
     matrices = {role: every[name] for role, name in chosen.items()}
     raw = RawModel(matrices=matrices, dof_map=_dof_map(keys), nodes=points.nodes, **told(points))
     return to_global(_with(raw, _beside(every, matrices, source)), points.directions, source)

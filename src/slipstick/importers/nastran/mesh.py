@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,29 +13,77 @@ from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import supports
+from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, stated_each
 from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
-from slipstick.importers.nastran.cards import cards
-from slipstick.importers.nastran.couplings import coupled_equations, selected
-from slipstick.importers.nastran.lumps import lumped_of
+from slipstick.importers.nastran.cards import CARD_VERDICTS, cards
+from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.matrices import chosen_supports, points_of
-from slipstick.importers.nastran.mesh_cards import (
-    LUMPS,
-    MATERIALS,
-    POINTS,
-    SAME,
-    SOLIDS,
-    SYSTEMS,
-    classify_mesh_card,
-    is_other_element,
-)
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import IntArray
+
+SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
+    "CTETRA": {4: ("tet4", tuple(range(4))), 10: ("tet10", tuple(range(10)))},
+    "CPYRAM": {5: ("pyramid5", tuple(range(5))), 13: ("pyramid13", tuple(range(13)))},
+    "CPYRA": {5: ("pyramid5", tuple(range(5))), 13: ("pyramid13", tuple(range(13)))},
+    "CPENTA": {6: ("wedge6", tuple(range(6))), 15: ("wedge15", (*range(9), 12, 13, 14, 9, 10, 11))},
+    "CHEXA": {8: ("hex8", tuple(range(8))), 20: ("hex20", (*range(12), *range(16, 20), *range(12, 16)))},
+}
+"""Our elements by card and number of nodes, and which of its nodes ours are: Nastran has the upright edges second."""
+
+SAME = {"CTETRA"}
+"""Integrated by Nastran as by us; the others have reduced integration or bubble functions by default."""
+
+LUMPS = {"CONM2", "CELAS1", "CELAS2", "CMASS2", "PELAS"}
+MATERIALS = {"MAT1", "PSOLID", "PARAM"}
+POINTS = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR"}
+SYSTEMS = {f"CORD{i}{kind}" for i in "12" for kind in "RCS"}
+
+_OTHERS = """CELAS3 CELAS4 CMASS1 CMASS3 CMASS4 CONM1 CDAMP1 CDAMP2 CDAMP3 CDAMP4 CVISC GENEL TF DMIG DMIJ
+    NSM NSM1 NSML NSML1"""
+MESH_VERDICTS: dict[str, VerdictRow] = {
+    **rows(" ".join(sorted({*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS})), Verdict.READ),
+    **CARD_VERDICTS,
+    **rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read"),
+    **rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact"),
+    **rows("SUPORT SUPORT1", Verdict.HARMLESS),
+    **rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
+    **rows("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
+    **rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
+    **rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
+    **rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
+}
+"""The whole of it at a glance, with the patterns below; what stands nowhere is named as not understood."""
+_ELEMENT = re.compile(
+    r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|GAP|SHEAR|BEND|WELD|FAST|SEAM|RAC|HEX|PEN|TET|AERO|FLUID|HA|HB)"
+)
+_HARMLESS = re.compile(
+    r"P[A-Z0-9]+|PLOTEL|MATT?[A-Z0-9]+|EIG[A-Z]*|TAB[A-Z0-9]+|FORCE\d?|MOMENT\d?|PLOAD\d?|[RT]?LOAD\d?|DLOAD|DAREA|GRAV|"
+    r"ACCEL\d?|LSEQ|FREQ\d?|TSTEP[A-Z]*|TEMP[A-Z0-9]*|[ABCQOU]?SET\d?|NLP[A-Z]*|MDLPRM|OMIT\d?|ECHO[A-Z]*|VIEW[A-Z0-9]*|"
+    r"RAND[A-Z0-9]*|D[A-Z]+\d?|BEGIN|EXTRN"
+)
+
+
+def is_other_element(name: str) -> bool:
+    """Whether a card is an element that is no solid: shells, beams, bushings.
+
+    >>> [is_other_element(name) for name in ("CQUAD4", "CBEAM", "CORD2R", "CHEXA")]
+    [True, True, False, False]
+    """
+    return name not in SOLIDS and _ELEMENT.match(name) is not None
+
+
+def classify_mesh_card(findings: Findings, name: str, line: int) -> None:
+    """Give a card that is not read its verdict."""
+    if name not in MESH_VERDICTS and _HARMLESS.fullmatch(name):
+        findings.add(Verdict.HARMLESS, name, "", line)
+    else:
+        findings.look_up(MESH_VERDICTS, name, name, line)
 
 
 @dataclass(kw_only=True)
@@ -70,137 +119,137 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     """
     data = read_bulk(path)
     text = read_bytes(path).decode("latin-1")
-    found = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
-    if not found.elements:
+    deck = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
+    if not deck.elements:
         remedy = "give the file with the mesh"
         raise InputError(f"{path.name}: has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM); {remedy}")
-    labels, nodes = placed(found.made, data.nodes.ids, data.nodes.coordinates, path.name)
-    mesh = _mesh(found, labels, nodes, path)
-    materials, faults = _materials(found, path)
+    labels, nodes = placed(deck.made, data.nodes.ids, data.nodes.coordinates, path.name)
+    mesh = _mesh(deck, labels, nodes, path)
+    materials, faults = _materials(deck, path)
     points = points_of(data, path.name)
-    lumped, turning = lumped_of(found.findings, found.lumps, points, _solid_nodes(found), found.mass_factor)
+    lumped, turning = lumped_of(deck.findings, deck.lumps, points, _solid_nodes(deck), deck.mass_factor)
     tied = list(coupled_equations(data.coupled, points, data.mpc))
     turning |= {node for equation in tied for node, axis in equation.pairs if axis > 2}
     number = selected(text, "SPC") if constraints is None else constraints
     held, along = _supports(data, number, path, turning)
-    equations = [*tied, *along, *middle_equations(found.made, path.name)]
+    equations = [*tied, *along, *middle_equations(deck.made, path.name)]
     return MeshModel(
         mesh=mesh,
         materials=materials,
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         units=likely_units(materials),
-        notes=(*_left_out(found, path), *found.findings.notes, *unit_notes(mesh, materials)),
-        warnings=found.findings.warnings,
-        couplings=(*found.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
+        notes=(*_left_out(deck, path), *deck.findings.notes, *unit_notes(mesh, materials)),
+        warnings=deck.findings.warnings,
+        couplings=(*deck.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
         constraints=tuple(stated_each(equations)),
         lumped=lumped,
         material_faults=faults,
-        variants=found.variants,
+        variants=deck.variants,
         axes={node: axes.T for node, axes in data.directions.items()},
     )
 
 
 def _cards(path: Path, text: str, next_label: int) -> Cards:
-    found = Cards(findings=Findings(source=path.name))
+    deck = Cards(findings=Findings(source=path.name))
     others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
     for line, name, fields in cards(text, {*SOLIDS, *LUMPS, *MATERIALS, *others}):
         try:
             if name in SOLIDS:
-                _element(found, name, fields, next_label, path.name)
+                _element(deck, name, fields, next_label, path.name)
             elif name in LUMPS:
-                found.lumps.append((name, line, fields))
+                deck.lumps.append((name, line, fields))
             elif name in MATERIALS:
-                _material(found, name, fields, line)
+                _material(deck, name, fields, line)
             elif name in others:
                 nodes = {int(word) for word in fields[2:] if word.isdigit()}
-                found.others.setdefault(name, []).append((line, nodes))
+                deck.others.setdefault(name, []).append((line, nodes))
             elif name not in POINTS | SYSTEMS:
-                classify_mesh_card(found.findings, name, line)
+                classify_mesh_card(deck.findings, name, line)
         except (ValueError, IndexError) as error:
             raise InputError(f"{path.name}, line {line}: {name} cannot be read ({error})") from None
-    found.findings.refuse_incomplete()
-    solid = _solid_nodes(found)
-    for name, members in found.others.items():
+    deck.findings.refuse_incomplete()
+    solid = _solid_nodes(deck)
+    for name, members in deck.others.items():
         near = [line for line, nodes in members if not solid.isdisjoint(nodes)]
         if near:
             what = "shares nodes with solids: the stiffness and mass it adds are not read"
             for line in near:
-                found.findings.add(Verdict.COUPLING, name, what, line)
-    return found
+                deck.findings.add(Verdict.COUPLING, name, what, line)
+    return deck
 
 
-def _element(found: Cards, name: str, fields: list[str], next_label: int, source: str) -> None:
+def _element(deck: Cards, name: str, fields: list[str], next_label: int, source: str) -> None:
     label, group = whole_number(fields[0]), whole_number(fields[1] or fields[0])
-    given = [whole_number(word) if word else 0 for word in fields[2:]]
-    while given and not given[-1]:
-        given.pop()
-    size = next((n for n in sorted(SOLIDS[name]) if n >= len(given)), 0)
+    corners = [whole_number(word) if word else 0 for word in fields[2:]]
+    while corners and not corners[-1]:
+        corners.pop()
+    size = next((n for n in sorted(SOLIDS[name]) if n >= len(corners)), 0)
     if not size:
-        raise ValueError(f"{len(given)} nodes")
+        raise ValueError(f"{len(corners)} nodes")
     kind, order = SOLIDS[name][size]
-    nodes = np.array([*given, *[0] * (size - len(given))], dtype=np.int64)[list(order)]
-    nodes = with_middles(kind, nodes, label, found.made, next_label, source)
-    found.elements.setdefault(kind, []).append((label, group, nodes))
+    nodes = np.array([*corners, *[0] * (size - len(corners))], dtype=np.int64)[list(order)]
+    nodes = with_middles(kind, nodes, label, deck.made, next_label, source)
+    deck.elements.setdefault(kind, []).append((label, group, nodes))
     if name not in SAME:
-        counts = found.variants.setdefault(kind, {})
+        counts = deck.variants.setdefault(kind, {})
         shown = f"{name} of {ELEMENTS[kind].n_nodes} nodes"
         counts[shown] = counts.get(shown, 0) + 1
 
 
-def _material(found: Cards, name: str, fields: list[str], line: int) -> None:
+def _material(deck: Cards, name: str, fields: list[str], line: int) -> None:
     if name == "PSOLID":
-        found.properties[whole_number(fields[0])] = whole_number(fields[1])
+        deck.properties[whole_number(fields[0])] = whole_number(fields[1])
     elif name == "MAT1":
         young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
         if young is None or (shear is None and poisson is None):
             young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
         ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
-        found.materials[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+        deck.materials[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
         if any(fortran_real(word) for word in fields[7:8] if word):
             what = "has structural damping (GE), which is not read; give the structure's loss_factor"
-            found.findings.add(Verdict.APPROXIMATED, name, what, line)
+            deck.findings.add(Verdict.APPROXIMATED, name, what, line)
     elif fields[0].upper() == "WTMASS":
-        found.mass_factor = fortran_real(fields[1])
+        deck.mass_factor = fortran_real(fields[1])
     else:
-        found.findings.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
+        deck.findings.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
 
 
-def _solid_nodes(found: Cards) -> set[int]:
-    return {int(node) for part in found.elements.values() for _, _, nodes in part for node in nodes}
+def _solid_nodes(deck: Cards) -> set[int]:
+    return {int(node) for part in deck.elements.values() for _, _, nodes in part for node in nodes}
 
 
-def _mesh(found: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
+def _mesh(deck: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
     what = f"{path.name}: an element"
-    groups = sorted({group for part in found.elements.values() for _, group, _ in part})
+    groups = sorted({group for part in deck.elements.values() for _, group, _ in part})
     return Mesh(
         nodes=nodes,
         blocks={
-            kind: node_indices(labels, np.array([n for _, _, n in part]), what) for kind, part in found.elements.items()
+            kind: node_indices(labels, np.array([n for _, _, n in part]), what) for kind, part in deck.elements.items()
         },
         element_sets={
             f"property {group}": {
-                kind: np.flatnonzero([own == group for _, own, _ in part]) for kind, part in found.elements.items()
+                kind: np.flatnonzero([of == group for _, of, _ in part]) for kind, part in deck.elements.items()
             }
             for group in groups
         },
         node_labels=labels,
-        element_labels={kind: np.array([label for label, _, _ in part]) for kind, part in found.elements.items()},
+        element_labels={kind: np.array([label for label, _, _ in part]) for kind, part in deck.elements.items()},
     )
 
 
-def _materials(found: Cards, path: Path) -> tuple[dict[str, Material], tuple[str, ...]]:
+def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[str, ...]]:
     """Materials by element set, and what is wrong with those that properties use."""
     materials: dict[str, Material] = {}
     faults: list[str] = []
-    for group in sorted({group for part in found.elements.values() for _, group, _ in part}):
-        number = found.properties.get(group)
-        known = found.materials.get(number) if number is not None else None
+    for group in sorted({group for part in deck.elements.values() for _, group, _ in part}):
+        number = deck.properties.get(group)
+        known = deck.materials.get(number) if number is not None else None
         if known is None:
             lacks = "has no PSOLID" if number is None else f"names material {number}, which is no MAT1 (isotropic)"
             faults.append(f"{path.name}: property {group} {lacks}")
             continue
         try:
-            scaled = {**known, "density": known["density"] * found.mass_factor}
+            scaled = {**known, "density": known["density"] * deck.mass_factor}
             materials[f"property {group}"] = Material(**scaled)
         except InputError as error:
             faults += [str(fault.inside(path.name, f"material {number}")) for fault in error.faults]
@@ -210,17 +259,92 @@ def _materials(found: Cards, path: Path) -> tuple[dict[str, Material], tuple[str
 def _supports(
     data: BulkData, number: int | None, path: Path, turning: set[int]
 ) -> tuple[set[tuple[int, int]], list[NodalEquation]]:
-    """What is held, along own directions too; rotations of points that have some."""
+    """What is held, also along directions of points; of rotations those that take part."""
     held = chosen_supports(data, number, path)
     meant = {(node, axis) for node, axis in held if axis < 3 or node in turning}
     return supports(meant, {node: axes.T for node, axes in data.directions.items()}, f"{path.name}: SPC")
 
 
-def _left_out(found: Cards, path: Path) -> Iterator[str]:
-    if found.others:
-        counts = ", ".join(f"{len(part)} {name}" for name, part in found.others.items())
+def _left_out(deck: Cards, path: Path) -> Iterator[str]:
+    if deck.others:
+        counts = ", ".join(f"{len(part)} {name}" for name, part in deck.others.items())
         yield f"{path.name}: elements that are no solids were left out: {counts}"
-    if found.made:
-        yield f"{path.name}: {len(found.made)} edges have no middle node: they stay straight, as in Nastran"
-    if found.mass_factor != 1.0:
-        yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {found.mass_factor:.6g}"
+    if deck.made:
+        yield f"{path.name}: {len(deck.made)} edges have no middle node: they stay straight, as in Nastran"
+    if deck.mass_factor != 1.0:
+        yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {deck.mass_factor:.6g}"
+
+
+Card = tuple[str, int, list[str]]
+
+
+def lumped_of(
+    findings: Findings, lump_cards: Sequence[Card], points: Points, solid: set[int], factor: float
+) -> tuple[tuple[Lumped, ...], set[int]]:
+    """What the cards add, and the points whose rotations take part; ``factor`` multiplies masses (PARAM,WTMASS).
+
+    Raises
+    ------
+    InputError
+        For cards that cannot be read, and points or properties that are not there.
+    """
+    stiffness = {
+        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in lump_cards if n == "PELAS" for i in (0, 4) if f[i]
+    }
+    parts: list[Lumped] = []
+    for name, line, fields in lump_cards:
+        where = f"{points.source}, line {line}: {name}"
+        with reading(where):
+            if name == "CONM2":
+                parts += _mass(findings, [*fields, *[""] * 16], line, points, solid, factor, where)
+            elif name != "PELAS":
+                parts += _scalar(name, fields, points, stiffness, factor, where)
+    return tuple(parts), {node for part in parts for node, axis in part.pairs if axis > 2}
+
+
+def _mass(
+    findings: Findings, fields: Sequence[str], line: int, points: Points, solid: set[int], factor: float, where: str
+) -> Iterator[Lumped]:
+    """Number, point, system, mass, offset (three), blank, then I11, I21, I22, I31, I32, I33."""
+    node, system = whole_number(fields[1]), fields[2]
+    place = points.place(node, where)
+    mass = factor * fortran_real(fields[3])
+    offset = np.array([fortran_real(word) if word else 0.0 for word in fields[4:7]])
+    xx, yx, yy, zx, zy, zz = (factor * fortran_real(word) if word else 0.0 for word in fields[8:14])
+    inertia = np.array([[xx, -yx, -zx], [-yx, yy, -zy], [-zx, -zy, zz]])
+    if system == "-1":
+        offset = offset - place
+    elif system not in ("", "0") and (offset.any() or inertia.any()):
+        what = f"has its offset or inertia in coordinate system {system}, which is not read"
+        findings.add(Verdict.COUPLING, "CONM2", what, line)
+        return
+    if node in solid and (offset.any() or inertia.any()):
+        what = f"has an offset or inertia at point {node} of solids, which have no rotations: only its mass is used"
+        findings.add(Verdict.APPROXIMATED, "CONM2", what, line)
+        offset, inertia = np.zeros(3), np.zeros((3, 3))
+    yield from point_mass(node, mass, inertia if inertia.any() else None, offset if offset.any() else None)
+
+
+def _scalar(
+    name: str, fields: Sequence[str], points: Points, stiffness: Mapping[int, float], factor: float, where: str
+) -> Iterator[Lumped]:
+    """CELAS1: number, property, then "point, direction" twice; CELAS2, CMASS2: number, value, and the same."""
+    if name == "CELAS1":
+        number = whole_number(fields[1] or fields[0])
+        if number not in stiffness:
+            raise InputError(f"{where} names the property PELAS {number}, which is not in the file")
+        value = stiffness[number]
+    else:
+        value = fortran_real(fields[1]) * (factor if name == "CMASS2" else 1.0)
+    terms: list[tuple[int, int, float]] = []
+    for sign, at in ((1.0, 2), (-1.0, 4)):
+        node, direction = [*fields[at : at + 2], "", ""][:2]
+        if node and node != "0" and direction not in ("", "0"):
+            points.place(whole_number(node), where)
+            axis_terms = points.axis(whole_number(node), whole_number(direction) - 1)
+            terms += [(n, c, sign * cosine) for n, c, cosine in axis_terms]
+        elif node and node != "0":
+            raise InputError(f"{where} joins the scalar point {node}, which is not read")
+    along = np.array([cosine for _, _, cosine in terms])
+    pairs = tuple((n, c) for n, c, _ in terms)
+    yield Lumped(matrix="M" if name == "CMASS2" else "K", pairs=pairs, values=value * np.outer(along, along))

@@ -81,9 +81,9 @@ def _is_binary(data: bytes) -> bool:
 
 def _start(name: str, columns: int, rows: int, kind: int, path: Path) -> _Matrix:
     if kind not in (1, 2):
-        found = "complex" if kind in (3, 4) else f"of unknown type {kind}"
+        described = "complex" if kind in (3, 4) else f"of unknown type {kind}"
         remedy = f": {DAMPING_ELSEWHERE}" if kind in (3, 4) else ""
-        raise InputError(f"{path.name}: matrix {name} is {found}; expected a real one{remedy}")
+        raise InputError(f"{path.name}: matrix {name} is {described}; expected a real one{remedy}")
     require_plausible(abs(rows), 0, path)
     require_plausible(columns, 0, path)
     return _Matrix(name=name, rows=abs(rows), columns=columns, path=path)
@@ -101,8 +101,8 @@ def _text(data: bytes, path: Path) -> Iterator[_Matrix]:
         columns, rows, _, kind = (int(line[width * i : width * (i + 1)]) for i in range(4))
         rest = line[4 * width :]
         matrix = _start(rest[:8].strip(), columns, rows, kind, path)
-        found = re.search(r"(\d+)[EDed](\d+)\.", rest[8:])
-        per_line, field_width = (int(found.group(1)), int(found.group(2))) if found else (5, 16)
+        match = re.search(r"(\d+)[EDed](\d+)\.", rest[8:])
+        per_line, field_width = (int(match.group(1)), int(match.group(2))) if match else (5, 16)
         _text_columns(lines, matrix, (per_line, field_width), double=kind == 2)
         yield matrix
 

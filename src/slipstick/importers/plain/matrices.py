@@ -15,7 +15,7 @@ from slipstick.structure.npz import array_shapes, read_any
 
 
 def read_plain(files: Mapping[str, Path], dof_map: Path | None) -> RawModel:
-    """Matrices by name from .mtx (MatrixMarket) or .npz files; the map must be given."""
+    """Matrices by name from .mtx (MatrixMarket) or .npz files; a map is needed, here or later."""
     matrices = {name: read_matrix(path) for name, path in files.items()}
     if dof_map is None:
         return RawModel(matrices=matrices)

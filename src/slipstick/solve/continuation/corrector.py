@@ -45,11 +45,11 @@ class Corrector:
             return self._system.evaluate(x, parameter)
         return self._system.evaluate(x, parameter, context)  # type: ignore[call-arg]
 
-    def take_up(self, place: RestartPoint) -> Step:
-        """The step of a place with its evaluation; counters and context are as they were when it was found."""
-        self.context = place.given
-        self.evaluations, self.solves = place.evaluations, place.solves
-        return Step.again(place, self._evaluate(place.state[:-1], float(place.state[-1])))
+    def take_up(self, point: RestartPoint) -> Step:
+        """The step of a restart point with its evaluation; counters and context are as they were when it was found."""
+        self.context = point.context
+        self.evaluations, self.solves = point.evaluations, point.solves
+        return Step.again(point, self._evaluate(point.state[:-1], float(point.state[-1])))
 
     def correct(
         self,
@@ -146,7 +146,7 @@ class Corrector:
         return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, inf)
 
     def near(self, off: Array, length: float) -> bool:
-        """Whether a solution ``off`` (N + 1,) from where an arc of some ``length`` expects it may be the one meant."""
+        """Whether a solution ``off`` (N + 1,) from where a segment of some ``length`` expects it may be that one."""
         return self.metric.length(off) <= _TOO_FAR * length
 
     def apart(self, step: Step, guess: Array, direction: Array, length: float) -> float:
@@ -180,18 +180,18 @@ class Corrector:
             return None
         return tangent / self.metric.length(tangent), jacobian.sign()
 
-    def arc(self, first: Step, second: Step) -> HermiteSegment:
+    def segment(self, first: Step, second: Step) -> HermiteSegment:
         """The cubic between two neighbouring points in the present metric; the latest is remembered."""
         metric = self.metric
-        (known, arc), asked = self._latest, (first, second, metric.weights)
-        if arc is not None and all(map(is_, known, asked)):
-            return arc
+        (known, segment), asked = self._latest, (first, second, metric.weights)
+        if segment is not None and all(map(is_, known, asked)):
+            return segment
         turn = angle_of(metric.cosine(first.tangent, second.tangent))
         length = metric.length(second.state - first.state) * (1.0 + turn * turn / 24.0)
         rates = length / metric.length(first.tangent), length / metric.length(second.tangent)
-        arc = HermiteSegment(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
-        self._latest = asked, arc
-        return arc
+        segment = HermiteSegment(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
+        self._latest = asked, segment
+        return segment
 
     def is_kink(self, first: Step, second: Step) -> bool:
         """Whether two points with different tangents lie on the two straight sides of one corner.

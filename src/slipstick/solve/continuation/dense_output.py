@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import ceil, isfinite
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSe
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array, BoolArray
-
-if TYPE_CHECKING:
-    from slipstick.solve.continuation.step import Step
 
 
 class Observables(Protocol):
@@ -45,13 +42,13 @@ class Between(Protocol):
         """Largest change (n,) of any reading for changes (n, N) of the unknowns."""
         ...
 
-    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
+    def bent(self, dx: Array, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Largest distance (n,) of any reading, at unknowns changed by ``dx``, from the cubic through both ends."""
         ...
 
 
 _LONGER = 1.1
-"""Arcs are a little longer than the steps that were taken along them."""
+"""Segments are a little longer than the steps that were taken along them."""
 _BENT = 5.0
 """Tolerances by which the cubics may be off where points are corrected: what is sought along them is solved for."""
 _SURE = 0.25
@@ -59,41 +56,43 @@ _SURE = 0.25
 middle it is further off."""
 _CORRECTIONS = 3
 _FINEST = 1e-6
-"""Scaled length of an arc that is not halved for what is read off it."""
+"""Scaled length of a segment that is not halved for what is read off it."""
 _PEAK = 0.04
-"""Scaled length of an arc near to which solutions are believed that stand out of shorter ones."""
+"""Scaled length of a segment near to which solutions are believed that stand out of shorter ones."""
 _END = 0.02
-"""Share of an arc next to its ends in which nothing is looked for."""
+"""Share of a segment next to its ends in which nothing is looked for."""
 
 
 class _Seen:
-    """States (n, N + 1) at places of an arc, corrected until the last correction is within the tolerance.
+    """States (n, N + 1) at places of a segment, corrected once and then, by ``settle``, to a tolerance.
 
     Attributes
     ----------
     unknowns_bent, observables_bent
         How far the cubics of both are off at each place (n,), over their own sizes.
-    states, good
-        Corrected, and whether the last correction was small.
+    cubic, slopes
+        States on the cubic, and its derivatives by ``u``.
+    states, last
+        Corrected states, and the sizes (n,) of their last corrections.
     """
 
     def __init__(
         self,
         corrector: Corrector,
         observables: Observables,
-        arc: HermiteSegment,
+        segment: HermiteSegment,
         ends: tuple[Step, Step],
         places: HermiteBasis,
     ) -> None:
         self._corrector, self._observables, self._ends = corrector, observables, ends
         self._sizes = corrector.metric.sizes(*(end.state for end in ends))
-        self.places, self.cubic, self._slopes = places, arc.points(places), arc.derivatives(places)
+        self.cubic, self.slopes = segment.points(places), segment.derivatives(places)
         between, off = self._off(self.cubic)
         self.unknowns_bent = corrector.metric.judged(off, self._sizes)
         self.observables_bent = np.zeros(len(off))
         if observables.any:
-            self.observables_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
-        off = _at_their_parameter(off, self._slopes)
+            self.observables_bent = _or_inf(between.bent(-_finite(off)[:, :-1], segment, places))
+        off = _at_their_parameter(off, self.slopes)
         self.states, self.last = self.cubic - _finite(off), self._size(between, off)
 
     def _off(self, states: Array) -> tuple[Between, Array]:
@@ -104,10 +103,10 @@ class _Seen:
 
     def _size(self, between: Between, off: Array) -> Array:
         """Sizes (n,) of corrections, of what is read off the states too."""
-        own = self._corrector.metric.judged(off, self._sizes)
+        sizes = self._corrector.metric.judged(off, self._sizes)
         if self._observables.any:
-            own = np.maximum(own, _or_inf(between.changes(_finite(off)[:, :-1])))
-        return own
+            sizes = np.maximum(sizes, _or_inf(between.changes(_finite(off)[:, :-1])))
+        return sizes
 
     def settle(self, count: int, tolerance: float) -> tuple[Array, BoolArray]:
         """The first states, and which of them are known to the tolerance after further corrections."""
@@ -116,7 +115,7 @@ class _Seen:
             if not rest.size:
                 break
             between, off = self._off(self.states[rest])
-            off = _at_their_parameter(off, self._slopes[rest])
+            off = _at_their_parameter(off, self.slopes[rest])
             before, self.last[rest] = self.last[rest], self._size(between, off)
             self.states[rest] -= _finite(off)
             self.last[rest[self.last[rest] > 0.5 * before]] = np.inf
@@ -129,9 +128,9 @@ def _at_their_parameter(off: Array, slopes: Array) -> Array:
     Where the branch is steep a state near to it may be far from the solution at its own parameter.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
-    found[:, -1] = 0.0
-    return found
+        corrections = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
+    corrections[:, -1] = 0.0
+    return corrections
 
 
 def _finite(off: Array) -> Array:
@@ -165,7 +164,7 @@ class DenseOutput:
     ) -> None:
         self._corrector, self._span, self._step, self._tolerance = corrector, span, _LONGER * step, tolerance
         self._observables: Observables = _Unknowns(corrector) if observables is None else observables
-        self._latest: tuple[Any, Any, _Seen | None] = (None, None, None)
+        self._latest: tuple[Step, Step, _Seen] | None = None
 
     def halves(self, first: Step, second: Step, apart: float, *, closely: bool = False) -> list[Step]:
         """Corrected points between two neighbours, so that the cubics are near enough; both ends left out.
@@ -173,28 +172,29 @@ class DenseOutput:
         ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``; ``closely``:
         also where no point of the result comes between.
         """
-        arc, second.apart = self._corrector.arc(first, second), apart
+        segment, second.apart = self._corrector.segment(first, second), apart
         second.smooth = apart <= _SURE * self._tolerance
         if second.smooth and not self._observables.any:
             return []
-        places = self._places(first, second, arc, closely)
+        places = self._places(first, second, segment, closely)
         if places is None:
             return []
-        seen = self._seen(first, second, arc, places)
+        seen = self._seen(first, second, segment, places)
         limit = _BENT * self._tolerance
         bent = np.maximum(seen.unknowns_bent, seen.observables_bent)
         second.smooth = bool(bent.max() <= limit)
-        if second.smooth or arc.length <= (_FINEST if seen.observables_bent.max() > limit else self._step):
+        if second.smooth or segment.length <= (_FINEST if seen.observables_bent.max() > limit else self._step):
             return []
         worst = int(np.argmax(bent))
-        at, guess, direction = float(places.u[worst]), seen.cubic[worst], arc.derivative(float(places.u[worst]))
-        near = seen.states[worst] if self._corrector.near(seen.states[worst] - guess, arc.length) else guess
-        middle = self._solved(arc, at, near, (first, second))
+        at, guess, direction = float(places.u[worst]), seen.cubic[worst], segment.derivative(float(places.u[worst]))
+        near = seen.states[worst] if self._corrector.near(seen.states[worst] - guess, segment.length) else guess
+        middle = self._solved(segment, at, near, (first, second))
         if middle is None:
             return []
         middle.arclength = first.arclength + self._corrector.metric.length(middle.state - first.state)
         before, after = (
-            self._corrector.apart(middle, guess, direction, way) for way in (at * arc.length, (at - 1.0) * arc.length)
+            self._corrector.apart(middle, guess, direction, way)
+            for way in (at * segment.length, (at - 1.0) * segment.length)
         )
         closely = closely or bool(seen.observables_bent.max() > limit)
         return [
@@ -203,9 +203,9 @@ class DenseOutput:
             *self.halves(middle, second, after, closely=closely),
         ]
 
-    def _places(self, first: Step, second: Step, arc: HermiteSegment, closely: bool) -> HermiteBasis | None:
+    def _places(self, first: Step, second: Step, segment: HermiteSegment, closely: bool) -> HermiteBasis | None:
         """Places to look at: those of the points to come, and then those of narrow peaks; None where there are none."""
-        count = ceil(arc.length / self._step)
+        count = ceil(segment.length / self._step)
         if not self._observables.any:
             return _evenly(count) if count > 1 else None
         low, high = sorted((first.parameter, second.parameter))
@@ -214,32 +214,30 @@ class DenseOutput:
         if count < 2 and not (closely or narrow.size):
             return None
         even = _evenly(max(2, count))
-        inside = [arc.where(p, 0.0, 1.0) for p in narrow.tolist() if low < p < high]
+        inside = [segment.where(p, 0.0, 1.0) for p in narrow.tolist() if low < p < high]
         inside = [u for u in inside if _END < u < 1.0 - _END]
         return HermiteBasis(np.append(even.u, inside)) if inside else even
 
-    def _seen(self, first: Step, second: Step, arc: HermiteSegment, places: HermiteBasis) -> _Seen:
-        a, b, seen = self._latest
-        if a is not first or b is not second or seen is None:
-            seen = _Seen(self._corrector, self._observables, arc, (first, second), places)
-            self._latest = first, second, seen
-        return seen
+    def _seen(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> _Seen:
+        if self._latest is None or self._latest[0] is not first or self._latest[1] is not second:
+            self._latest = first, second, _Seen(self._corrector, self._observables, segment, (first, second), places)
+        return self._latest[2]
 
-    def _solved(self, arc: HermiteSegment, u: float, guess: Array, ends: tuple[Step, Step]) -> Step | None:
-        """The solution on the plane across the arc through ``guess``, if it is the one that is expected.
+    def _solved(self, segment: HermiteSegment, u: float, guess: Array, ends: tuple[Step, Step]) -> Step | None:
+        """The solution on the plane across the segment through ``guess``, if it is the one that is expected.
 
         At a narrow peak, whose sides the plane would cut, it is the one at that parameter, sought from the chord: it
-        may be further off than short arcs are long.
+        may be further off than short segments are long.
         """
         corrector, (first, second) = self._corrector, ends
-        step, _ = corrector.correct(guess.copy(), arc.derivative(u), "regular")
-        if not self._believed(step, first, arc.point(u), arc.length):
-            chord, parameter = (1.0 - u) * first.state + u * second.state, arc.parameter(u)
+        step, _ = corrector.correct(guess.copy(), segment.derivative(u), "regular")
+        if not self._believed(step, first, segment.point(u), segment.length):
+            chord, parameter = (1.0 - u) * first.state + u * second.state, segment.parameter(u)
             if (parameter - first.parameter) * (parameter - second.parameter) < 0.0:
                 chord[-1] = parameter
             way = second.state - first.state
             step, _ = corrector.correct(chord.copy(), None, "regular", forward=way, options=corrector.patient)
-            if not self._believed(step, first, chord, max(arc.length, _PEAK)):
+            if not self._believed(step, first, chord, max(segment.length, _PEAK)):
                 return None
         return step
 
@@ -249,24 +247,25 @@ class DenseOutput:
         return self._corrector.near(step.state - expected, length) and self._span.passed(step.parameter) is None
 
     def points(self, first: Step, second: Step, end: Step) -> list[Step]:
-        """Points between two neighbours on the arc that leads to ``end``."""
-        arc, metric = self._corrector.arc(first, second), self._corrector.metric
-        count = ceil(arc.length / self._step)
+        """Points between two neighbours on the segment that leads to ``end``."""
+        segment, metric = self._corrector.segment(first, second), self._corrector.metric
+        count = ceil(segment.length / self._step)
         if count < 2 or not end.smooth:
             return []
         places = _evenly(count)
         if end.apart <= _SURE * self._tolerance and not self._observables.any:
-            states, good = arc.points(places), np.ones(count - 1, dtype=bool)
+            states, good, slopes = segment.points(places), np.ones(count - 1, dtype=bool), segment.derivatives(places)
         else:
-            states, good = self._seen(first, second, arc, places).settle(count - 1, self._tolerance)
-        slopes = arc.derivatives(places)
+            seen = self._seen(first, second, segment, places)
+            states, good = seen.settle(count - 1, self._tolerance)
+            slopes = seen.slopes[: count - 1]
         tangents = slopes / metric.lengths(slopes)[:, None]
         made = []
         for i, at in enumerate(places.u.tolist()):
             if good[i]:
-                step = Step.interpolated(states[i], tangents[i], (first, second, arc, at), 0.0)
+                step = Step.interpolated(states[i], tangents[i], (first, second, segment, at), 0.0)
             else:
-                solved = self._solved(arc, at, arc.point(at), (first, second))
+                solved = self._solved(segment, at, segment.point(at), (first, second))
                 if solved is None:
                     continue
                 step = solved
@@ -288,12 +287,12 @@ class _Unknowns:
         """None."""
         return np.empty(0)
 
-    def between(self, first: Step, second: Step, states: Array) -> Any:
+    def between(self, first: Step, second: Step, states: Array) -> Between:
         """Residuals alone."""
         return _Residuals(self._corrector.residuals(states))
 
 
-class _Residuals:
+class _Residuals(Between):
     def __init__(self, residuals: Array) -> None:
         self.residuals = residuals
 
@@ -301,12 +300,12 @@ class _Residuals:
         """None."""
         return np.zeros(len(dx))
 
-    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
+    def bent(self, dx: Array, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """None."""
         return np.zeros(len(dx))
 
 
 @lru_cache(maxsize=64)
 def _evenly(count: int) -> HermiteBasis:
-    """Places that part an arc into ``count`` pieces."""
+    """Places that part a segment into ``count`` pieces."""
     return HermiteBasis(np.arange(1, count) / count)

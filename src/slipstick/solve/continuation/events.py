@@ -1,37 +1,14 @@
-"""Events along a branch: sign changes of functions of the state, located by solving again on the arc between."""
+"""Events along a branch: sign changes of functions of the state, located by solving again on the segment between."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
+from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
-
-
-class EventPoint(Protocol):
-    """What an event function may look at."""
-
-    @property
-    def x(self) -> Array:
-        """Unknowns (N,)."""
-        ...
-
-    @property
-    def parameter(self) -> float:
-        """Parameter."""
-        ...
-
-    @property
-    def tangent_x(self) -> Array:
-        """Derivative of the unknowns along the branch (N,)."""
-        ...
-
-    @property
-    def tangent_parameter(self) -> float:
-        """Derivative of the parameter along the branch."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,11 +31,11 @@ class BranchEvent:
         Whether no point is better than one that is not located to the tolerance; the caller tells what is missing. Else
         the nearest solution stands for it.
     place
-        For a function that jumps: where on the arc between two steps it does, ``u`` from 0 to 1. It is solved for there
-        once, instead of until the jump is known to the tolerance.
+        For a function that jumps: where on the segment between two steps it does, ``u`` from 0 to 1. It is solved for
+        there once, instead of until the jump is known to the tolerance.
     along
-        What the function is expected to be between two neighbouring steps, (n,): of both, of the arc between them, and
-        of n places on it. With it sign changes are sought on the whole arc; without, only from end to end.
+        What the function is expected to be between two neighbouring steps, (n,): of both, of the segment between them,
+        and of n places on it. With it sign changes are sought on the whole segment; without, only from end to end.
     height
         Of a maximum, with ``direction`` -1: what is largest there, whose slope along the branch ``function`` is. Where
         the slope jumps, the maximum is the higher of the two sides. A slope of 0 is a plateau: it goes on as what comes
@@ -67,13 +44,13 @@ class BranchEvent:
 
     name: str
     kind: str
-    function: Callable[..., float]
+    function: Callable[[Step], float]
     direction: int = 0
     terminal: bool = False
     exact: bool = False
-    place: Callable[[Any, Any, HermiteSegment], float] | None = None
-    along: Callable[[Any, Any, HermiteSegment, HermiteBasis], Array] | None = None
-    height: Callable[[Any], float] | None = None
+    place: Callable[[Step, Step, HermiteSegment], float] | None = None
+    along: Callable[[Step, Step, HermiteSegment, HermiteBasis], Array] | None = None
+    height: Callable[[Step], float] | None = None
 
     @property
     def maximum(self) -> bool:
@@ -102,16 +79,16 @@ class Watched(Protocol):
     events: tuple[BranchEvent, ...]
     """Maxima of each."""
 
-    def heights(self, step: Any) -> Array:
+    def heights(self, step: Step) -> Array:
         """Their values (n,) at a step."""
         ...
 
-    def expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
+    def expected(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         """Between two neighbours: slopes (n_places, n), exact at the ends, and the largest values (n,) at maxima."""
         ...
 
 
-def turning_parameter(step: EventPoint) -> float:
+def turning_parameter(step: Step) -> float:
     """Zero where the parameter turns back."""
     return step.tangent_parameter
 
@@ -120,7 +97,7 @@ def turning_points(*, terminal: bool = False) -> BranchEvent:
     """The event of the parameter turning back."""
     return BranchEvent(
         name="turning point", kind="turning point", function=turning_parameter, terminal=terminal,
-        along=lambda first, second, arc, places: arc.parameter_rates(places) / arc.length,
+        along=lambda first, second, segment, places: segment.parameter_rates(places) / segment.length,
         height=lambda step: step.parameter,
     )  # fmt: skip
 

@@ -20,11 +20,10 @@ from slipstick.solve.continuation.events import BranchEvent, Watched, turning_po
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
-from slipstick.solve.continuation.options import ContinuationOptions
+from slipstick.solve.continuation.options import ContinuationOptions, next_step
 from slipstick.solve.continuation.predictor import Span, predict
 from slipstick.solve.continuation.step import RestartPoint, Step
 from slipstick.solve.continuation.step_acceptance import Rejection, objection, reach, turn
-from slipstick.solve.continuation.stepsize import next_step
 from slipstick.solve.newton import NewtonResult, NewtonStop, System
 from slipstick.typing import Array
 
@@ -42,7 +41,7 @@ def continuation(
     at: float | None = None,
     direction: ArrayLike | None = None,
     context: Any = None,
-    places: Sequence[RestartPoint] = (),
+    restart: Sequence[RestartPoint] = (),
     doubted: Callable[[Step, Step, Array], bool] | None = None,
     observables: Observables | None = None,
     watched: Watched | None = None,
@@ -68,9 +67,9 @@ def continuation(
         ``direction`` (N + 1,), the ``tangent`` of an earlier step there. Default: from ``start`` towards ``stop``.
     context
         What the point before handed on, see ``System``; None for a start from nothing.
-    places
-        To go on where another continuation with the same arguments stood: its last ``place``, preceded by the one
-        before where there is one. The points to come are those it would have found, to the last bit on one machine.
+    restart
+        To go on where another continuation with the same arguments stood: its last ``restart_point``, preceded by the
+        one before where there is one. The points to come are those it would have found, to the last bit on one machine.
     doubted
         Whether a point is not to be believed: of the last point, the new one and what was expected of its state. A
         shorter step is taken then, down to ``kink_step``.
@@ -114,7 +113,7 @@ def continuation(
         at=float(start if at is None else at),
         direction=None if direction is None else np.asarray(direction, dtype=float),
         context=context,
-        places=tuple(places),
+        restart=tuple(restart),
         doubted=doubted,
         observables=observables,
         watched=watched,
@@ -159,10 +158,10 @@ class Continuation(Iterator[Step]):
         Points found (located ones not counted) and steps rejected so far.
     step_length
         Scaled length of the next step.
-    place
+    restart_point
         The last accepted point with what the points after it depend on; None before the first.
     standing
-        The step it goes on from where it was given ``places``, else None.
+        The step it goes on from where it was given ``restart``, else None.
     """
 
     def __init__(
@@ -178,7 +177,7 @@ class Continuation(Iterator[Step]):
         at: float,
         direction: Array | None,
         context: Any,
-        places: tuple[RestartPoint, ...],
+        restart: tuple[RestartPoint, ...],
         doubted: Callable[[Step, Step, Array], bool] | None = None,
         observables: Observables | None = None,
         watched: Watched | None = None,
@@ -198,10 +197,10 @@ class Continuation(Iterator[Step]):
         self.error: Exception | None = None
         self.rejected = self.points = 0
         self.step_length = min(options.first_step, options.max_step)
-        self.place: RestartPoint | None = None
+        self.restart_point: RestartPoint | None = None
         self.standing: Step | None = None
-        arc = self._take_up(places) if places else None
-        self._generator = self._follow(np.append(x, at), direction, arc)
+        segment = self._take_up(restart) if restart else None
+        self._generator = self._follow(np.append(x, at), direction, segment)
 
     def __next__(self) -> Step:
         try:
@@ -229,7 +228,7 @@ class Continuation(Iterator[Step]):
         return outcome
 
     def _follow(
-        self, state: Array, direction: Array | None, arc: HermiteSegment | None
+        self, state: Array, direction: Array | None, segment: HermiteSegment | None
     ) -> Generator[Step, None, Outcome]:
         last: Step | Reason = self.standing or self._first(state, direction)
         if isinstance(last, Reason):
@@ -241,7 +240,7 @@ class Continuation(Iterator[Step]):
         while last.kind != "end":
             if self.points >= self._options.max_points:
                 return self._end(Outcome.POINT_LIMIT)
-            new = self._advance(last, arc)
+            new = self._advance(last, segment)
             if isinstance(new, Reason):
                 outcome = Outcome.SINGULAR if new is NewtonStop.SINGULAR else Outcome.STEP_TOO_SMALL
                 return self._end(outcome, f"{outcome.text} (at {last.parameter:g}: {new.text})")
@@ -252,7 +251,7 @@ class Continuation(Iterator[Step]):
                     return self._end(Outcome.COMPLETED, f"ended at the event {between.name}")
             self._accepted(new)
             yield new
-            last, arc = new, self._ahead(last, new)
+            last, segment = new, self._ahead(last, new)
         return self._end(Outcome.TURNED_BACK if last.parameter == self._span.start else Outcome.COMPLETED)
 
     def _between(self, last: Step, new: Step) -> Iterator[Step]:
@@ -264,29 +263,33 @@ class Continuation(Iterator[Step]):
                     yield d
 
     def _ahead(self, last: Step, new: Step) -> HermiteSegment | None:
-        """The arc that leads on from two neighbours, unless there is a corner between; the metric follows the newer."""
+        """The segment that leads on from two neighbours, None at a corner between; the metric follows the newer."""
         sharp = angle_of(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
-        arc = None if sharp else self._corrector.arc(last, new)
+        segment = None if sharp else self._corrector.segment(last, new)
         self._metric.renew(new.x)
-        return arc
+        return segment
 
     def _accepted(self, step: Step) -> None:
         """Take note of a point, and hand what it knows to the points after it."""
         self.points += 1
-        self.place = RestartPoint(
+        self.restart_point = RestartPoint(
             state=step.state, tangent=step.tangent, kind=step.kind, orientation=step.orientation,
             arclength=step.arclength, step_length=self.step_length, measure=self._metric.measure,
-            given=self._corrector.context, values=self._locator.values,
+            context=self._corrector.context, values=self._locator.values,
             points=self.points, rejected=self.rejected, evaluations=self.evaluations, solves=self.solves,
         )  # fmt: skip
         self._carry(step)
 
-    def _take_up(self, places: tuple[RestartPoint, ...]) -> HermiteSegment | None:
-        """Stand where another continuation stood; the arc that leads on."""
-        *before, self.place = places
-        self._metric.measure, self._locator.values = self.place.measure, self.place.values
-        self.step_length, self.points, self.rejected = self.place.step_length, self.place.points, self.place.rejected
-        self.standing = self._corrector.take_up(self.place)
+    def _take_up(self, restart: tuple[RestartPoint, ...]) -> HermiteSegment | None:
+        """Stand where another continuation stood; the segment that leads on."""
+        *before, self.restart_point = restart
+        self._metric.measure, self._locator.values = self.restart_point.measure, self.restart_point.values
+        self.step_length, self.points, self.rejected = (
+            self.restart_point.step_length,
+            self.restart_point.points,
+            self.restart_point.rejected,
+        )
+        self.standing = self._corrector.take_up(self.restart_point)
         self._carry(self.standing)
         return self._ahead(Step.again(before[-1]), self.standing) if before else None
 
@@ -311,13 +314,13 @@ class Continuation(Iterator[Step]):
             step.reverse()
         return step
 
-    def _advance(self, last: Step, arc: HermiteSegment | None) -> Step | Reason:
+    def _advance(self, last: Step, segment: HermiteSegment | None) -> Step | Reason:
         """The next accepted point, halving the step until there is one; or why there is none."""
         options, corrector, span = self._options, self._corrector, self._span
         reason: Reason | None = None
         length = self.step_length
         while length >= options.min_step:
-            ahead = predict(self._metric, span, last, arc, length)
+            ahead = predict(self._metric, span, last, segment, length)
             normal, kind = (None, "end") if ahead.at_end else (ahead.direction, "regular")
             new, result = corrector.correct(
                 ahead.guess, normal, kind, forward=last.tangent, reach=reach(options, length)
@@ -330,13 +333,13 @@ class Continuation(Iterator[Step]):
                     reason = Rejection.DOUBTED if self._doubted(last, new, ahead.guess) else None
                 if reason is None:
                     new.apart = corrector.apart(new, ahead.guess, ahead.direction, length)
-                    return self._accept(last, new, result, length, 2 if arc is None else 4)
+                    return self._accept(last, new, result, length, 2 if segment is None else 4)
             self.rejected += 1
             if length <= options.kink_step:
                 new, result = turn(corrector, span, last, length)
                 if new is not None:
                     return self._accept(last, new, result, length, 2)
-            length, arc = 0.5 * length, None
+            length, segment = 0.5 * length, None
         return reason or Rejection.NOTHING_AHEAD
 
     def _accept(self, last: Step, new: Step, result: NewtonResult, length: float, order: int) -> Step:

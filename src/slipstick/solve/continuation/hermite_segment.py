@@ -10,7 +10,7 @@ from slipstick.typing import Array
 
 
 class HermiteBasis:
-    """Places ``u`` (n,) on arcs, and the shares (n, 4) of what is known at the ends in values and slopes there."""
+    """Places ``u`` (n,) on segments, and the shares (n, 4) of what is known at the ends in values and slopes there."""
 
     __slots__ = ("shares", "slopes", "u")
 
@@ -40,7 +40,9 @@ class HermiteSegment:
         self.length, self.rates = length, rates or (length, length)
         self._nodes = np.array((first, second, self.rates[0] * first_tangent, self.rates[1] * second_tangent))
 
-    def between(self, first: Array, second: Array, first_rate: Array, second_rate: Array, places: HermiteBasis) -> Any:
+    def between(
+        self, first: Array, second: Array, first_rate: Array, second_rate: Array, places: HermiteBasis
+    ) -> tuple[Array, Array]:
         """Any quantity and its derivative by ``u``, both (n, ...), at n places, from values and rates at the ends.
 
         Rates are derivatives by what the tangents are derivatives by.

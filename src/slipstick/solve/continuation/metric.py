@@ -97,8 +97,8 @@ class Metric:
         return self._measure
 
     @measure.setter
-    def measure(self, given: tuple[float, float, float, float]) -> None:
-        self._measure = typical, size, present, _ = given
+    def measure(self, parts: tuple[float, float, float, float]) -> None:
+        self._measure = typical, size, present, _ = parts
         if self._scaling.x is None:
             self._unit = np.broadcast_to(1.0 / np.asarray(typical), self._shape)
         inverse, weights = np.empty(self._unit.size + 1), np.empty(self._unit.size + 1)
@@ -127,8 +127,8 @@ class Metric:
     def judged(self, changes: Array, sizes: Array) -> Array:
         """Changes (n, N + 1) over the ``sizes`` of their rows, the largest of each: (n,)."""
         rows = (changes[:, :-1] * self._unit).reshape(len(changes), sizes.size, -1)
-        own = np.sqrt(np.einsum("nrl,nrl->nr", rows, rows)) / sizes
-        largest = own.max(axis=1) if sizes.size > 1 else own[:, 0]
+        relative = np.sqrt(np.einsum("nrl,nrl->nr", rows, rows)) / sizes
+        largest = relative.max(axis=1) if sizes.size > 1 else relative[:, 0]
         return np.asarray(np.maximum(largest, np.abs(changes[:, -1]) * self._parameter))
 
     def length(self, vector: Array) -> float:

@@ -30,7 +30,7 @@ _REVERSED = 1e-12
 class Bracket:
     """Two solutions, the event function positive at the first and not at the second: an extreme or a root is between.
 
-    ``begin`` and ``end`` are their places on an arc.
+    ``begin`` and ``end`` are their places on a segment.
     """
 
     low: Step
@@ -79,7 +79,7 @@ class Bracket:
     def holds(self, step: Step, metric: Metric) -> bool:
         """Whether a solution lies between its ends, and on this branch."""
         ends = self.low.orientation, self.high.orientation
-        if all(step.orientation * own < 0 for own in ends):
+        if all(step.orientation * orientation < 0 for orientation in ends):
             return False
         room = self.room(metric)
         return all(0.0 < metric.length(step.state - end.state) < room for end in (self.low, self.high))
@@ -149,8 +149,8 @@ def _inside(corrector: Corrector, event: BranchEvent, bracket: Bracket, share: f
 def _guesses(corrector: Corrector, bracket: Bracket, share: float) -> Iterator[tuple[Array, Array]]:
     """Where solutions may be, and the direction of the branch there."""
     low, high, metric = bracket.low, bracket.high, corrector.metric
-    arc, ways = corrector.arc(low, high), bracket.ways(metric)
-    yield arc.point(share), arc.derivative(share)
+    segment, ways = corrector.segment(low, high), bracket.ways(metric)
+    yield segment.point(share), segment.derivative(share)
     gap = metric.length(high.state - low.state)
     ends = [(low, ways[0] if ways else gap), (high, -ways[1] if ways else -gap)]
     if abs(ends[1][1]) > abs(ends[0][1]):

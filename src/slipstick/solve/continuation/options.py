@@ -1,13 +1,87 @@
-"""Options of a continuation."""
+"""Options of a continuation, and the length of its next step from how the last one went."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf
+from math import inf, pi
 
 from slipstick.errors import InputError
-from slipstick.solve.continuation.stepsize import StepOptions
 from slipstick.solve.newton import NewtonOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepOptions:
+    """Step control; lengths are scaled arclengths (1 is the whole parameter range).
+
+    Parameters
+    ----------
+    first_step, max_step, min_step
+        First, largest and smallest step.
+    target_iterations
+        Newton corrections a point that leave the step as it is.
+    contraction
+        Aimed-at ratio of the second to the first Newton correction.
+    aimed_angle, max_angle
+        Angle between neighbouring tangents aimed at, and above which a step is rejected (radians).
+    max_correction
+        Largest distance from prediction to solution, in units of the step: beyond, the step is rejected.
+    kink_step
+        Below this length a large angle is believed to be a kink of the branch and accepted; the branch is followed
+        through because a neighbouring branch would not be that near.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+
+    first_step: float = 1.0 / 200.0
+    max_step: float = 1.0 / 60.0
+    min_step: float = 1e-8
+    target_iterations: int = 4
+    contraction: float = 0.1
+    aimed_angle: float = pi / 15
+    max_angle: float = pi / 6
+    max_correction: float = 0.5
+    kink_step: float = 1e-5
+
+    def __post_init__(self) -> None:
+        faults = [
+            f"continuation {name}: found {getattr(self, name)}; expected a positive number"
+            for name in ("first_step", "max_step", "min_step", "target_iterations", "contraction", "max_correction")
+            if not getattr(self, name) > 0
+        ]
+        if self.min_step > self.max_step:
+            faults.append(
+                f"continuation min_step {self.min_step} is above max_step {self.max_step}; give a smaller min_step"
+            )
+        if not 0 < self.aimed_angle <= self.max_angle < pi / 2:
+            faults.append(
+                f"continuation angles: found aimed_angle {self.aimed_angle} and max_angle {self.max_angle}; "
+                "expected 0 < aimed_angle <= max_angle < pi/2"
+            )
+        if faults:
+            raise InputError(faults)
+
+
+def next_step(
+    step: float, *, contraction: float, iterations: int, angle: float, order: int, options: StepOptions
+) -> float:
+    """Length of the step after one of length ``step`` that went well.
+
+    Newton's first contraction is proportional to the error of the predictor, so to ``step ** order``; the angle
+    between tangents is proportional to ``step``. The step grows at most twofold, and shrinks at most to a half.
+
+    >>> options = StepOptions()
+    >>> next_step(0.001, contraction=1e-6, iterations=1, angle=1e-3, order=4, options=options)
+    0.002
+    """
+    factor = min(
+        (options.contraction / max(contraction, 1e-12)) ** (1.0 / order),
+        options.aimed_angle / max(angle, 1e-12),
+        2.0 if iterations <= options.target_iterations else options.target_iterations / iterations,
+    )
+    return min(options.max_step, step * min(2.0, max(0.5, factor)))
 
 
 def _corrector_options() -> NewtonOptions:

@@ -38,21 +38,21 @@ class Prediction:
     at_end: bool
 
 
-def predict(metric: Metric, span: Span, last: Step, arc: HermiteSegment | None, length: float) -> Prediction:
-    """``length`` ahead of ``last``: along the cubic ``arc`` that ends there, or along the tangent."""
+def predict(metric: Metric, span: Span, last: Step, segment: HermiteSegment | None, length: float) -> Prediction:
+    """``length`` ahead of ``last``: along the cubic ``segment`` that ends there, or along the tangent."""
     ratio = metric.length(last.tangent)
-    if arc is None:
+    if segment is None:
         direction = last.tangent / ratio
         guess = last.state + length * direction
     else:
-        u = 1.0 + length / (ratio * arc.length)
-        guess, direction = arc.point(u), arc.derivative(u)
+        u = 1.0 + length / (ratio * segment.length)
+        guess, direction = segment.point(u), segment.derivative(u)
         if metric.cosine(direction, last.tangent) < _STRAIGHT:
             return predict(metric, span, last, None, length)
     end = span.passed(guess[-1])
     if end is None:
         return Prediction(guess, direction, False)
     share = (end - last.state[-1]) / (guess[-1] - last.state[-1])
-    guess = last.state + share * (guess - last.state) if arc is None else arc.point(arc.where(end, 1.0, u))
+    guess = last.state + share * (guess - last.state) if segment is None else segment.point(segment.where(end, 1.0, u))
     guess[-1] = end
     return Prediction(guess, direction, True)

@@ -17,7 +17,7 @@ from slipstick.typing import Array
 
 @dataclass(frozen=True, kw_only=True)
 class RestartPoint:
-    """An accepted point and what the points after it depend on; with the place before it, that is everything.
+    """An accepted point and what the points after it depend on; with the restart point before it, that is everything.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class RestartPoint:
         Scaled length of the next step.
     measure
         The metric in which the point was found, see ``Metric.measure``.
-    given
+    context
         The context the point was solved with: what the point before handed on.
     values
         Event functions at the point, whose signs are compared with those of the next one.
@@ -44,7 +44,7 @@ class RestartPoint:
     arclength: float
     step_length: float
     measure: tuple[float, float, float, float]
-    given: Any
+    context: Any
     values: tuple[float, ...]
     points: int
     rejected: int
@@ -78,7 +78,7 @@ class Step:
     inserted
         Whether it was put between two points that the continuation stepped to.
     place
-        Of an interpolated point: the steps on both sides, the arc between them and the place ``u`` on it; else None.
+        Of an interpolated point: the steps on both sides, the segment between them and its place ``u``; else None.
     smooth
         Whether the cubics from the point before are as near to the branch, and to what is read off it, as they should
         be where something is sought along them.
@@ -120,20 +120,20 @@ class Step:
     def interpolated(
         cls, state: Array, tangent: Array, place: tuple[Step, Step, HermiteSegment, float], arclength: float
     ) -> Step:
-        """A point of an arc, at a ``place``."""
+        """A point of a segment, at a ``place``."""
         step = cls(state, tangent, NewtonResult(state), "interpolated", "", state.size - 1)
         step.place, step.arclength = place, arclength
         return step
 
     @classmethod
-    def again(cls, place: RestartPoint, evaluation: Any = None) -> Step:
-        """The step of a place; ``evaluation`` is what the system returned there."""
-        result = NewtonResult(place.state)
+    def again(cls, point: RestartPoint, evaluation: Any = None) -> Step:
+        """The step of a restart point; ``evaluation`` is what the system returned there."""
+        result = NewtonResult(point.state)
         result.evaluation = evaluation
         if evaluation is not None:
             result.residual = evaluation.residual
-        step = cls(place.state, place.tangent, result, place.kind, "", place.state.size - 1)
-        step.orientation, step.arclength = place.orientation, place.arclength
+        step = cls(point.state, point.tangent, result, point.kind, "", point.state.size - 1)
+        step.orientation, step.arclength = point.orientation, point.arclength
         return step
 
     def named(self, kind: str, name: str) -> Step:

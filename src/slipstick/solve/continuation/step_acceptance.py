@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from slipstick.errors import Reason
 from slipstick.solve.continuation.corrector import Corrector, angle_of
+from slipstick.solve.continuation.options import StepOptions
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
-from slipstick.solve.continuation.stepsize import StepOptions
 from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array
 

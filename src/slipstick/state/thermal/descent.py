@@ -90,16 +90,16 @@ def downhill(
     known = np.isfinite(high - low)
     span = np.where(known, high - low, np.maximum(np.abs(T), np.abs(G)))
     way, h, longest = -np.sign(G), FIRST_CELL * span, np.where(known, LONGEST_CELL * span, np.inf)
-    found, passed, bracket = G == 0, np.zeros(T.size, dtype=bool), np.zeros(T.size, dtype=bool)
+    reached, passed, bracket = G == 0, np.zeros(T.size, dtype=bool), np.zeros(T.size, dtype=bool)
     a, Ga, da, b, Gb = T.copy(), G.copy(), dG.copy(), T.copy(), G.copy()
-    passed |= ~found & (dG <= 0)
+    passed |= ~reached & (dG <= 0)
     for _ in range(_MOST):
-        marching = ~found & ~bracket
+        marching = ~reached & ~bracket
         if not marching.any():
             break
         leaving = marching & np.where(way > 0, a >= high, a <= low)
         a[leaving] -= Ga[leaving]  # held parameters: T = T_0 + R Edot
-        found |= leaving
+        reached |= leaving
         marching &= ~leaving
         ahead = np.where(marching, _next_cut(a, way, h, limits, knots), a)
         G, dG = balance(ahead)
@@ -114,7 +114,7 @@ def downhill(
         passed |= walked & (dG <= 0)
         h = np.where(walked, np.minimum(2.0 * h, longest), h)
     T, closed = bracketed(balance, a, Ga, np.where(bracket, b, a), small)
-    return T, found | (bracket & closed), passed
+    return T, reached | (bracket & closed), passed
 
 
 def _next_cut(a: Array, way: Array, h: Array, limits: tuple[Array, Array], knots: Array) -> Array:

@@ -257,11 +257,11 @@ def _element_wise(
     def small(T: Array) -> Array:
         return tolerance * power_of.size(T, T0) + np.finfo(float).tiny
 
-    found, good = near(balance, T, power_of.longest_step, small, hold=hold)
+    roots, good = near(balance, T, power_of.longest_step, small, hold=hold)
     if good.all():
-        return found, True, False
-    walked, ended, passed = downhill(balance, np.where(good, found, T), power_of.limits, knots, small)
-    return np.where(good, found, walked), bool((good | ended).all()), bool((~good & passed).any())
+        return roots, True, False
+    walked, ended, passed = downhill(balance, np.where(good, roots, T), power_of.limits, knots, small)
+    return np.where(good, roots, walked), bool((good | ended).all()), bool((~good & passed).any())
 
 
 def _coupled(

@@ -62,10 +62,10 @@ class FrictionCurve:
     ) -> None:
         faults: list[Fault] = []
         kinds = _interpolations(interpolation, faults)
-        given = {name: table for name, table in zip(CURVED_PARAMETERS, (mu, kt, kn), strict=True) if table is not None}
-        if not given:
+        curved = {name: table for name, table in zip(CURVED_PARAMETERS, (mu, kt, kn), strict=True) if table is not None}
+        if not curved:
             faults.append(Fault("friction curve", "no table was given", remedy="give at least one of mu, kt, kn"))
-        tables = {name: _checked_table(name, temperature, table, faults) for name, table in given.items()}
+        tables = {name: _checked_table(name, temperature, table, faults) for name, table in curved.items()}
         if faults:
             raise InputError(faults)
         self.interpolation = {name: kinds.get(name, "pchip") for name in tables}
@@ -187,11 +187,11 @@ class _Spline:
         return float(temperature[value.argmin()]), float(value.min())
 
 
-def _interpolations(given: Any, faults: list[Fault]) -> dict[str, str]:
+def _interpolations(interpolation: Any, faults: list[Fault]) -> dict[str, str]:
     """Kind of interpolation by parameter; appends every fault."""
-    kinds = dict.fromkeys(CURVED_PARAMETERS, given)
-    if isinstance(given, Mapping):
-        kinds = dict(given)
+    kinds = dict.fromkeys(CURVED_PARAMETERS, interpolation)
+    if isinstance(interpolation, Mapping):
+        kinds = dict(interpolation)
         faults += [
             Fault(
                 "interpolation",

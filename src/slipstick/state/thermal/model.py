@@ -55,17 +55,17 @@ class ThermalModel(StateModel):
     contacts: Sequence[str] | None = None
 
     def __post_init__(self) -> None:
-        found = Gathering()
+        checks_made = Gathering()
         checks: dict[str, tuple[Callable[..., Any], str]] = {
             "curve": (_curve, "ss.FrictionCurve(...), or curves by contact name"),
             "background": (number, "a temperature, or temperatures by contact name"),
             "resistance": (_resistance, "a number, an influence matrix, or numbers by contact name"),
         }
-        values = {key: found.take(_each, key, getattr(self, key), *check) for key, check in checks.items()}
+        values = {key: checks_made.take(_each, key, getattr(self, key), *check) for key, check in checks.items()}
         if self.contacts is not None:
             expected = "names of contacts in the order of the influence matrix"
-            values["contacts"] = found.take(names_of, ("thermal", "contacts"), self.contacts, expected)
-        found.end()
+            values["contacts"] = checks_made.take(names_of, ("thermal", "contacts"), self.contacts, expected)
+        checks_made.end()
         for key, value in values.items():
             object.__setattr__(self, key, value)
 
@@ -80,7 +80,11 @@ class ThermalModel(StateModel):
         curves = set(self.parameters)
         follow = [k for k, law in enumerate(laws) if curves & set(law.values)] or [0]
         follow.sort(key=lambda k: not is_friction(laws[k]))  # another law may call a parameter the same
-        return [replace(self.elements([name for own in names[follow[0] :][:1] for name in own]), batch=follow[0])]
+        return [
+            replace(
+                self.elements([name for batch_names in names[follow[0] :][:1] for name in batch_names]), batch=follow[0]
+            )
+        ]
 
     def elements(self, names: Sequence[str]) -> HeatedContacts:
         """The model for these contacts, in this order; raises InputError with every fault."""
@@ -94,7 +98,12 @@ class ThermalModel(StateModel):
         T0, R, bounds = checked(background, resistance, (limits[:, 0], limits[:, 1]), names)
         distinct = {curve.content: curve for curve in curves if curve is not None}
         groups = tuple(
-            (curve, np.array([i for i, own in enumerate(curves) if own is not None and own.content == content]))
+            (
+                curve,
+                np.array(
+                    [i for i, curve_of in enumerate(curves) if curve_of is not None and curve_of.content == content]
+                ),
+            )
             for content, curve in distinct.items()
         )
         nominal: dict[str, Array] = {}
@@ -107,11 +116,11 @@ class ThermalModel(StateModel):
 
     def _unknown(self, names: Sequence[str]) -> list[Fault]:
         tables = {"curve": self.curve, "background": self.background, "resistance": self.resistance}
-        given = [(what, name) for what, table in tables.items() if isinstance(table, Mapping) for name in table]
-        given += [("contacts", name) for name in self.contacts or ()]
+        named = [(what, name) for what, table in tables.items() if isinstance(table, Mapping) for name in table]
+        named += [("contacts", name) for name in self.contacts or ()]
         return [
             Fault(("thermal", what), f"there is no contact {shown(name)}", remedy=suggestion(name, names))
-            for what, name in given
+            for what, name in named
             if name not in names
         ]
 
@@ -157,18 +166,18 @@ def _each(key: str, value: Any, check: Callable[..., Any], expected: str) -> Any
     name = ("thermal", key)
     if not isinstance(value, Mapping):
         return check(name, value, expected)
-    found = Gathering()
+    checks = Gathering()
     each = number if check is _resistance else check
-    values = {k: found.take(each, (*name, k), v) for k, v in table(name, value, expected).items()}
-    found.end()
+    values = {k: checks.take(each, (*name, k), v) for k, v in table(name, value, expected).items()}
+    checks.end()
     return values
 
 
 def _resistance(name: Name, value: Any, expected: str) -> float | Array:
-    found = numbers(name, value, expected)
-    if found.ndim > 2 or found.size == 0:
+    resistance = numbers(name, value, expected)
+    if resistance.ndim > 2 or resistance.size == 0:
         raise wrong(name, value, expected)
-    return found if found.ndim else float(found)
+    return resistance if resistance.ndim else float(resistance)
 
 
 def _curve(name: Name, value: Any, expected: str = "ss.FrictionCurve(...)") -> FrictionCurve:
@@ -189,8 +198,8 @@ class Heat(Carried):
     @property
     def lost(self) -> bool:
         """Whether there is no equilibrium near the temperatures handed on."""
-        found = self.equilibrium
-        return found.jumped or (found.near and not found.converged)
+        equilibrium = self.equilibrium
+        return equilibrium.jumped or (equilibrium.near and not equilibrium.converged)
 
     def fault(self) -> str | None:
         """What is wrong with the equilibrium."""
@@ -238,11 +247,11 @@ class HeatedContacts(ContactState):
         """mu, kt, kn at the temperatures: the curves times what the cold values are of them."""
         sampled = {name: Sampled(np.array(given[name], dtype=float), np.zeros(z.size)) for name in self.nominal}
         for curve, rows in self.curves:
-            for name, found in curve.within(z[rows]).items():
-                sampled[name].value[rows], sampled[name].derivative[rows] = found
+            for name, values in curve.within(z[rows]).items():
+                sampled[name].value[rows], sampled[name].derivative[rows] = values
         for name, (value, slope) in sampled.items():
-            own = self.nominal[name]  # where no curve gives it, nan: the cold value stays
-            scale = np.divide(given[name], own, out=np.ones(len(own)), where=own > 0)
+            cold = self.nominal[name]  # where no curve gives it, nan: the cold value stays
+            scale = np.divide(given[name], cold, out=np.ones(len(cold)), where=cold > 0)
             value *= scale
             slope *= scale
         return sampled
@@ -253,8 +262,10 @@ class HeatedContacts(ContactState):
         inside = np.clip(z, *self.limits)
         for curve, rows in self.curves:
             if name in curve.names:
-                own = self.nominal[name][rows]
-                ratio[rows] = np.divide(curve.at(inside[rows])[name].value, own, out=np.ones_like(own), where=own > 0)
+                cold = self.nominal[name][rows]
+                ratio[rows] = np.divide(
+                    curve.at(inside[rows])[name].value, cold, out=np.ones_like(cold), where=cold > 0
+                )
         return ratio
 
     def rate(self, z: Array, power: Array) -> Rate:
@@ -281,8 +292,8 @@ class HeatedContacts(ContactState):
     def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
         """A stiffness along the normal that follows the temperature where nothing moves along it."""
         normal = {law.ports[i] for i, name in law.stiffness_names.items() if name == "kn"}
-        for e, (name, own) in enumerate(zip(self.names, ports, strict=True)):
-            if self.follows("kn", [e]) and any(p not in own for p in normal & set(law.optional_ports)):
+        for e, (name, present) in enumerate(zip(self.names, ports, strict=True)):
+            if self.follows("kn", [e]) and any(p not in present for p in normal & set(law.optional_ports)):
                 yield Fault(
                     ("contact", name),
                     "kn depends on temperature but the contact has no normal direction, so its normal load is constant",
@@ -319,9 +330,9 @@ class HeatedContacts(ContactState):
         tables does not raise: see ``Equilibrium.problem``.
         """
         element = _Element(self, law, motion, given)
-        found = settled(element, self.background, self.resistance, self.limits, near, knots=self.knots, hold=True)
-        at = element.at(found.temperature)
-        return Heat(state=self, values=at.values, power=at.power, sampled=at.sampled, equilibrium=found)
+        equilibrium = settled(element, self.background, self.resistance, self.limits, near, knots=self.knots, hold=True)
+        at = element.at(equilibrium.temperature)
+        return Heat(state=self, values=at.values, power=at.power, sampled=at.sampled, equilibrium=equilibrium)
 
     def all_equilibria(
         self, law: Law, motion: Motion, cold: Mapping[str, Array]

@@ -63,14 +63,14 @@ def element_equilibria(
         np.concatenate([grid, np.clip(np.broadcast_to(inner[:, None], (inner.size, T0.size)), low, high)]), 0
     )
     sampled = [_balance(evaluate, T0, R, level) for level in grid]
-    found = []
+    roots = []
     for i in range(T0.size):
         balance = _one(evaluate, T0, R, grid[0], i)
         samples = [(float(grid[k, i]), float(G[i]), float(dG[i])) for k, (G, dG) in enumerate(sampled)]
         for end in (0, -1):
             samples[end] = _without_rounding(samples[end], T0[i])
-        found.append(_roots(balance, samples))
-    return found
+        roots.append(_roots(balance, samples))
+    return roots
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,20 +108,20 @@ def surface_equilibria(
     levels = np.concatenate([np.linspace(0.0, 1.0, 13)[:, None] * np.ones(T0.size), scattered])
     pending = list(low + (high - low) * levels)
     size = max(float(np.abs(T0).max()), float((high - low).max()))
-    found: list[Array] = []
-    while pending and len(found) < _MOST_FOUND:
+    equilibria: list[Array] = []
+    while pending and len(equilibria) < _MOST_FOUND:
         start = pending.pop()
         reached = equilibrium(evaluate, T0, R, limits=(lowest, highest), start=start)
         candidates = [reached.temperature] if reached.converged else []
         candidates += _plain_newton(evaluate, T0, R, start, lowest, highest)
         for T in (onto(T, T0, (lowest, highest)) for T in candidates):
-            new = all(np.abs(T - old).max() > 1e-7 * size for old in found)
+            new = all(np.abs(T - old).max() > 1e-7 * size for old in equilibria)
             if new and np.array_equal(np.clip(T, lowest, highest), T):
-                found.append(T)
+                equilibria.append(T)
                 pending += _one_changed(evaluate, T0, R, T, low, high)
-    found.sort(key=lambda T: float(T.mean()))
-    stable = [is_stable(R, evaluate(T)[1]) for T in found]
-    return SurfaceEquilibria(temperature=np.array(found).reshape(-1, T0.size), stable=np.array(stable, dtype=bool))
+    equilibria.sort(key=lambda T: float(T.mean()))
+    stable = [is_stable(R, evaluate(T)[1]) for T in equilibria]
+    return SurfaceEquilibria(temperature=np.array(equilibria).reshape(-1, T0.size), stable=np.array(stable, dtype=bool))
 
 
 _MOST_FOUND = 200
@@ -135,10 +135,10 @@ def _starting_range(evaluate: PowerFunction, T0: Array, R: Array, low: Array, hi
 
 def _one_changed(evaluate: PowerFunction, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
     """Starts with one element at another equilibrium of its own while the others heat it as they are."""
-    own = R.diagonal()
-    heated = np.clip(T0 + R @ evaluate(T)[0] - own * evaluate(T)[0], low, high)
+    diagonal = R.diagonal()
+    heated = np.clip(T0 + R @ evaluate(T)[0] - diagonal * evaluate(T)[0], low, high)
     starts = []
-    for i, roots in enumerate(element_equilibria(evaluate, heated, own, limits=(low, high), divisions=48)):
+    for i, roots in enumerate(element_equilibria(evaluate, heated, diagonal, limits=(low, high), divisions=48)):
         for root in roots.temperature:
             start = T.copy()
             start[i] = root

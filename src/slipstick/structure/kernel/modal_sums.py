@@ -35,10 +35,10 @@ def modal_sums(
     rows = len(products) // columns
     for column in range(columns):
         for row in range(first, first + rows):
-            own = sums[column * rows + row - first]
+            sum_here = sums[column * rows + row - first]
             rest, second = left_out[0, row, column], left_out[1, row, column]
             for k in range(n):
                 square, grows = w[k] * w[k], 2.0 * orders[k] * w[k]
-                A = complex(own[k], own[n + k]) + rest + square * second
-                dA = complex(own[2 * n + k], own[3 * n + k]) + grows * second
+                A = complex(sum_here[k], sum_here[n + k]) + rest + square * second
+                dA = complex(sum_here[2 * n + k], sum_here[3 * n + k]) + grows * second
                 out[0, column, row, 1 + k], out[1, column, row, 1 + k] = A.conjugate(), dA.conjugate()

@@ -144,16 +144,16 @@ def checked_request(
 
 def non_negative(name: str, value: Any) -> float | Array:
     """One number >= 0, or one for each mode."""
-    found: float | Array = number_or_numbers(name, value, "a number >= 0, or one for each mode")
-    if np.any(np.asarray(found) < 0.0):
+    values: float | Array = number_or_numbers(name, value, "a number >= 0, or one for each mode")
+    if np.any(np.asarray(values) < 0.0):
         raise wrong(name, value, "a number >= 0, or one for each mode")
-    return found
+    return values
 
 
-def _range(given: Any, expected: str) -> tuple[float, float]:
+def _range(ends: Any, expected: str) -> tuple[float, float]:
     """Two frequencies, rad/s, numbers or texts."""
     name = "frequency_range"
-    values = [in_radians(name, end) for end in given] if isinstance(given, list | tuple) else given
+    values = [in_radians(name, end) for end in ends] if isinstance(ends, list | tuple) else ends
     return _pair(name, values, expected, some=True)
 
 
@@ -167,10 +167,10 @@ def _pair(name: str, value: Any, expected: str, some: bool = False) -> tuple[flo
 
 def _below_one(name: str, value: Any) -> float:
     expected = "a relative error between 0 and 1, such as 1e-7"
-    found = number(name, value, expected)
-    if not 0.0 < found < 1.0:
+    share = number(name, value, expected)
+    if not 0.0 < share < 1.0:
         raise wrong(name, value, expected)
-    return found
+    return share
 
 
 def tools(solver: Any, cache: Any, listener: Any) -> None:

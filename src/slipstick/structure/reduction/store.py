@@ -33,10 +33,10 @@ def code_digest(*rooms: str) -> str:
 
 def folders_digest(folders: Iterable[Path]) -> str:
     """Hash of the Python files below folders, and of the version for what is installed without its sources."""
-    found = hashlib.sha256(__version__.encode())
+    digest = hashlib.sha256(__version__.encode())
     for path in sorted(path for folder in folders for path in folder.rglob("*.py")):
-        found.update(path.name.encode() + path.read_bytes())
-    return found.hexdigest()
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
 
 
 def _digest(array: AnyArray) -> str:

@@ -18,7 +18,7 @@ FIGURES = (
     *("power", "fractions", "friction", "temperature", "loop", "states"),
 )
 _FURTHER_FIGURES = ("backbone", "damping", "stability")
-_OWN = (
+_FILES = (
     *(RESULTS, RESULTS + ".journal", REPORT),
     *(f"{figure}.{ending}" for figure in (*FIGURES, *_FURTHER_FIGURES) for ending in FORMATS),
 )
@@ -104,7 +104,7 @@ class OutputFolder:
         new = {path.name: path for path in self.work.iterdir()}
         for name, path in new.items():
             os.replace(path, self.folder / name)
-        for name in _own(self.folder):
+        for name in _left_by_runs(self.folder):
             if name not in new:
                 (self.folder / name).unlink(missing_ok=True)
         self.work.rmdir()
@@ -125,11 +125,11 @@ class OutputFolder:
     def _earlier(self) -> list[str]:
         if not self.folder.is_dir():
             return []
-        found = [name for name in _own(self.folder) if (self.folder / name).exists()]
+        names = [name for name in _left_by_runs(self.folder) if (self.folder / name).exists()]
         copy = self.folder / self._case_path.name
         if copy.exists() and not copy.samefile(self._case_path) and self._case_text != _text(copy):
-            found.append(copy.name)
-        return found
+            names.append(copy.name)
+        return names
 
     def _free(self, name: str) -> Path:
         candidates = (self.folder / (name if i == 1 else f"{name}-{i}") for i in range(1, 1000))
@@ -141,14 +141,14 @@ class OutputFolder:
         self._created += reversed(missing)
 
 
-def _own(folder: Path) -> list[str]:
+def _left_by_runs(folder: Path) -> list[str]:
     """Names of files that a run may have left in a folder."""
-    return [*_OWN, *sorted(path.name for path in folder.glob(SUBHARMONICS.format("[0-9]*")))]
+    return [*_FILES, *sorted(path.name for path in folder.glob(SUBHARMONICS.format("[0-9]*")))]
 
 
 def work_of(folder: Path) -> Path:
     """Where the last run into a folder wrote: beside earlier results that it has not replaced, or the folder itself."""
-    begun = [path for path in folder.glob("unfinished*") if any((path / name).exists() for name in _OWN[:2])]
+    begun = [path for path in folder.glob("unfinished*") if any((path / name).exists() for name in _FILES[:2])]
     return max(begun, key=lambda path: path.stat().st_mtime, default=folder)
 
 
@@ -188,13 +188,17 @@ class FolderOfRun(OutputFolder):
             copy.write_text(text, encoding="utf-8")
 
 
-def results_in(path: Path, *names: str) -> Path:
-    """The first of these results in a folder; a file is itself. Raises InputError where a folder holds none."""
+def results_of(path: Path) -> Path:
+    """The results of a run or a study in a folder; a file is itself. Raises InputError where a folder holds none."""
+    from slipstick.studies.folder import STUDY_FILE
+
     if not path.is_dir():
         return path
-    held = [path / name for name in names if (path / name).is_file()]
+    held = [path / name for name in (RESULTS, STUDY_FILE) if (path / name).is_file()]
     if not held:
-        raise InputError(f"{path}: found a folder without {' or '.join(names)}; give a results file, or its folder")
+        raise InputError(
+            f"{path}: found a folder without {RESULTS} or {STUDY_FILE}; give a results file, or its folder"
+        )
     return held[0]
 
 

@@ -1,12 +1,18 @@
-"""What a run shows while it computes."""
+"""What a run and a study show while they compute."""
 
 from __future__ import annotations
 
 import pytest
 from rich.console import Console
 
-from slipstick.cli.terminal import progress as module
-from slipstick.cli.terminal.progress import Live, Progress, Silent, progress
+from slipstick.cli.terminal import display as module
+from slipstick.cli.terminal.display import (
+    CurveDisplay,
+    LiveCurve,
+    StudyDisplay,
+    curve_display,
+    study_display,
+)
 from slipstick.progress import Position, duration
 
 
@@ -40,8 +46,8 @@ def test_time_left_is_judged_by_the_pace(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_plain_lines_come_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     now = [0.0]
     monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
-    with progress(0.0, 10.0, " rad/s") as shown:
-        assert type(shown) is Progress
+    with curve_display(0.0, 10.0, " rad/s") as shown:
+        assert type(shown) is CurveDisplay
         for i in range(1, 10):
             now[0] += 1.0
             shown.at(float(i), 0.01, "slip 100 %")
@@ -52,9 +58,11 @@ def test_plain_lines_come_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys: 
     ]
 
 
-def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
-    with progress(0.0, 10.0, "", quiet=True) as shown:
-        assert isinstance(shown, Silent)
+def test_quiet_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    now = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    with curve_display(0.0, 10.0, "", quiet=True) as shown:
+        now[0] += 100.0
         shown.at(1.0, 0.1, "")
         shown.note("a remark")
         assert shown.points == 1
@@ -64,7 +72,7 @@ def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_terminal_gets_a_live_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "200")
-    with progress(0.0, 10.0, " rad/s") as shown:
+    with curve_display(0.0, 10.0, " rad/s") as shown:
         shown.note("start [here]")
         shown.at(5.0, 0.1, "stick 10 % slip 90 %")
     assert "start [here]" in capsys.readouterr().out
@@ -78,8 +86,8 @@ def test_the_live_line_fits(columns: int, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", str(columns))
     monkeypatch.setenv("TERM", "xterm")
-    with progress(0.0, 10.0, " rad/s") as shown:
-        assert isinstance(shown, Live)
+    with curve_display(0.0, 10.0, " rad/s") as shown:
+        assert isinstance(shown, LiveCurve)
         for text in ("stick 25 % slip 70 % separation 5 %", "no contact"):
             now[0] += 100.0
             shown.at(4.259352, 0.0352, text)
@@ -98,3 +106,34 @@ def test_the_live_line_fits(columns: int, monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.parametrize("seconds, words", [(0.5, "0.5 s"), (59.0, "59 s"), (61.0, "1 min 1 s"), (7260.0, "2 h 1 min")])
 def test_durations(seconds: float, words: str) -> None:
     assert duration(seconds) == words
+
+
+def test_plain_lines_of_cases_now_and_then(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_EVERY", 0.0)
+    with study_display(4) as progress:
+        progress.case(failed=False)
+        progress.case(failed=True)
+        progress.note("  a line")
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("  1 of 4 cases, about ")
+    assert said[1].startswith("  2 of 4 cases, 1 did not complete, about ")
+    assert said[2] == "  a line"
+
+
+def test_a_quiet_study_says_nothing(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_EVERY", 0.0)
+    with study_display(2, quiet=True) as progress:
+        progress.case(failed=True)
+        progress.note("x")
+    assert (progress.done, progress.failed) == (1, 1)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("width", [80, 40])
+def test_the_line_of_a_study_fits_its_terminal(width: int) -> None:
+    progress = StudyDisplay(1_000_000)
+    progress.width = width
+    progress.done, progress.failed = 999_999, 123_456
+    progress._position.update(999_999.0)
+    assert len(progress.text) <= width
+    assert progress.text.startswith("999999 of 1000000")

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.cli.output import OutputFolder
 from slipstick.errors import InputError
 from slipstick.io.lock import NAME, FolderLock
+from slipstick.runs.folder import OutputFolder
 
 
 def output(folder: Path, *, force: bool = False) -> OutputFolder:

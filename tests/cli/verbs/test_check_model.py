@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from slipstick.cli.full_model import _vector, frequencies
+from slipstick.cli.verbs.check import _vector, compared_at
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,7 @@ from slipstick.cli.full_model import _vector, frequencies
 def test_over_the_range_and_up_to_its_highest_harmonic(
     omega: tuple[float, float], order: int, count: int, expected: list[float]
 ) -> None:
-    found = frequencies(omega, order, count)
+    found = compared_at(omega, order, count)
     assert sorted(found) == pytest.approx(expected)
     assert len(found) == len(set(found))
 

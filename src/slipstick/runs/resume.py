@@ -1,0 +1,231 @@
+"""Going on with a run or a study that ended before it was done."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.analysis.curve.resume import Checkpoint, resumable
+from slipstick.branch import Branch
+from slipstick.case.case import Case
+from slipstick.case.source import read_text
+from slipstick.case.structure import Tell, silent
+from slipstick.errors import InputError, Outcome, SlipstickWarning
+from slipstick.faults import path as path_of
+from slipstick.faults import warn
+from slipstick.io.journal import Recorded, journal_of, read_journal, unpacked
+from slipstick.io.loading import load, load_dataset, load_table
+from slipstick.io.problem import fingerprint
+from slipstick.results import schema
+from slipstick.results.schema import Layout, layout_of
+from slipstick.runs.folder import FolderOfRun
+from slipstick.runs.run import UNFINISHED, Begun, CaseRun
+from slipstick.runs.study import StudyRun, holds_study
+from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def resume(folder: str | Path) -> Branch | xarray.Dataset:
+    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted: the command of that name.
+
+    Nothing is printed; figures and the report are the command's.
+
+    Parameters
+    ----------
+    folder
+        Where it was written. A study that was begun in Python goes on by ``ss.study`` with the same arguments.
+
+    Returns
+    -------
+    Branch or xarray.Dataset
+        The branch of a run, with everything found: look at its ``outcome``. The dataset of a study.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to go on with, its case has changed, or it was begun by another version.
+
+    Warns
+    -----
+    SlipstickWarning
+        What is suspicious in the case or the points, what was lost of them, and what ended the run once more.
+    """
+    path = path_of("resume, folder", folder, "the folder of a run or a study")
+    if path.is_dir() and holds_study(path):
+        case = begun_study(path, _doubt)
+        if isinstance(case, Case):
+            with StudyRun(case, path) as study:
+                warn(study.plan.warnings)
+                study.compute()
+                study.write()
+                warn([study.failure] if study.failure else [])
+        return load_dataset(path / STUDY_FILE)
+    place = FolderOfRun(path)
+    try:
+        run = begun_run(place, _doubt)
+        if isinstance(run, CaseRun):
+            run.compute()
+            run.finish()
+            warn([*run.doubts, *run.failures])
+        return load(place.results)
+    finally:
+        place.release()
+
+
+Doubt = Callable[[str], None]
+"""Hears what is suspicious, a sentence each."""
+
+
+def _doubt(sentence: str) -> None:
+    warn([sentence])
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What is in a folder ended by itself, or is complete: nothing is left to do."""
+
+    outcome: str
+    message: str
+
+    @property
+    def ok(self) -> bool:
+        """Whether everything asked for is there."""
+        return self.outcome == Outcome.COMPLETED.name
+
+
+def begun_study(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended:
+    """The case of the study in a folder, whose other cases are to be computed.
+
+    Raises
+    ------
+    InputError
+        If it was begun in Python, its case has changed, or it was begun by another version.
+    """
+    journals = sorted(folder.glob(JOURNALS))
+    if not journals:
+        ended = load_dataset(folder / STUDY_FILE).attrs
+        if str(ended.get("outcome")) == Outcome.INTERRUPTED.name:
+            raise InputError(
+                f"{folder}: the study in it did not end, and {WHOLE.name}.journal, to go on from, is missing; "
+                "compute it anew into another folder with -o"
+            )
+        return Ended(str(ended["outcome"]), str(ended["outcome_text"]))
+    recorded = _recorded(journals[0], doubt)
+    text, path = _text_and_path(recorded)
+    if not text:
+        raise InputError(f"{folder}: the study was begun in Python; go on with it by ss.study with the same arguments")
+    _same_versions(recorded.layout.attributes, journals[0], doubt)
+    _same_text(text, [path])
+    return Case.from_text(text, path, tell)
+
+
+def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun | Ended:
+    """The run in a folder, to be gone on with from its last point.
+
+    Raises
+    ------
+    InputError
+        If there is no run in it, its case has changed, or it was begun by another version.
+    """
+    journal = journal_of(place.results)
+    if not place.results.exists():
+        if not journal.exists():
+            raise InputError(
+                f"{place.folder}: there is no run or study in it; expected a folder that 'slipstick run' or "
+                "'slipstick study' wrote: begin with one of them"
+            )
+    elif (ended := _ended(place, journal)) is not None:
+        return ended
+    recorded = _recorded(journal, doubt)
+    _same_versions(recorded.layout.attributes, journal, doubt)
+    text, path = _text_and_path(recorded)
+    _same_text(text, [path, place.work / path.name])
+    case = Case.from_text(text, path, tell)
+    told = case.warnings()
+    for sentence in told:
+        doubt(sentence)
+    size = case.balance.size
+    try:
+        checkpoints = [Checkpoint.from_plain(unpacked(note), size) for note in recorded.notes]
+    except InputError as error:
+        raise InputError(f"{journal}: {error}") from None
+    _same_problem(case, recorded.layout, str(recorded.about.get("problem")), journal)
+    place.keep_case(path.name, text)
+    return CaseRun(case, place, told, Begun(recorded, checkpoints[: resumable(checkpoints)]))
+
+
+def _ended(place: FolderOfRun, journal: Path) -> Ended | None:
+    """How a run with results ended; None where it can be gone on with."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SlipstickWarning)  # of the journal, which is read for itself
+        attributes = load_table(place.results).attrs
+    outcome = Outcome.__members__.get(str(attributes.get("outcome")), Outcome.INTERRUPTED)
+    if outcome in UNFINISHED:
+        if journal.exists():
+            return None
+        raise InputError(
+            f"{place.folder}: the run in it did not end, and {journal.name}, from which it would go on, is missing; "
+            "run the case anew into another folder"
+        )
+    journal.unlink(missing_ok=True)
+    if outcome.ok:
+        place.complete()
+    return Ended(outcome.name, str(attributes.get("outcome_text") or outcome.text))
+
+
+def _text_and_path(recorded: Recorded) -> tuple[str, Path]:
+    """The case that was begun, and where it was."""
+    text = str(recorded.layout.attributes.get("case", ""))
+    return text, Path(str(recorded.about.get("case_path") or "case.toml"))
+
+
+def _recorded(journal: Path, doubt: Doubt) -> Recorded:
+    """What the journal holds, with what to do where nothing of it can be read."""
+    try:
+        recorded = read_journal(journal)
+    except InputError as error:
+        kept = "results beside it keep their points: leave them, and compute the case anew into another folder with -o"
+        raise InputError(f"{error}; {kept}") from None
+    if recorded.damage:
+        doubt(recorded.damage)
+    return recorded
+
+
+def _same_versions(attributes: Mapping[str, Any], journal: Path, doubt: Doubt) -> None:
+    """Raises InputError for a run of another slipstick; a change in what it stands on is told."""
+    for name, present in schema.versions().items():
+        before, package = str(attributes.get(name, "")), name.removesuffix("_version")
+        if before == present:
+            continue
+        if package == "slipstick":
+            raise InputError(
+                f"{journal}: the run was begun by slipstick {before}, this is {present}, and its points may differ; go "
+                "on with that version, or run the case anew into another folder"
+            )
+        doubt(f"the run was begun with {package} {before}, this is {present}: last digits may differ")
+
+
+def _same_text(text: str, copies: Sequence[Path]) -> None:
+    """Raises InputError where the case was changed since the run began; one that is gone is read from the results."""
+    for copy in copies:
+        if copy.is_file() and read_text(copy) != text:
+            raise InputError(
+                f"{copy}: the case has changed since the run began; put it back as it was (the results hold it), or "
+                "run the case anew into another folder"
+            )
+
+
+def _same_problem(case: Case, layout: Layout, begun_with: str, journal: Path) -> None:
+    """Raises InputError where files that the case names have changed."""
+    present = layout_of(case.problem(), parameter=case.parameter or "", stability=bool(case.response.judged))
+    same = (present.labels, present.variables) == (layout.labels, layout.variables)
+    if not same or fingerprint(case.problem()) != begun_with:
+        raise InputError(
+            f"{journal}: the run is of other numbers: a file that the case names, or what it is reduced to, has "
+            "changed since it began; put it back, or run the case anew into another folder"
+        )

@@ -1,0 +1,256 @@
+"""A case computed into a folder: every point is in its results file as soon as it is found."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from slipstick.analysis.curve.record import Run, Sink, undisturbed
+from slipstick.analysis.curve.resume import Checkpoint
+from slipstick.analysis.events import Event, Listener, PointFound, Started, StrategyTried
+from slipstick.branch import Branch
+from slipstick.case.case import Case
+from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
+from slipstick.io.journal import Recorded
+from slipstick.io.problem import fingerprint
+from slipstick.io.store import ResultStore
+from slipstick.results.record import Point, Recorder
+from slipstick.results.schema import Layout, attributes_of
+from slipstick.results.table import ResultTable
+from slipstick.runs.failures import fault_sentence, os_sentence
+from slipstick.runs.folder import SUBHARMONICS, OutputFolder
+from slipstick.typing import Array
+
+UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
+"""Outcomes of a run that can be gone on with."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A run that ended before it was done: its journal, and the checkpoints of the points that are kept."""
+
+    recorded: Recorded
+    checkpoints: Sequence[Checkpoint]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoingOn:
+    """So many points were found before, the last of them at this value of what is followed, on this part."""
+
+    points: int
+    value: float
+    part: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointKept:
+    """A point is in the results file."""
+
+    point: Point = field(repr=False)
+    values: Mapping[str, Any] = field(repr=False)
+    """Every variable of the results at this point, by name."""
+
+
+class RunListener(Listener):
+    """Is told what a run does, too."""
+
+    def __call__(self, event: Event | GoingOn | PointKept) -> None:
+        """Tell of an event."""
+        match event:
+            case GoingOn():
+                self.going_on(event)
+            case PointKept():
+                self.point_kept(event)
+            case _:
+                super().__call__(event)
+
+    def going_on(self, event: GoingOn) -> None:
+        """A run goes on from where it stopped."""
+
+    def point_kept(self, event: PointKept) -> None:
+        """A point is in the results file."""
+
+
+class _Stored(Sink):
+    """Writes points to the store, in which those of an earlier run that this one goes on with are already."""
+
+    def __init__(self, run: Run[Any], store: ResultStore, listener: RunListener) -> None:
+        super().__init__(run)
+        self._store, self._listener = store, listener
+
+    def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
+        """Write each point, with the checkpoint a run goes on from."""
+        for i, event in enumerate(events):
+            record = {name: value[i] for name, value in values.items()}
+            self._store.append(record, None if event.checkpoint is None else event.checkpoint.plain())
+            self._listener(PointKept(point=event.point, values=record))
+
+    def values(self) -> Mapping[str, Array]:
+        """Those of all points in the store."""
+        return self._store.layout.unpack(self._store.rows())
+
+
+class _Clock(Listener):
+    """Ends a computation when its time is up; ``until`` is when that is, of the monotonic clock."""
+
+    def __init__(self, until: float) -> None:
+        self._until = until
+
+    def started(self, event: Started) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def strategy_tried(self, event: StrategyTried) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def point_found(self, event: PointFound) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def _look(self) -> None:
+        if time.monotonic() > self._until:
+            raise TimeIsUp
+
+
+@dataclass
+class CaseRun:
+    """One run of a case into a folder; its points survive however it ends."""
+
+    case: Case
+    folder: OutputFolder
+    told: Sequence[str] = ()
+    """Warnings of the case."""
+    begun: Begun | None = None
+    until: float = math.inf
+    """When its time is up, of the monotonic clock."""
+    doubts: Sequence[str] = ()
+    """What could not be computed about the points, and what is suspicious in their values."""
+    outcome: Outcome = Outcome.INTERRUPTED
+    message: str = ""
+    failures: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    """Those of the branch."""
+    doubled: Mapping[Path, Branch] = field(default_factory=dict)
+    """Branches of twice the period, by their files."""
+
+    def compute(self, listener: RunListener | None = None) -> None:
+        """Follow the branch; every point goes to the store at once."""
+        parameter, judged = self.case.parameter or "", bool(self.case.response.judged)
+        layout = Recorder(self.case.balance, parameter=parameter, stability=judged).layout
+        self._open(replace(layout, attributes=self._unfinished()))
+        self._follow(listener or RunListener())
+        self._close()
+
+    def finish(self) -> None:
+        """Follow motion of twice the period, where that is asked for; the results take the place of earlier ones."""
+        if self.case.response.follow is not None and self.complete and self.points:
+            try:
+                self._follow_doubled()
+            except Exception as error:
+                self.failures.append(f"twice the period: {fault_sentence(error)}")
+        if self.complete:
+            self.folder.complete()
+
+    @property
+    def points(self) -> int:
+        """How many are in the results file."""
+        return len(self.store)
+
+    @cached_property
+    def table(self) -> ResultTable:
+        """The results as they were written, or as they stand in the journal."""
+        return self.store.table()
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that was asked for is there."""
+        return self.outcome.ok and not self.failures
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether it can be gone on with."""
+        return bool(self.failures) or self.outcome in UNFINISHED
+
+    @property
+    def text(self) -> str:
+        """How it ended, in words."""
+        return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
+
+    def _open(self, layout: Layout) -> None:
+        problem = self.case.problem()
+        if self.begun is not None:
+            recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
+            self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
+            return
+        about = {"case_path": str(self.case.path.resolve()), "problem": fingerprint(problem)}
+        self.store = ResultStore(self.folder.results, layout, problem, about=about)
+        self.folder.copy_case()
+
+    def _follow(self, listener: RunListener) -> None:
+        checkpoints = () if self.begun is None else self.begun.checkpoints
+        sink: _Stored | None = None
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", SlipstickWarning)  # of the case, or among ``doubts``
+                run = replace(self.case.curve(), checkpoints=checkpoints).run()
+                sink = _Stored(run, self.store, listener)
+                for last in checkpoints[-1:]:
+                    listener(GoingOn(points=run.count, value=float(last.state[-1]), part=last.part))
+                with undisturbed():
+                    for _ in run.follow(sink, _Clock(self.until), listener, guard=nullcontext):
+                        pass
+        except KeyboardInterrupt:
+            self.outcome = Outcome.INTERRUPTED
+        except Exception as error:
+            self._fail(error)
+        if sink is not None and sink.end is not None:
+            self.attributes = {**sink.end.attributes, **self.case.names}
+            self.doubts = sink.said()
+            if sink.end.error is not None:
+                self._fail(sink.end.error)
+            if not self.failures:
+                self.outcome, self.message = sink.end.outcome, sink.end.message
+
+    def _fail(self, error: Exception) -> None:
+        """Take note of what ended the run."""
+        self.failures += error.sentences if isinstance(error, InputError) else [fault_sentence(error)]
+
+    def _close(self) -> None:
+        ended = {**self.attributes, "outcome": self.outcome.name, "outcome_text": self.text}
+        ended["warnings"] = "\n".join([*self.told, *self.doubts])
+        self.seconds = float(self.attributes.get("seconds", 0.0))
+        try:
+            self.store.close(ended, finished=not self.unfinished)
+        except OSError as error:
+            kept = f"every point is kept in {self.store.path}.journal, which slipstick reads"
+            said = os_sentence(error)
+            self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
+
+    def _unfinished(self) -> Mapping[str, Any]:
+        """What an unfinished file says."""
+        unfinished = "unfinished: the run ended before it could say why; every point found is kept"
+        attributes = attributes_of(
+            self.case.problem(), Outcome.INTERRUPTED, unfinished, self.told, parameter=self.case.parameter or ""
+        )
+        return {**attributes, **self.case.names}
+
+    def _follow_doubled(self) -> None:
+        """Branches from every point of the results at which the period doubles, a file each."""
+        from slipstick.io.loading import load
+
+        branches = self.case.subharmonics(load(self.folder.results), listeners=(_Clock(self.until),))
+        self.doubled = {}
+        for number, branch in enumerate(branches, 1):
+            file = self.folder.results.with_name(SUBHARMONICS.format(number))
+            branch.table.attrs.update(title=self.case.title, frequency_unit=self.case.frequency_unit)
+            branch.save(file)
+            self.doubled[file] = branch

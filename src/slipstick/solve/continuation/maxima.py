@@ -1,0 +1,180 @@
+"""Sign changes between two neighbouring points of a branch, and the maxima that may hide between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import copysign
+
+import numpy as np
+
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
+from slipstick.solve.continuation.narrowing import Bracket, narrowed
+from slipstick.solve.continuation.step import Step
+from slipstick.typing import Array
+
+TINY = float(np.finfo(float).tiny)
+_SECANTS = 8
+_PARTINGS = 5
+"""Times that a segment which is not near the branch is halved to see maxima between its ends."""
+_HIDDEN = 2e-4
+"""Part of a height that a maximum may stand out by unseen there."""
+_STEADY = 0.05
+"""Part of the gain that a monotone one may differ by from that of a parabola."""
+_SAME = 10.0
+"""Tolerances apart that two locations of one maximum are at most."""
+
+Both = tuple[float, float]
+Known = tuple[Step, float]
+Located = tuple[float, Step] | None
+
+
+class Maxima:
+    """Solutions on the segment between two neighbours, and the sign changes and maxima that they bracket."""
+
+    def __init__(self, corrector: Corrector, tolerance: float) -> None:
+        self.corrector, self.tolerance = corrector, tolerance
+        self._middles: dict[tuple[int, int], tuple[Step, Step, Known | None]] = {}
+        self._orientations: tuple[int, int] = (0, 0)
+
+    def begin(self, first: Step, second: Step) -> None:
+        """Take two other neighbours."""
+        self._middles.clear()
+        self._orientations = first.orientation, second.orientation
+
+    def elsewhere(self, step: Step) -> bool:
+        """Whether a solution is of another branch, or of the way back of this one."""
+        return all(step.orientation * orientation < 0 for orientation in self._orientations)
+
+    def near(
+        self,
+        event: BranchEvent,
+        segment: HermiteSegment,
+        at: Both,
+        of: Both,
+        first: Known,
+        second: Known,
+        between: Callable[[BranchEvent, Both, Known | None, Known | None], Located],
+    ) -> Located:
+        """A sign change near where the segment has one: by secants, else ``between`` solutions on both sides of it."""
+        margin = at[1] - at[0]
+        room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
+        expected = event.along is not None or event.maximum
+        located = self.quickly(event, segment, at, of, room) if expected and second[0].smooth else None
+        if located is None and (margin < 1.0 or event.maximum):
+            ends = ({0.0: first, 1.0: second}.get(u) or self.solved(event, segment, u, 0.0) for u in room)
+            located = between(event, room, *ends)
+        return located
+
+    def solved(
+        self, event: BranchEvent, segment: HermiteSegment, u: float, off: Array | float, *, exact: bool = True
+    ) -> tuple[Step, float] | None:
+        """The solution on the plane across the segment at ``u``, expected ``off`` it, and the event function there.
+
+        ``exact``: as exactly as a located point is known, else as every point of the branch.
+        """
+        guess, options = segment.point(u) + off, self.corrector.exact if exact else None
+        step, _ = self.corrector.correct(guess, segment.derivative(u), event.kind, name=event.name, options=options)
+        if step is None or not self.corrector.near(step.state - guess, segment.length):
+            return None
+        return None if self.elsewhere(step) else (step, float(event.function(step)))
+
+    def quickly(self, event: BranchEvent, segment: HermiteSegment, at: Both, of: Both, room: Both) -> Located:
+        """By secants from where the sign change is expected; None where they lead out of the ``room``."""
+        rate = (of[1] - of[0]) / (at[1] - at[0])
+        u, off, known = at[0] - of[0] / rate, np.zeros(1), None
+        for _ in range(_SECANTS):
+            solved = self.solved(event, segment, u, off)
+            if solved is None:
+                return None
+            step, value = solved
+            if known is not None and u != known[0]:
+                slope = (value - known[1]) / (u - known[0])
+                if slope * rate <= 0.0:
+                    return None
+                rate = slope
+            known, off = (u, value), step.state - segment.point(u)
+            shift = -value / rate
+            if abs(shift) * segment.length < self.tolerance:
+                return u, step
+            u += shift
+            if not room[0] <= u <= room[1]:
+                return None
+        return None
+
+    def top(self, event: BranchEvent, places: Both, low: Known | None, high: Known | None) -> Located:
+        """The extreme between two solutions, at ``places`` on the segment, that bracket one."""
+        if low is None or high is None or not event.crossed(low[1], high[1]):
+            return None
+        return self.narrowed(event, places, low, high).top(event.falling(low[1]), self.corrector.metric, self.tolerance)
+
+    def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
+        """What two solutions between which an event function changes its sign are narrowed to."""
+        seen = event.falling(low[1])
+        bracket = Bracket(low[0], abs(low[1]), high[0], -abs(high[1]), *places)
+        return narrowed(self.corrector, seen, bracket, self.tolerance)
+
+    def maxima(
+        self, event: BranchEvent, segment: HermiteSegment, crossed: list[tuple[Both, Both]], first: Known, second: Known
+    ) -> list[Located]:
+        """The maxima between two neighbours.
+
+        They are expected where the slope of the segment falls through zero. A segment that is not known to be near the
+        branch is parted by solutions instead, until the slopes at their ends tell what is between.
+        """
+        located: list[Located] = []
+        if second[0].smooth:
+            located = [self.near(event, segment, *change, first, second, self.top) for change in crossed]
+        if not any(located) and (event.crossed(first[1], second[1]) or not second[0].smooth):
+            parts = self._parted(event, (0.0, 1.0), first, second, _PARTINGS)
+            located = [self.top(event, *part) for part in parts]
+        return self._apart(located)
+
+    def _parted(
+        self, event: BranchEvent, places: Both, low: Known, high: Known, times: int
+    ) -> list[tuple[Both, Known, Known]]:
+        """Parts of the branch between two solutions, with their places, over which the slope falls through zero."""
+        if times and not self._plain(event, low, high):
+            key = (id(low[0]), id(high[0]))
+            if key not in self._middles:
+                between = self.solved(event, self.corrector.segment(low[0], high[0]), 0.5, 0.0, exact=False)
+                self._middles[key] = low[0], high[0], between
+            middle = self._middles[key][2]
+            if middle is not None:
+                value = float(event.function(middle[0]))
+                at, known = 0.5 * (places[0] + places[1]), (middle[0], carried([low[1], value])[1])
+                return [
+                    *self._parted(event, (places[0], at), low, known, times - 1),
+                    *self._parted(event, (at, places[1]), known, high, times - 1),
+                ]
+        return [(places, low, high)] if event.crossed(low[1], high[1]) else []
+
+    def _plain(self, event: BranchEvent, low: Known, high: Known) -> bool:
+        """Whether what is largest at maxima is as good as a parabola between two solutions."""
+        assert event.height is not None
+        heights, length = (event.height(low[0]), event.height(high[0])), self.corrector.segment(low[0], high[0]).length
+        before, after = (slope / self.corrector.metric.length(step.tangent) for step, slope in (low, high))
+        gain = heights[1] - heights[0]
+        hidden = min(abs(gain - 0.5 * length * (before + after)), max(abs(before), abs(after)) * length)
+        steady = min(before * gain, after * gain) > 0.0
+        return hidden <= max(_HIDDEN * max(heights), _STEADY * abs(gain) if steady else 0.0)
+
+    def _apart(self, located: list[Located]) -> list[Located]:
+        """What was located, each once: the brackets of neighbouring places overlap."""
+        kept: list[Located] = []
+        for one in located:
+            if one is None or all(
+                other is None or self.corrector.metric.length(one[1].state - other[1].state) > _SAME * self.tolerance
+                for other in kept
+            ):
+                kept.append(one)
+        return kept
+
+
+def carried(values: list[float]) -> list[float]:
+    """Slopes of which a plateau, where they are 0, has the sign of those before it."""
+    out = values[:1]
+    for value in values[1:]:
+        out.append(value or copysign(TINY, out[-1]))
+    return out
