@@ -39,11 +39,11 @@ def m_s(s: complex, speed: float) -> complex:
 def test_a_fast_rotor_in_its_frame_has_negative_stiffness_and_is_held_by_coriolis_forces() -> None:
     fast = jeffcott_rotor(mass=2.0, stiffness=50.0, speed=8.0, frame="rotating")
     assert fast.natural_frequencies == pytest.approx([3.0, 13.0])
-    assert fast.growing == ""
+    assert fast.self_excited == ""
     assert fast.K[0, 0] < 0.0
     assert (
         "at 5.0001 rad/s"
-        in jeffcott_rotor(mass=2.0, stiffness=50.0, speed=8.0, internal_damping=0.1, damping=0.01).growing
+        in jeffcott_rotor(mass=2.0, stiffness=50.0, speed=8.0, internal_damping=0.1, damping=0.01).self_excited
     )
 
 
@@ -110,8 +110,8 @@ def test_internal_damping_makes_forward_whirl_grow_above_the_first_critical_spee
     given: dict[str, Any] = {"material": STEEL, "bearings": ends, "internal_damping": 1e-6}
     critical = beam_rotor([shaft], material=STEEL, bearings=ends, engine_order=1).natural_frequencies
     forward = critical[1]
-    assert beam_rotor([shaft], **given, speed=0.999 * forward).growing == ""
-    assert "mode" in beam_rotor([shaft], **given, speed=1.001 * forward).growing
+    assert beam_rotor([shaft], **given, speed=0.999 * forward).self_excited == ""
+    assert "mode" in beam_rotor([shaft], **given, speed=1.001 * forward).self_excited
 
 
 def test_a_rigid_element_has_the_inertia_of_a_cylinder() -> None:

@@ -135,7 +135,7 @@ def test_circulatory_stiffness_that_feeds_energy_in_is_named() -> None:
         found = MatrixStructure(
             M=np.eye(2), C=(c + ci) * np.eye(2), K=w0**2 * np.eye(2), circulatory=N2, speed=speed, dofs=["x", "y"]
         )
-        assert bool(found.growing) == grows
+        assert bool(found.self_excited) == grows
         assert found.energy_fed == ""
 
 

@@ -111,7 +111,7 @@ def _fed_warnings(problem: Problem) -> Iterator[str]:
             "motion need not be stable; judge it with stability, or correct the signs of the damping and write its "
             "numbers with more digits"
         )
-    if where := getattr(problem.structure, "growing", ""):
+    if where := getattr(problem.structure, "self_excited", ""):
         yield (
             f"the structure grows by itself, by its circulatory or negative stiffness ({where}): "
             "without contacts vibration grows, and a periodic motion need not be stable; judge it with stability"

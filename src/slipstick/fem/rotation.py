@@ -143,7 +143,7 @@ def coriolis_matrix(model: ImportedModel, axis: Axis) -> csr_array:
     """
     mesh, materials = _meshed(model)
     pattern, motion = pattern_of(mesh), _motion(model, mesh)
-    x, y, z = axis.direction
+    x, y, z = np.asarray(axis.direction, dtype=float).tolist()
     turned = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     blocks = 2.0 * mass_values(mesh, materials, pattern)[:, None, None] * turned
     return csr_array(motion.T @ pattern.vector_matrix(blocks) @ motion)

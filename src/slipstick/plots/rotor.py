@@ -1,4 +1,4 @@
-"""Campbell diagrams: frequencies of a rotor over its speed, engine orders, and where they meet."""
+"""Campbell and interference diagrams: frequencies of rotors and discs, engine orders, and where they meet."""
 
 from __future__ import annotations
 
@@ -37,6 +37,32 @@ def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False) -> 
     met: Any = data["crossing_speed"].to_numpy(), data["crossing_frequency"].to_numpy()
     axes.plot(across * met[0], up * met[1], "o", color="k", fillstyle="none", markersize=5)
     axes.set_ylim(0.0, top)
+    legend(axes)
+    return axes
+
+
+def interference(data: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
+    """Draw what :func:`slipstick.models.interference` found: frequency over nodal diameter, with engine orders.
+
+    Engine order n is the bar from its lowest to its highest frequency at its nodal diameter; resonances within the
+    range of speeds are circles with n beside them. The thin line is that of the highest speed, folded at N/2.
+    """
+    axes = styled(ax, "nodal diameter", "frequency [rad/s]")
+    d, found = data["nodal_diameter"].to_numpy(), data["frequency"].to_numpy()
+    for k in range(found.shape[1]):
+        axes.plot(d, found[:, k], "o-", markersize=3, linewidth=0.8, label=f"mode {k + 1}")
+    sectors, (low, high) = int(data.attrs["sectors"]), data.attrs["speed"]
+    orders = np.atleast_1d(data.attrs["engine_orders"])
+    line = np.arange(int(orders.max(initial=0)) + 1)
+    folded = np.minimum(line % sectors, sectors - line % sectors)
+    axes.plot(folded, high * line, color="0.8", linewidth=0.8, zorder=0)
+    for n in orders.tolist():
+        axes.plot([folded[n]] * 2, [low * n, high * n], color="0.6", linewidth=3.0, alpha=0.5, zorder=0)
+    met = [data[f"crossing_{name}"].to_numpy() for name in ("nodal_diameter", "frequency", "order")]
+    axes.plot(met[0], met[1], "o", color="k", fillstyle="none", markersize=8)
+    for at, frequency, n in zip(*met, strict=True):
+        axes.annotate(f" {n}x", (at, frequency), fontsize="small")
+    axes.set_ylim(0.0, 1.1 * float(np.nanmax(found, initial=0.0)))
     legend(axes)
     return axes
 

@@ -198,7 +198,7 @@ class MatrixStructure:
 
     def _copied(self, speed: float) -> MatrixStructure:
         new, kept = copy(self), speed == self.speed
-        for known in ("_poles", "energy_fed", "growing"):
+        for known in ("_poles", "energy_fed", "self_excited"):
             new.__dict__.pop(known, None)
         for known in () if kept else ("_whirl", "_natural_frequencies", "_viscous_ratios", "_static_factors"):
             new.__dict__.pop(known, None)
@@ -287,7 +287,7 @@ class MatrixStructure:
         return (fed_modes(self.natural_frequencies, self._viscous_ratios) or where) if where and self._dense else where
 
     @cached_property
-    def growing(self) -> str:
+    def self_excited(self) -> str:
         """What circulatory or negative stiffness makes grow without contacts, in words; empty where nothing grows."""
         if self._classical or not (self._circulates or self._indefinite):
             return ""

@@ -57,3 +57,11 @@ def test_what_does_not_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     result = CliRunner().invoke(app, ["campbell", "still.toml", "--to", "20 rad/s"])
     assert result.exit_code == 2
     assert "nothing in it turns" in result.output
+
+
+def test_a_rotor_is_no_disc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("disc.toml").write_text(CASE)
+    result = CliRunner().invoke(app, ["interference", "disc.toml", "--to", "20 rad/s", "--orders", "4"])
+    assert result.exit_code == 2
+    assert "no sector of a disc" in result.output

@@ -14,10 +14,11 @@ from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 
 
-def _orders(given: str) -> list[int]:
+def whole_numbers(option: str, given: str) -> list[int]:
+    """Numbers such as "1,2"."""
     found = [word.strip() for word in given.split(",")]
     if not all(word.isdecimal() for word in found):
-        raise InputError(f"--orders {given}: expected whole numbers such as 1,2")
+        raise InputError(f"{option} {given}: expected whole numbers such as 1,2")
     return [int(word) for word in found]
 
 
@@ -51,7 +52,9 @@ def campbell(
     if not 0.0 <= first < last:
         raise InputError(f"--from {start} --to {to}: expected two speeds >= 0, the second one above the first")
     structure: Any = read.problem().structure
-    found = diagram(structure, np.linspace(first, last, points), engine_orders=_orders(orders), modes=modes)
+    found = diagram(
+        structure, np.linspace(first, last, points), engine_orders=whole_numbers("--orders", orders), modes=modes
+    )
     met = {
         name: found[f"crossing_{name}"].to_numpy().tolist() for name in ("speed", "frequency", "order", "mode", "whirl")
     }
