@@ -12,6 +12,7 @@ _PUBLIC = {
     "campbell": "slipstick.structure.campbell",
     "beam_rotor": "slipstick.models.rotor",
     "craig_bampton": "slipstick.structure.reduction.craig_bampton",
+    "free_structure": "slipstick.structure.free",
     "interference": "slipstick.structure.interference",
     "jeffcott_rotor": "slipstick.models.rotor",
     "Bearing": "slipstick.models.rotor",
@@ -30,6 +31,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.rotor import beam_rotor as beam_rotor
     from slipstick.models.rotor import jeffcott_rotor as jeffcott_rotor
     from slipstick.structure.campbell import campbell as campbell
+    from slipstick.structure.free import free_structure as free_structure
     from slipstick.structure.interference import interference as interference
     from slipstick.structure.reduction.craig_bampton import craig_bampton as craig_bampton
 
