@@ -97,6 +97,9 @@ class Load:
         checks.faults += way_faults({name for name, value in present.items() if value is not None})
         if turning and dof is None and shape is None:
             checks.faults.append(Fault("motion", "an unbalance is on no dof", remedy="give dof"))
+        if motion == UNBALANCE and base is not None:
+            expected = '"displacement" or "acceleration" of a support'
+            checks.faults.append(Fault("motion", found='"unbalance"', expected=expected))
         on = next((name for name in (dof, shape, base) if isinstance(name, str)), None)
         checks.end(*(("load", on) if on is not None else ()))
         values |= _parts(force)

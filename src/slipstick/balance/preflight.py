@@ -125,8 +125,8 @@ def _fed_warnings(problem: Problem) -> Iterator[str]:
         )
     if where := getattr(problem.structure, "self_excited", ""):
         yield (
-            f"the structure grows by itself, by its circulatory or negative stiffness ({where}): "
-            "without contacts vibration grows, and a periodic motion need not be stable; judge it with stability"
+            f"the structure's circulatory or negative stiffness makes it grow by itself ({where}): without contacts "
+            "vibration grows, and a periodic motion need not be stable; judge it with stability"
         )
 
 

@@ -253,7 +253,7 @@ class MatrixStructure:
     def _natural_frequencies(self) -> Array:
         if self._dense and not self._classical:
             return np.abs(self._whirl.poles.imag)
-        return np.sqrt(self._modes[0] if self._dense else self._lowest[0])
+        return np.sqrt(np.maximum(self._modes[0] if self._dense else self._lowest[0], 0.0))
 
     @cached_property
     def _whirl(self) -> ComplexModes:
@@ -292,7 +292,7 @@ class MatrixStructure:
         if self._classical or not (self._circulates or self._indefinite):
             return ""
         if not self._dense:
-            return f"not known of {len(self._dofs)} dofs: reduce them to modes"
+            return f"perhaps: it is not known of {len(self._dofs)} dofs; reduce them with ss.models.craig_bampton"
         tied = self.natural_frequencies[:_LISTED_FREQUENCIES] if self.engine_order else [0.0]
         none = np.zeros((len(self._dofs), 0))
         for omega in tied:
