@@ -112,19 +112,19 @@ class StatorContact(Law):
     }
 
     def __post_init__(self) -> None:
-        found = Gathering()
+        checks = Gathering()
         given: dict[str, Any] = {}
         for name in (f.name for f in fields(self)):
             least = SMALLEST if name == "gap" else 0.0
-            given[name] = found.take(_number, name, getattr(self, name), least)
-        found.end()
+            given[name] = checks.take(_number, name, getattr(self, name), least)
+        checks.end()
         same_length("stator contact", given)
         mu, slow = np.broadcast_arrays(given["mu"], given["slip_velocity"])
         if np.any((mu > 0.0) & (slow <= 0.0)):
-            found.faults.append(
+            checks.faults.append(
                 Fault("slip_velocity", "friction needs it", remedy="give a velocity that counts as slow")
             )
-        found.end()
+        checks.end()
         for name, value in given.items():
             object.__setattr__(self, name, value)
 

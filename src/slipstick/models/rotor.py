@@ -55,21 +55,21 @@ def jeffcott_rotor(
     >>> jeffcott_rotor(mass=2.0, stiffness=50.0, speed=3.0, frame="rotating").natural_frequencies.round(9)
     array([2., 8.])
     """
-    found = Gathering()
+    checks = Gathering()
     m, k = (
-        found.take(number, n, v, "a number > 0", above=SMALLEST) for n, v in (("mass", mass), ("stiffness", stiffness))
+        checks.take(number, n, v, "a number > 0", above=SMALLEST) for n, v in (("mass", mass), ("stiffness", stiffness))
     )
     given = (("damping", damping), ("internal_damping", internal_damping))
-    c, ci = (found.take(number, n, v, "a number >= 0", above=0.0) for n, v in given)
+    c, ci = (checks.take(number, n, v, "a number >= 0", above=0.0) for n, v in given)
     if frame not in ("fixed", "rotating"):
-        found.faults.append(wrong("frame", frame, '"fixed" or "rotating"').faults[0])
+        checks.faults.append(wrong("frame", frame, '"fixed" or "rotating"').faults[0])
     turning = frame == "rotating"
     if turning and (speed is None or engine_order is not None):
-        found.faults.append(
+        checks.faults.append(
             Fault("speed", "the rotating frame turns at a fixed one", remedy="give speed, no engine_order")
         )
-    w = None if speed is None else found.take(number, "speed", speed)
-    found.end()
+    w = None if speed is None else checks.take(number, "speed", speed)
+    checks.end()
     assert m is not None
     assert k is not None
     assert c is not None
@@ -98,16 +98,16 @@ class Shaft:
     elements: int = 1
 
     def __post_init__(self) -> None:
-        found = Gathering()
+        checks = Gathering()
         for name in ("length", "outer"):
-            found.take(number, ("shaft", name), getattr(self, name), "a length > 0", above=SMALLEST)
-        inner = found.take(number, ("shaft", "inner"), self.inner, "a length >= 0", above=0.0)
-        found.take(whole, ("shaft", "elements"), self.elements, 1)
-        if not found.faults and inner is not None and inner >= self.outer:
-            found.faults.append(
+            checks.take(number, ("shaft", name), getattr(self, name), "a length > 0", above=SMALLEST)
+        inner = checks.take(number, ("shaft", "inner"), self.inner, "a length >= 0", above=0.0)
+        checks.take(whole, ("shaft", "elements"), self.elements, 1)
+        if not checks.faults and inner is not None and inner >= self.outer:
+            checks.faults.append(
                 Fault(("shaft", "inner"), found=f"{inner:g}", expected=f"less than outer, {self.outer:g}")
             )
-        found.end()
+        checks.end()
 
     @property
     def area(self) -> float:
@@ -136,11 +136,11 @@ class Disc:
     diametral: float
 
     def __post_init__(self) -> None:
-        found = Gathering()
-        found.take(whole, ("disc", "node"), self.node)
+        checks = Gathering()
+        checks.take(whole, ("disc", "node"), self.node)
         for name in ("mass", "polar", "diametral"):
-            found.take(number, ("disc", name), getattr(self, name), "a number >= 0", above=0.0)
-        found.end()
+            checks.take(number, ("disc", name), getattr(self, name), "a number >= 0", above=0.0)
+        checks.end()
 
     @classmethod
     def of(cls, *, node: int, material: Material, width: float, outer: float, inner: float) -> Disc:
@@ -173,12 +173,12 @@ class Bearing:
     cyx: float = 0.0
 
     def __post_init__(self) -> None:
-        found = Gathering()
-        found.take(whole, ("bearing", "node"), self.node)
+        checks = Gathering()
+        checks.take(whole, ("bearing", "node"), self.node)
         for name in ("kxx", "kyy", "kxy", "kyx", "cxx", "cyy", "cxy", "cyx"):
             value = getattr(self, name)
-            _ = None if value is None and name in ("kyy", "cyy") else found.take(number, ("bearing", name), value)
-        found.end()
+            _ = None if value is None and name in ("kyy", "cyy") else checks.take(number, ("bearing", name), value)
+        checks.end()
 
     def matrices(self) -> tuple[Array, Array]:
         """Stiffness and damping (2, 2) in x, y; what is not given along y is as along x."""
@@ -228,22 +228,22 @@ def beam_rotor(
     >>> rotor.natural_frequencies[:2].round(2)
     array([210.07, 210.11])
     """
-    found = Gathering()
-    pieces = found.take(several, "shaft", shaft, Shaft, "an ss.models.Shaft") or ()
-    given_discs = found.take(several, "discs", discs, Disc, "an ss.models.Disc") or ()
-    given_bearings = found.take(several, "bearings", bearings, Bearing, "an ss.models.Bearing") or ()
-    found.take(one, "material", material, Material, "an ss.Material")
-    ci = found.take(number, "internal_damping", internal_damping, "a time >= 0", above=0.0)
+    checks = Gathering()
+    pieces = checks.take(several, "shaft", shaft, Shaft, "an ss.models.Shaft") or ()
+    given_discs = checks.take(several, "discs", discs, Disc, "an ss.models.Disc") or ()
+    given_bearings = checks.take(several, "bearings", bearings, Bearing, "an ss.models.Bearing") or ()
+    checks.take(one, "material", material, Material, "an ss.Material")
+    ci = checks.take(number, "internal_damping", internal_damping, "a time >= 0", above=0.0)
     count = 1 + sum(piece.elements for piece in pieces if piece is not None)
     for name, things in (("discs", given_discs), ("bearings", given_bearings)):
         for thing in things:
             if thing.node >= count:
-                found.faults.append(Fault((name, "node"), found=str(thing.node), expected=f"at most {count - 1}"))
+                checks.faults.append(Fault((name, "node"), found=str(thing.node), expected=f"at most {count - 1}"))
     if not pieces:
-        found.faults.append(Fault("shaft", "there is none", remedy="give one ss.models.Shaft or more"))
+        checks.faults.append(Fault("shaft", "there is none", remedy="give one ss.models.Shaft or more"))
     if speed is None and engine_order is None:
-        found.faults.append(Fault("speed", "is not given", remedy="give speed, or engine_order; 0.0 at rest"))
-    found.end()
+        checks.faults.append(Fault("speed", "is not given", remedy="give speed, or engine_order; 0.0 at rest"))
+    checks.end()
     lengths = [(piece, piece.length / piece.elements) for piece in pieces for _ in range(piece.elements)]
     size = 4 * count
     M, K, G = (_Sum(size) for _ in range(3))

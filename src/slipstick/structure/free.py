@@ -167,14 +167,14 @@ def free_structure(
     --------
     Two masses on a spring: in balance, a force between them stretches it by 1 / k.
 
-    >>> pair = free_structure([[3.0, -3.0], [-3.0, 3.0]], np.eye(2), dofs="ab", keep="ab", modes=1)
+    >>> pair = free_structure([[3.0, -3.0], [-3.0, 3.0]], np.eye(2), dofs=["a", "b"], keep=["a", "b"], modes=1)
     >>> pair.natural_frequencies.round(6), pair.project([[1.0], [-1.0]], [[1.0], [-1.0]]).static.round(9)
     (array([2.44949]), array([[0.33333333]]))
     """
     checks = Gathering()
     stiffness, mass = real_matrices(K, M)
-    all_names = checks.take(names, "dofs", list(dofs), "the name of each dof, in order")
-    kept = checks.take(names, "keep", list(keep), "names of dofs")
+    all_names = checks.take(names, "dofs", dofs, "the name of each dof, in order")
+    kept = checks.take(names, "keep", keep, "names of dofs")
     count = checks.take(whole, "modes", modes, 1)
     checks.end()
     assert all_names is not None

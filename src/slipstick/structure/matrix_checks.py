@@ -331,7 +331,7 @@ def _value_faults(name: str, A: Sparse, dofs: Sequence[str] | None) -> Iterator[
         yield (
             f"the {name} matrix is not symmetric, first in the row of dof {name_of(dofs, pair.row)} "
             f"({pair.entry:.6g} there, {pair.mirrored:.6g} in its column); "
-            "if one half is stored, mirror it; gyroscopic or follower terms cannot be reduced here"
+            "if one half is stored, mirror it; of gyroscopic or follower terms use ss.models.craig_bampton"
         )
 
 

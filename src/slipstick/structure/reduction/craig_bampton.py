@@ -42,27 +42,28 @@ def craig_bampton(structure: MatrixStructure, keep: Iterable[str], *, modes: int
 
     Examples
     --------
-    >>> chain = MatrixStructure(M=np.eye(3), K=[[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dofs="abc")
+    >>> K = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
+    >>> chain = MatrixStructure(M=np.eye(3), K=K, dofs=["a", "b", "c"])
     >>> small = craig_bampton(chain, ["a"], modes=1)
     >>> small.dofs, small.project([[1.0], [0.0]], [[1.0], [0.0]]).static.round(12).tolist()
     (('a', 'mode 1'), [[0.75]])
     """
-    found = Gathering()
-    found.take(one, "structure", structure, MatrixStructure, "an ss.MatrixStructure")
-    kept = found.take(names, "keep", keep, "names of dofs")
-    count = found.take(whole, "modes", modes)
-    found.end()
+    checks = Gathering()
+    checks.take(one, "structure", structure, MatrixStructure, "an ss.MatrixStructure")
+    kept = checks.take(names, "keep", keep, "names of dofs")
+    count = checks.take(whole, "modes", modes)
+    checks.end()
     assert kept is not None
     assert count is not None
     dofs = structure.dofs
     for name in kept:
         if name not in dofs:
-            found.faults.append(Fault("keep", f"there is no dof '{name}'", remedy=suggestion(name, dofs)))
+            checks.faults.append(Fault("keep", f"there is no dof '{name}'", remedy=suggestion(name, dofs)))
     if not kept or len(set(kept)) < len(kept):
-        found.faults.append(Fault("keep", found=str(list(kept)), expected="one dof or more, each once"))
-    if not found.faults and count > len(dofs) - len(kept):
-        found.faults.append(Fault("modes", found=str(count), expected=f"at most {len(dofs) - len(kept)}"))
-    found.end()
+        checks.faults.append(Fault("keep", found=str(list(kept)), expected="one dof or more, each once"))
+    if not checks.faults and count > len(dofs) - len(kept):
+        checks.faults.append(Fault("modes", found=str(count), expected=f"at most {len(dofs) - len(kept)}"))
+    checks.end()
     T = _shapes(structure, [dofs.index(name) for name in kept], count)
     arguments = structure.arguments
     given = {name: arguments[name] for name in ("M", "C", "K", "gyroscopic", "circulatory") if name in arguments}
