@@ -52,6 +52,25 @@ def test_constant_velocity(tmp_path):
     assert (tmp_path / "oscillator_constant_velocity.png").stat().st_size > 10_000
 
 
+def test_rubbing_rotor(tmp_path):
+    """The stator holds the disc; the free one is the solution of its own matrices."""
+    module = load("rubbing_rotor/rubbing_rotor.py")
+    branches = module.compute()
+    free, plain, rubbed = (branch.dataset.amplitude.sel(dof="n2x") for branch in branches.values())
+    omega = float(branches["no stator"].dataset.omega[int(free.values.argmax())])
+    turning = module.rotor(speed=omega)
+    force = np.zeros(28, dtype=complex)
+    force[8:10] = module.UNBALANCE * omega**2 * np.array([1.0, -1.0j])
+    motion = np.linalg.solve(turning.K - omega**2 * turning.M + 1j * omega * turning.C, force)
+    assert float(free.max()) == pytest.approx(abs(motion[8]), rel=1e-9)
+    assert float(free.max()) == pytest.approx(7.18e-3, rel=1e-3)
+    assert 7.2e-4 < float(plain.max()) < 7.4e-4
+    assert 7.0e-4 < float(rubbed.max()) < 7.2e-4
+    assert all(branch.outcome.ok for branch in branches.values())
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "rotor_campbell.png").stat().st_size > 10_000
+
+
 def test_harmonics_kept(tmp_path):
     """Fig. 8: 0..7 coincides with 0..10 within 0.1 %; 0..3 is off by more than 2 % only for 3.6 .. 4.2 rad/s."""
     module = load("oscillator/harmonics_kept.py")

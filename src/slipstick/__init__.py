@@ -54,12 +54,13 @@ _PUBLIC = {
     "SlipstickWarning": "slipstick.errors",
 }
 
-_ROOMS = ("plots",)
+_ROOMS = ("models", "plots")
 """Rooms that are reached by their name, as ``ss.plots.compare(...)``."""
 
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick import models as models
     from slipstick import plots as plots
     from slipstick.analysis.curve.response import forced_response as forced_response
     from slipstick.analysis.curve.response import linear_response as linear_response

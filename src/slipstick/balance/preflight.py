@@ -123,6 +123,11 @@ def _fed_warnings(problem: Problem) -> Iterator[str]:
             "motion need not be stable; judge it with stability, or correct the signs of the damping and write its "
             "numbers with more digits"
         )
+    if where := getattr(problem.structure, "self_excited", ""):
+        yield (
+            f"the structure's circulatory or negative stiffness makes it grow by itself ({where}): without contacts "
+            "vibration grows, and a periodic motion need not be stable; judge it with stability"
+        )
 
 
 _HEAVY = 0.5

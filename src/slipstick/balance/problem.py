@@ -241,7 +241,7 @@ class Problem:
     @property
     def relative(self) -> bool:
         """Whether a support moves: all motion is then relative to it."""
-        return any(self.load_columns.motions)
+        return any(load.base is not None for load in self.loads)
 
     def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Array:
         """Direction cosines on all dofs of the structure, (n_dofs, n_directions)."""

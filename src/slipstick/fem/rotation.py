@@ -6,7 +6,8 @@ and the stiffness of small motions about it are those of
     f(u) = Mp (x + u - o),    K = df/du - Mp,    Mp = s^2 int rho N' (1 - a a') N,
 
 with the elastic forces f of large displacements (deformed.py): K holds the centrifugal stress, the change of geometry
-and spin softening, and at small strain it is ``K0 + s^2 K1``. Coriolis forces are left out.
+and spin softening, and at small strain it is ``K0 + s^2 K1``. Coriolis forces are those of the velocities,
+``2 s int rho N' [a x] N u'``, a skew-symmetric matrix that is left out unless it is asked for.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, warn, wrong
+from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, truth, warn, wrong
 from slipstick.fem.assembly import Pattern, mass_values, pattern_of
 from slipstick.fem.axis import Axis
 from slipstick.fem.deformed import deformed
@@ -53,6 +54,7 @@ def at_speed(
     *,
     axis: Axis | Mapping[str, Any] | None = None,
     others: Mapping[float, ImportedModel] | None = None,
+    coriolis: bool = False,
 ) -> ImportedModel:
     """The model in a frame that turns with it: stiffness about its static state under centrifugal forces.
 
@@ -67,6 +69,9 @@ def at_speed(
     others
         The same model by its other speeds, rad/s: then the stiffness is interpolated between the two nearest ones,
         linear in the square of the speed; else it is computed from the mesh.
+    coriolis
+        Whether ``C`` holds the Coriolis forces too, from the mesh: a skew-symmetric part that a ``MatrixStructure``
+        uses, and a reduction to real modes names as left out.
 
     Returns
     -------
@@ -83,13 +88,13 @@ def at_speed(
     SlipstickWarning
         A strain that no metal bears; mass that is not in the mesh.
     """
-    moving = turned_model(model, speed, axis=axis, others=others)
+    moving = turned_model(model, speed, axis=axis, others=others, coriolis=coriolis)
     warn(moving.warnings[len(model.warnings) :])
     return moving
 
 
 def turned_model(
-    model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None
+    model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None, coriolis: Any = False
 ) -> ImportedModel:
     """The same, kept in a folder; what is suspicious is in the model's warnings alone."""
     checks = Gathering()
@@ -99,6 +104,9 @@ def turned_model(
     if axis is not None and others is not None:
         checks.faults.append(Fault("axis", "is given together with others", remedy="they hold it: leave it out"))
     by_speed = None if others is None else checks.take(_by_speed, others)
+    checks.take(truth, "coriolis", coriolis)
+    if coriolis and others is not None:
+        checks.faults.append(Fault("coriolis", "comes from a mesh, not from matrices", remedy="leave others out"))
     checks.end()
     assert wanted is not None
     if model.speed:
@@ -108,17 +116,37 @@ def turned_model(
     assert about is not None
     turning = kept_centrifugal(model, wanted, about, cache)
     moved = np.linalg.norm(turning.displacement, axis=1).max()
+    velocities = model.C
+    if coriolis:
+        turned = wanted * coriolis_matrix(model, about)
+        velocities = csr_array(turned if model.C is None else model.C + turned)
+    forces = "are in C, unsymmetric" if coriolis else "are left out"
     return replace(
         model,
+        C=velocities,
         K=csr_array(model.K + turning.stiffness),
         speed=wanted,
         notes=(
             *model.notes,
             f"at {wanted:g} rad/s about {_shown(about.direction)} through {_shown(about.point)}: largest static "
-            f"displacement {moved:.4g}, strain {turning.strain:.3g}; Coriolis forces are left out",
+            f"displacement {moved:.4g}, strain {turning.strain:.3g}; Coriolis forces {forces}",
         ),
         warnings=(*model.warnings, *_doubts(model, turning)),
     )
+
+
+def coriolis_matrix(model: ImportedModel, axis: Axis) -> csr_array:
+    """``2 int rho N' [a x] N``, skew-symmetric (n, n) of the rows of a model: its Coriolis matrix for unit speed.
+
+    The force on what moves at velocity v in a frame that turns at speed s about a is ``-2 rho s a x v``
+    [M. Geradin and D. J. Rixen, Mechanical Vibrations, 2015]. InputError without a mesh or material.
+    """
+    mesh, materials = _meshed(model)
+    pattern, motion = pattern_of(mesh), _motion(model, mesh)
+    x, y, z = np.asarray(axis.direction, dtype=float).tolist()
+    turned = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    blocks = 2.0 * mass_values(mesh, materials, pattern)[:, None, None] * turned
+    return csr_array(motion.T @ pattern.vector_matrix(blocks) @ motion)
 
 
 def _speed(speed: Any) -> float:

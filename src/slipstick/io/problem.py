@@ -20,11 +20,13 @@ from slipstick.balance.loads import Load
 from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.results.table import ResultTable
 from slipstick.state.known import STORED_STATES
+from slipstick.structure.free import FreeStructure
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.skin import Skin
@@ -54,10 +56,12 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "problem": (Problem, _arguments),
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
+    "free": (FreeStructure, lambda s: s.arguments),
     "load shape": (LoadShape, _by_fields),
     "skin": (Skin, _by_fields),
     "contact": (ContactPair, _by_fields),
     "friction": (FrictionContact, _by_fields),
+    "stator": (StatorContact, _by_fields),
     "rubbing": (RubbingMotion, _by_fields),
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),

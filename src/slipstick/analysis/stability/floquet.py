@@ -27,7 +27,7 @@ from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault, InputError
 from slipstick.faults import warn
 from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
-from slipstick.structure.dynamic import adjusted
+from slipstick.structure.dynamic import adjusted, turning_with
 from slipstick.typing import Array, ComplexArray
 
 BEYOND = 1e-6
@@ -175,7 +175,7 @@ class StabilityWatch:
         if self.systems.in_time:
             answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
         else:
-            receptance = adjusted(balance.receptance, inputs.structure)
+            receptance = turning_with(adjusted(balance.receptance, inputs.structure), detail.omega)
             answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = self._iterate.truncated(x, detail)
         ports = (motion.X, motion.Y)
@@ -184,7 +184,8 @@ class StabilityWatch:
     def _by_order(self, omega: float) -> bool:
         """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
         if self._orders_differ is None:
-            self._orders_differ = depends_on_order(self.balance.receptance, self.balance.harmonics.m, omega)
+            receptance = turning_with(self.balance.receptance, omega)
+            self._orders_differ = depends_on_order(receptance, self.balance.harmonics.m, omega)
         return self._orders_differ
 
     def _counted(self, x: Array, detail: Detail) -> PointStability:
