@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 
 import slipstick as ss
 from slipstick.analysis.curve.state_continuation import SlowRates, relaxed
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.start import first_point
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.record import contact_states

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.balance.batch_evaluation import Together, evaluated_together
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.many import Together, evaluated_together
 from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step

@@ -13,7 +13,7 @@ import pytest
 from helpers.oscillator import one_mass
 
 import slipstick as ss
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.physics_checks import problem_warnings
 
 SHORT = {"max_points": 2}
 
