@@ -34,7 +34,7 @@ class Adapted(Protocol):
         ...
 
     @property
-    def given(self) -> Array:
+    def context(self) -> Array:
         """The context with which the same harmonics are in use, near the same contact states."""
         ...
 

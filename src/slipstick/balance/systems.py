@@ -62,7 +62,7 @@ class ParameterSystem:
 
     def __init__(self, balance: Balance, path: Path, omega: float) -> None:
         self.balance, self.path, self.omega = balance, path, omega
-        self._own = balance.compliance(omega)
+        self._fixed_compliance = balance.compliance(omega)
 
     def at(self, parameter: float) -> tuple[Inputs, float]:
         """Inputs and frequency at ``parameter``."""
@@ -96,7 +96,7 @@ class ParameterSystem:
 
     def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
         if not (inputs.structure or direction.structure):
-            return self._own
+            return self._fixed_compliance
         return self.balance.compliance(self.omega, inputs.structure, direction.structure)
 
 

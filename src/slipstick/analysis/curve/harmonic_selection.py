@@ -197,7 +197,7 @@ class _AtPoint(Adapted):
         return len(self.rung.balance.harmonics.orders)
 
     @property
-    def given(self) -> Array:
+    def context(self) -> Array:
         """The context with which the same harmonics are in use, near the same contact states."""
         return self._context(self._number)
 

@@ -24,7 +24,7 @@ def context_between(first: Step, second: Step) -> Any:
     before, after = first.evaluation, second.evaluation
     if after.detail.adapted is None:
         return after.context
-    return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.given
+    return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.context
 
 
 class OutputObservables(Observables):

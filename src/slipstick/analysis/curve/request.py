@@ -180,8 +180,8 @@ class Checks(Gathering):
         if self.problem is not None and parameter:
             self.take(_takes, self.problem, parameter, values or ())
 
-    def common(self, requested: tuple[float, ...], *arguments: Any, **named: Any) -> Any:
-        """``common_arguments``; InputError with all faults so far."""
+    def common(self, requested: tuple[float, ...], *arguments: Any, **named: Any) -> dict[str, Any]:
+        """The fields that ``common_arguments`` makes of them; InputError with all faults so far."""
         common = self.take(common_arguments, self.problem, requested, *arguments, **named)
         self.end()
         assert common is not None
