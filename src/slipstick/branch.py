@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from slipstick.analysis.time_domain.check import TimeCheck
-    from slipstick.balance.ports import Balance
+    from slipstick.balance.balance import Balance
     from slipstick.balance.problem import Problem
 
 
@@ -88,7 +88,7 @@ class Branch:
     @cached_property
     def balance(self) -> Balance:
         """The equations of its problem, made once; InputError where the problem is not known."""
-        from slipstick.balance.ports import Balance
+        from slipstick.balance.balance import Balance
 
         return Balance(self._known_problem)
 

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import slipstick as ss
 from slipstick.analysis.stability.floquet import StabilityWatch
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.contact.law import Law, Motion, Response
 
 K3, C3, LOAD, DAMPING = 1.0, 0.01, 0.1, 0.02

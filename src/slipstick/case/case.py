@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.analysis.curve.request import ResponseOptions
     from slipstick.analysis.events import EventFunction
+    from slipstick.balance.balance import Balance
     from slipstick.balance.loads import Load
-    from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
     from slipstick.structure.protocol import Structure
@@ -270,7 +270,7 @@ class Case:
     @cached_property
     def balance(self) -> Balance:
         """The problem made ready: its warnings and the recorder of a run share one projection of the structure."""
-        from slipstick.balance.ports import Balance
+        from slipstick.balance.balance import Balance
 
         return Balance(self.problem())
 
@@ -335,7 +335,7 @@ class Case:
 
     def warnings(self) -> list[str]:
         """What can be computed but is suspicious, one sentence each."""
-        from slipstick.balance.preflight import parameter_warnings, problem_warnings
+        from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 
         static = self.balance.receptance.static
         if self.parameter is not None:

@@ -108,7 +108,7 @@ def _dofs(sections: Sections, known: Known) -> Iterator[Fault]:
 
 def _sizes(sections: Sections, known: Known, placed: Sequence[CaseContact]) -> Iterator[Fault]:
     """One ratio of periods, and no more unknowns than can be computed."""
-    from slipstick.balance.kinds import MOST_UNKNOWNS, size_fault
+    from slipstick.balance.jacobian_backends import MOST_UNKNOWNS, size_fault
     from slipstick.structure.matrices import MatrixStructure
 
     ratios = [row.get("period_ratio") for row in (sections.top, sections.response) if row is not None]
@@ -117,9 +117,9 @@ def _sizes(sections: Sections, known: Known, placed: Sequence[CaseContact]) -> I
         yield Fault(where, "is another than the period_ratio at the top", remedy="keep one")
     size = 0 if known.orders is None else 2 * len(known.orders) - 1
     unknowns = sum(contact.pair.n_ports for contact in placed) * size
-    kind = "dense" if isinstance(known.structure, MatrixStructure) else "iterative"
-    if unknowns > MOST_UNKNOWNS[kind]:
-        yield size_fault(unknowns, kind)
+    backend = "dense" if isinstance(known.structure, MatrixStructure) else "iterative"
+    if unknowns > MOST_UNKNOWNS[backend]:
+        yield size_fault(unknowns, backend)
 
 
 def heating_faults(contacts: Sequence[CaseContact], top: ReadTable | None, named: Sequence[str] | None) -> list[Fault]:

@@ -8,9 +8,9 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from slipstick.balance.balance import Balance
+from slipstick.balance.batch_evaluation import Together
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.many import Together
-from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -36,7 +36,7 @@ class Point:
     parameter: float
     """Value of the followed quantity: the frequency itself or the named parameter."""
     kind: str
-    """One of ``schema.KINDS``."""
+    """One of ``schema.POINT_KINDS``."""
     peak_of: str
     """Name of the dof whose amplitude peaks here, else empty."""
     x: Array

@@ -17,7 +17,7 @@ from slipstick.analysis.curve.state_continuation import FOLDS, NO_WORK, StateCon
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.preflight import parameter_warnings, problem_warnings
+from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import unanswered
 from slipstick.balance.scaling import scales

@@ -16,9 +16,9 @@ from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
 from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
-from slipstick.balance.preflight import parameter_warnings
+from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import terms
 from slipstick.branch import Branch

@@ -21,7 +21,7 @@ from slipstick.analysis.stability.orbit import Orbit, orbit_beside, within_reach
 from slipstick.analysis.stability.refined_motion import Iteration, SmoothMotion
 from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault, InputError

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics, dynamics
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import InputError
