@@ -1,0 +1,449 @@
+"""Sectors of a disc with cyclic symmetry, and the waves that travel over them.
+
+Each of ``N`` equal sectors is described in its own coordinates, which turn with it. A wave repeats from sector to
+sector with a delay, ``x_s(tau) = x_0(tau - s phi_1)`` with ``phi_1 = 2 pi E / N`` (THEORY.md section 24): its harmonic
+m has the phase ``e^{-i s phi_m}``, ``phi_m = m phi_1``, and everything is known from sector 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipstick.errors import Fault, InputError
+from slipstick.faults import whole
+from slipstick.structure.checks import (
+    DAMPING_ELSEWHERE,
+    array_faults,
+    checked_names,
+    directions,
+    known_shapes,
+    named_shapes,
+    number_faults,
+    real,
+    symmetry_faults,
+)
+from slipstick.structure.dynamic import checked_values
+from slipstick.structure.protocol import Receptance, TimeEquations
+from slipstick.typing import Array, ComplexArray
+
+NEXT = "@next"
+"""What stands behind the name of a dof that is one of the next sector."""
+
+_DIAGONAL = 1e-12
+_MOST_SECTORS = 1000
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseModes:
+    """Modes of a sector for one phase from sector to sector, and what they leave out.
+
+    Attributes
+    ----------
+    omega
+        Natural frequencies (n_modes,), rad/s, ascending.
+    shapes
+        Modes at the dofs of the sector, complex (n_dofs, n_modes), ``V^H M(phi) V = 1``.
+    static
+        Exact static compliance ``K(phi)^-1`` at the dofs, complex and Hermitian (n_dofs, n_dofs).
+    damping
+        Viscous damping of the modes: (n_modes,) where they diagonalise it, else ``V^H C(phi) V``.
+    """
+
+    omega: Array
+    shapes: ComplexArray
+    static: ComplexArray
+    damping: ComplexArray | Array
+
+    def conjugate(self) -> PhaseModes:
+        """Of the opposite phase."""
+        return PhaseModes(
+            omega=self.omega, shapes=self.shapes.conj(), static=self.static.conj(), damping=self.damping.conj()
+        )
+
+
+class WaveHarmonic(NamedTuple):
+    """How one harmonic of a wave goes round the disc."""
+
+    order: int
+    nodal_diameter: int
+    direction: str
+    """"forward" towards growing sector numbers, "backward", or "standing"."""
+
+
+class CyclicStructure:
+    """One of N equal sectors that form a ring (THEORY.md section 24, (24.2)).
+
+    ``K(phi) = K0 + K1 e^{-i phi} + K1^T e^{i phi}``: ``K1[i, j]`` is the force on dof i of a sector from dof j of the
+    next one. M and C alike. All are in coordinates that turn with the sector.
+
+    Parameters
+    ----------
+    M, K, C
+        Pairs of matrices (n_dofs, n_dofs): within the sector (symmetric) and from the next one; the first alone where
+        there is no coupling. C may be left out.
+    dofs
+        A name for each degree of freedom of a sector.
+    sectors
+        Number of sectors N.
+    loss_factor
+        Hysteretic loss factor, >= 0.
+    load_shapes
+        Distributed loads on a sector: name -> forces (n_dofs,).
+    damping
+        Factor on C, >= 0: the parameter "damping".
+
+    Raises
+    ------
+    InputError
+        With one sentence for each fault.
+
+    Examples
+    --------
+    >>> sector = CyclicStructure(M=([[1.0]], [[0.0]]), K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=4)
+    >>> [float(w.round(4)) for w in sector.natural_frequencies(1)]
+    [1.7321]
+    """
+
+    def __init__(
+        self,
+        *,
+        M: Any,
+        K: Any,
+        C: Any = None,
+        dofs: Iterable[str],
+        sectors: int,
+        loss_factor: float = 0.0,
+        load_shapes: Mapping[str, ArrayLike] | None = None,
+        damping: float = 1.0,
+    ) -> None:
+        self.dofs, faults = checked_names(dofs)
+        self.sectors = whole("sectors", sectors, 2, _MOST_SECTORS)
+        n = len(self.dofs)
+        faults += [
+            Fault("dofs", f"{name!r} ends in {NEXT}, which means the next sector", remedy="rename it")
+            for name in self.dofs
+            if isinstance(name, str) and NEXT in name
+        ]
+        self._pairs: dict[str, tuple[Array, Array]] = {}
+        for name, given in {"M": M, "K": K, **({} if C is None else {"C": C})}.items():
+            pair, wrong = _pair(name, given, n)
+            faults += wrong
+            if pair is not None:
+                self._pairs[name] = pair
+        self._shapes: dict[str, Array] = {}
+        for name, value in named_shapes(load_shapes, faults).items():
+            where = ("load shape", name)
+            wrong = number_faults(where, value)
+            self._shapes[name] = np.zeros(n) if wrong else real(value)
+            faults += wrong or array_faults(where, self._shapes[name], (n,))
+        for name, number in (("loss_factor", loss_factor), ("damping", damping)):
+            faults += number_faults(name, number) or array_faults(name, real(number), (), non_negative=True)
+        if faults:
+            raise InputError(faults)
+        self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
+        self._by_phase: dict[int, PhaseModes] = {}
+
+    @property
+    def load_shapes(self) -> tuple[str, ...]:
+        """Names of the distributed loads."""
+        return tuple(self._shapes)
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal sector is made from."""
+        return {
+            **self._pairs, "dofs": self.dofs, "sectors": self.sectors, "loss_factor": self.loss_factor,
+            "load_shapes": self._shapes, "damping": self.damping,
+        }  # fmt: skip
+
+    def matrices(self, k: int) -> dict[str, ComplexArray]:
+        """``M(phi)``, ``K(phi)`` and ``C(phi)``, Hermitian, for ``phi = 2 pi k / N``."""
+        turn = np.exp(-2j * np.pi * k / self.sectors)
+        return {name: A0 + A1 * turn + A1.T * np.conj(turn) for name, (A0, A1) in self._pairs.items()}
+
+    def phase_modes(self, k: int) -> PhaseModes:
+        """Modes for the phase ``2 pi k / N`` from sector to sector; those of -k are the conjugates.
+
+        Raises InputError where mass or stiffness are not positive definite for that phase.
+        """
+        k %= self.sectors
+        if 2 * k > self.sectors:
+            return self.phase_modes(self.sectors - k).conjugate()
+        if k not in self._by_phase:
+            self._by_phase[k] = self._modes(k)
+        return self._by_phase[k]
+
+    def _modes(self, k: int) -> PhaseModes:
+        from scipy.linalg import cho_factor, cho_solve, eigh
+
+        at = self.matrices(k)
+        if k == 0 or 2 * k == self.sectors:
+            at = {name: np.ascontiguousarray(matrix.real) for name, matrix in at.items()}
+        for name in ("M", "K"):
+            if not _definite(at[name]):
+                remedy = f"hold the disc, and give {name}1[i, j] as what acts on dof i from dof j of the next sector"
+                raise InputError(Fault(name, f"is not positive definite for nodal diameter {k}", remedy=remedy))
+        factors = cho_factor(at["K"])
+        squared, V = eigh(at["K"], at["M"])
+        damping: Any = np.zeros(squared.size)
+        if "C" in at:
+            damping = V.conj().T @ at["C"] @ V
+            diagonal = np.diag(damping).real.copy()
+            rest = np.abs(damping - np.diag(diagonal)).max()
+            if rest <= _DIAGONAL * max(np.abs(diagonal).max(), 1e-300):
+                damping = diagonal
+        return PhaseModes(
+            omega=np.sqrt(np.maximum(squared, 0.0)), shapes=V.astype(complex), damping=damping,
+            static=cho_solve(factors, np.eye(len(self.dofs), dtype=complex)),
+        )  # fmt: skip
+
+    def natural_frequencies(self, nodal_diameter: int) -> Array:
+        """Undamped natural frequencies of a nodal diameter, 0 to N/2, rad/s, ascending."""
+        return self.phase_modes(whole("nodal_diameter", nodal_diameter, 0, self.sectors // 2)).omega
+
+    def travelling_wave(self, engine_order: int) -> TravellingWave:
+        """The sector as the balance sees it in a wave: loads and contacts are those of sector 0, the others follow.
+
+        ``engine_order`` E is that of the principal frequency: sector s moves as sector 0 with the delay
+        ``2 pi s E / N``; only E modulo N counts. A pattern fixed in space that blades numbered in the sense of rotation
+        run through arrives earlier on the next blade: ``E = -EO``; numbered against it ``E = +EO``.
+        """
+        return TravellingWave(self, engine_order)
+
+    def changed(self, **values: float) -> CyclicStructure:
+        """A copy with another ``loss_factor`` or factor ``damping``; InputError below 0."""
+        new, given = copy(self), checked_values(self.values, values)
+        new.loss_factor = given.get("loss_factor", self.loss_factor)
+        new.damping = given.get("damping", self.damping)
+        return new
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Named parameters: ``loss_factor``, and ``damping``, a factor on C, where there is any."""
+        return {"loss_factor": self.loss_factor} | ({"damping": self.damping} if "C" in self._pairs else {})
+
+    def __repr__(self) -> str:
+        return f"CyclicStructure({len(self.dofs)} dofs, {self.sectors} sectors)"
+
+
+class TravellingWave:
+    """A sector in a wave: a structure with the dofs of sector 0 and, as ``dof@next``, of the sector after it.
+
+    Parameters
+    ----------
+    sector
+        The sector.
+    engine_order
+        E of the principal frequency, see :meth:`CyclicStructure.travelling_wave`.
+    """
+
+    def __init__(self, sector: CyclicStructure, engine_order: int) -> None:
+        self.sector = sector
+        self.engine_order = whole("engine_order", engine_order)
+
+    @cached_property
+    def dofs(self) -> tuple[str, ...]:
+        """Those of the sector, and each with ``@next``."""
+        return (*self.sector.dofs, *(name + NEXT for name in self.sector.dofs))
+
+    @property
+    def load_shapes(self) -> tuple[str, ...]:
+        """Names of the distributed loads."""
+        return self.sector.load_shapes
+
+    @property
+    def sectors(self) -> int:
+        """Number of sectors N."""
+        return self.sector.sectors
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal wave is made from."""
+        return {"sector": self.sector, "engine_order": self.engine_order}
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Named parameters of the sector."""
+        return self.sector.values
+
+    def changed(self, **values: float) -> TravellingWave:
+        """A copy with other values of them."""
+        return TravellingWave(self.sector.changed(**values), self.engine_order)
+
+    def phase_number(self, order: int) -> int:
+        """``d`` of harmonic ``order``: its phase from sector to sector is ``2 pi d / N``."""
+        return int(order) * self.engine_order % self.sectors
+
+    def harmonic(self, order: int) -> WaveHarmonic:
+        """Nodal diameter and direction of a harmonic: it aliases to one of 0 to N/2."""
+        d = self.phase_number(order)
+        if 2 * d % self.sectors == 0:
+            return WaveHarmonic(int(order), d, "standing")
+        return WaveHarmonic(int(order), min(d, self.sectors - d), "forward" if 2 * d < self.sectors else "backward")
+
+    @property
+    def natural_frequencies(self) -> Array:
+        """Those of the nodal diameter of the fundamental, rad/s, ascending."""
+        return self.sector.phase_modes(self.phase_number(1)).omega
+
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and load shapes.
+
+        A force on a dof of the next sector acts, from the contact with the sector before, on sector 0 (24.5).
+        """
+        known_shapes(shapes, self.sector._shapes)
+        n, both = len(self.sector.dofs), len(self.dofs)
+        left, right = directions("rows", rows, both), directions("columns", columns, both)
+        if shapes:
+            loads = np.column_stack([self.sector._shapes[name] for name in shapes])
+            right = np.hstack([right, np.vstack([loads, np.zeros_like(loads)])])
+        return WaveReceptance(self, left.reshape(2, n, -1), right.reshape(2, n, -1))
+
+    def time_equations(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
+    ) -> TimeEquations:
+        """None: the motion of a sector depends on what the one before it did earlier. Raises InputError."""
+        raise InputError(
+            Fault(
+                "time integration",
+                "a travelling wave has no equations in time of one sector",
+                remedy="integrate the whole disc",
+            )
+        )
+
+    def __repr__(self) -> str:
+        return f"TravellingWave(engine order {self.engine_order}, {self.sectors} sectors)"
+
+
+class _PhaseTerms(NamedTuple):
+    """What the receptance of one phase is summed from."""
+
+    omega: Array
+    damping: Any
+    left: ComplexArray
+    """Modes at the rows (n_rows, n_modes)."""
+    right: ComplexArray
+    """Conjugate modes at the columns (n_columns, n_modes)."""
+    residual: ComplexArray
+
+
+class WaveReceptance:
+    """``A_m(w) = rows_m Z(phi_m, m w)^-1 columns_m`` by the modes of each phase and their residual (24.3).
+
+    Parameters
+    ----------
+    wave
+        The wave; harmonic m has its phase ``2 pi d_m / N``.
+    rows, columns
+        Direction cosines on sector 0 and on the next one, (2, n_dofs, n_rows) and (2, n_dofs, n_columns).
+    """
+
+    def __init__(self, wave: TravellingWave, rows: Array, columns: Array) -> None:
+        self._wave, self._rows, self._columns = wave, rows, columns
+        self._loss_factor, self._factor = wave.sector.loss_factor, wave.sector.damping
+        self._terms: dict[int, _PhaseTerms] = {}
+        still = wave.sector.phase_modes(0).static.real
+        self.static: Array = (rows[0] + rows[1]).T @ still @ (columns[0] + columns[1])
+
+    def _phase(self, d: int) -> _PhaseTerms:
+        if d not in self._terms:
+            modes, turn = self._wave.sector.phase_modes(d), np.exp(-2j * np.pi * d / self._wave.sectors)
+            rows, columns = self._rows[0] + turn * self._rows[1], self._columns[0] + np.conj(turn) * self._columns[1]
+            left, right = rows.T @ modes.shapes, columns.T @ modes.shapes.conj()
+            residual = rows.T @ modes.static @ columns - (left / modes.omega**2) @ right.T
+            self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual)
+        return self._terms[d]
+
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
+        value, rate = self._summed(orders, omega, "omega")
+        rate *= np.asarray(orders, dtype=float)[:, None, None]
+        return value, rate
+
+    def of_order(self, order: int, frequency: float) -> ComplexArray:
+        """Receptance of the phase of a harmonic at any frequency, rad/s, (n_rows, n_columns)."""
+        terms = self._phase(self._wave.phase_number(order))
+        found: ComplexArray = self._one(terms, np.array([float(frequency)]), "omega")[0][0]
+        return found
+
+    def changed(self, **values: float) -> WaveReceptance:
+        """A copy with another ``loss_factor`` or factor ``damping``."""
+        new = copy(self)
+        new._loss_factor = values.get("loss_factor", self._loss_factor)
+        new._factor = values.get("damping", self._factor)
+        return new
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by ``loss_factor`` or ``damping``, of the shape of ``at``."""
+        return self._summed(orders, omega, name)[1]
+
+    def _summed(self, orders: ArrayLike, omega: ArrayLike, by: str) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at all orders of all omegas, and its derivative by each order's own frequency or a parameter."""
+        phases = np.array([self._wave.phase_number(int(order)) for order in np.asarray(orders)])
+        w = np.multiply.outer(np.asarray(omega, dtype=float), np.asarray(orders, dtype=float))
+        out = np.empty((2, *w.shape, *self.static.shape), dtype=complex)
+        for d in set(phases.tolist()):
+            at = phases == d
+            both = self._one(self._phase(d), w[..., at].reshape(-1), by)
+            out[:, ..., at, :, :] = both.reshape(2, *w[..., at].shape, *self.static.shape)
+        return out[0], out[1]
+
+    def _one(self, terms: _PhaseTerms, w: Array, by: str) -> ComplexArray:
+        """Receptance of one phase at frequencies (k,) and its derivative, (2, k, n_rows, n_columns)."""
+        e, factor, squared = 1.0 + 1j * self._loss_factor, self._factor, terms.omega**2
+        full = terms.damping.ndim == 2
+        K, C, one = (np.diag(squared), terms.damping, np.eye(squared.size)) if full else (squared, terms.damping, 1.0)
+        w = w.reshape(-1, *(1,) * K.ndim)
+        Z = e * K + 1j * factor * w * C - w**2 * one
+        slope = {
+            "omega": lambda: 1j * factor * C - 2.0 * w * one,
+            "loss_factor": lambda: 1j * K + 0.0 * w,
+            "damping": lambda: 1j * w * C,
+        }[by]()
+        left, right = terms.left, terms.right
+        if full:
+            moved = np.linalg.solve(Z, np.broadcast_to(right.T, (len(Z), *right.T.shape)))
+            turned = np.linalg.solve(Z.swapaxes(1, 2), np.broadcast_to(left.T, (len(Z), *left.T.shape)))
+            value, rate = left @ moved, -turned.swapaxes(1, 2) @ slope @ moved
+        else:
+            value = (left * (1.0 / Z)[:, None, :]) @ right.T
+            rate = (left * (-slope / Z**2)[:, None, :]) @ right.T
+        value += terms.residual / e
+        if by == "loss_factor":
+            rate -= 1j * terms.residual / e**2
+        return np.array([value, rate])
+
+
+def _definite(M: ComplexArray) -> bool:
+    """Whether a Hermitian matrix is positive definite."""
+    try:
+        np.linalg.cholesky(M)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _pair(name: str, given: Any, n: int) -> tuple[tuple[Array, Array] | None, list[Fault]]:
+    """A matrix of the sector (n, n) and the one from the next sector; the first alone couples nothing."""
+    expected = f"a pair ({name}0, {name}1) of matrices ({n}, {n}), of the sector and from the next one"
+    pair = given if isinstance(given, tuple | list) and len(given) == 2 and np.ndim(given[0]) == 2 else (given, None)
+    matrices: list[Array] = []
+    for k, matrix in enumerate(pair):
+        if matrix is None:
+            matrices.append(np.zeros((n, n)))
+            continue
+        dense = matrix.toarray() if hasattr(matrix, "toarray") else matrix
+        where = (name, k)
+        wrong = number_faults(where, dense, DAMPING_ELSEWHERE) or array_faults(where, real(dense), (n, n))
+        wrong = wrong or ([] if k else symmetry_faults(where, real(dense)))
+        if wrong:
+            return None, [Fault(f.where, f.statement or f"found {f.found}", expected=expected) if f.found else f for f in wrong]
+        matrices.append(real(dense))
+    return (matrices[0], matrices[1]), []
