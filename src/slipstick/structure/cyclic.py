@@ -444,6 +444,8 @@ def _pair(name: str, given: Any, n: int) -> tuple[tuple[Array, Array] | None, li
         wrong = number_faults(where, dense, DAMPING_ELSEWHERE) or array_faults(where, real(dense), (n, n))
         wrong = wrong or ([] if k else symmetry_faults(where, real(dense)))
         if wrong:
-            return None, [Fault(f.where, f.statement or f"found {f.found}", expected=expected) if f.found else f for f in wrong]
+            return None, [
+                Fault(f.where, f.statement or f"found {f.found}", expected=expected) if f.found else f for f in wrong
+            ]
         matrices.append(real(dense))
     return (matrices[0], matrices[1]), []
