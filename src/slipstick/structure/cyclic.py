@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +32,9 @@ from slipstick.structure.checks import (
 from slipstick.structure.dynamic import checked_values
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.typing import Array, ComplexArray
+
+if TYPE_CHECKING:
+    from slipstick.structure.disc import Disc
 
 NEXT = "@next"
 """What stands behind the name of a dof that is one of the next sector."""
@@ -216,6 +219,27 @@ class CyclicStructure:
         run through arrives earlier on the next blade: ``E = -EO``; numbered against it ``E = +EO``.
         """
         return TravellingWave(self, engine_order)
+
+    def mistuned(self, stiffness: ArrayLike, blade: ArrayLike, families: int | None = None) -> Disc:
+        """The whole disc with blades that differ: sector s has ``stiffness[s] * blade`` more stiffness (24.6).
+
+        Parameters
+        ----------
+        stiffness
+            Deviations (N,), relative; zeros for a tuned disc.
+        blade
+            The blade's share of ``K0``, (n_dofs, n_dofs), symmetric.
+        families
+            Families of tuned modes kept, at most n_dofs (by default all): those up to the highest harmonic kept.
+
+        Raises
+        ------
+        InputError
+            For arrays of another shape, and deviations that make the disc unstable.
+        """
+        from slipstick.structure.disc import mistuned_disc
+
+        return mistuned_disc(self, stiffness, blade, families)
 
     def changed(self, **values: float) -> CyclicStructure:
         """A copy with another ``loss_factor`` or factor ``damping``; InputError below 0."""
