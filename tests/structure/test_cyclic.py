@@ -6,83 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.rings import DOFS, a_sector, pairs, ring_influence, ring_of, wave_problem, whole_ring
 
 import slipstick as ss
 from slipstick.errors import InputError
 from slipstick.structure.cyclic import CyclicStructure, WaveHarmonic
-from slipstick.typing import Array
-
-DOFS = ("tip", "left", "right")
-TANGENTIAL = {"right": 0.8, "tip": 0.6, "left@next": -0.8, "tip@next": -0.6}
-NORMAL = {"right": -0.6, "tip": 0.8, "left@next": 0.6, "tip@next": -0.8}
-SHROUD = ss.FrictionContact(kt=50.0, mu=0.4, kn=60.0, gap=-0.1)
-CASING = ss.FrictionContact(kt=30.0, mu=0.3, normal_load=0.8)
-
-
-def pairs(*, proportional: bool = True, seed: int = 1) -> dict[str, tuple[Array, Array]]:
-    """Matrices of a sector, coupled to the next one without symmetry."""
-    rng = np.random.default_rng(seed)
-    A = rng.normal(size=(3, 3))
-    K = A @ A.T + np.diag([60.0, 80.0, 100.0]), -rng.uniform(1.0, 4.0, size=(3, 3))
-    M = np.diag([1.0, 1.2, 0.8]), 0.02 * rng.normal(size=(3, 3))
-    C = 0.01 * K[0] + 0.02 * M[0], 0.01 * K[1] + 0.02 * M[1]
-    if not proportional:
-        C = C[0] + np.diag([0.1, 0.05, 0.02]), C[1]
-    return {"M": M, "K": K, "C": C}
-
-
-def ring_of(pair: tuple[Array, Array], sectors: int) -> Array:
-    """The matrix of the whole ring."""
-    n = len(pair[0])
-    ring = np.zeros((sectors, n, sectors, n))
-    for s in range(sectors):
-        ring[s, :, s, :] += pair[0]
-        ring[s, :, (s + 1) % sectors, :] += pair[1]
-        ring[(s + 1) % sectors, :, s, :] += pair[1].T
-    return ring.reshape(sectors * n, sectors * n)
-
-
-def whole_ring(sectors: int, engine_order: int, matrices: Any, force: complex, velocity: float) -> ss.Problem:
-    """The ring with all contacts, and the wave as loads."""
-
-    def at(s: int, cosines: dict[str, float]) -> dict[str, float]:
-        return {
-            name.removesuffix("@next") + f"@{(s + name.endswith('@next')) % sectors}": cosine
-            for name, cosine in cosines.items()
-        }
-
-    structure = ss.MatrixStructure(
-        **{name: ring_of(pair, sectors) for name, pair in matrices.items()},
-        dofs=[f"{name}@{s}" for s in range(sectors) for name in DOFS], loss_factor=0.003,
-    )  # fmt: skip
-    every = range(sectors)
-    shroud = ss.ContactPair(
-        name="shroud",
-        contact=SHROUD,
-        tangential=[at(s, TANGENTIAL) for s in every],
-        normal=[at(s, NORMAL) for s in every],
-    )
-    rub = ss.RubbingMotion(velocity=velocity)
-    casing = ss.ContactPair(name="casing", contact=CASING, tangential=[f"tip@{s}" for s in every], rubbing=rub)
-    loads = []
-    for s in every:
-        p = force * np.exp(-2j * np.pi * engine_order * s / sectors)
-        loads.append(ss.Load(dof=f"tip@{s}", cos=p.real, sin=-p.imag))
-    return ss.Problem(structure, contacts=[shroud, casing], loads=loads, harmonics=ss.Harmonics(range(6)))
-
-
-def wave_problem(sectors: int, engine_order: int, matrices: Any, force: complex, velocity: float) -> ss.Problem:
-    """The same by its sector."""
-    sector = CyclicStructure(**matrices, dofs=DOFS, sectors=sectors, loss_factor=0.003)
-    rub = ss.RubbingMotion(velocity=velocity)
-    contacts = [
-        ss.ContactPair(name="shroud", contact=SHROUD, tangential=TANGENTIAL, normal=NORMAL),
-        ss.ContactPair(name="casing", contact=CASING, tangential="tip", rubbing=rub),
-    ]
-    load = ss.Load(dof="tip", cos=force.real, sin=-force.imag)
-    return ss.Problem(
-        sector.travelling_wave(engine_order), contacts=contacts, loads=load, harmonics=ss.Harmonics(range(6))
-    )
 
 
 @pytest.mark.parametrize(
@@ -158,7 +86,7 @@ def test_receptance_is_that_of_the_matrices() -> None:
             turn = np.exp(-2j * np.pi * 4 * order / 12)
             at = sector.matrices(4 * order)
             w = order * omega
-            Z = 1.02j * 0.0 + (1.0 + 0.02j) * at["K"] + 1j * w * at["C"] - w * w * at["M"]
+            Z = (1.0 + 0.02j) * at["K"] + 1j * w * at["C"] - w * w * at["M"]
             P = np.vstack([np.eye(3), turn * np.eye(3)])
             columns = np.column_stack([P.conj().T @ rows, [1.0, 2.0, 3.0]])
             np.testing.assert_allclose(found[i, k], rows.T @ P @ np.linalg.solve(Z, columns), rtol=1e-10, atol=1e-14)
@@ -197,3 +125,38 @@ def test_faults(changed: dict[str, Any], fragments: tuple[str, ...]) -> None:
         CyclicStructure(**given).travelling_wave(6).project(np.eye(2), np.eye(2))
     for fragment in fragments:
         assert fragment in str(raised.value)
+
+
+def test_gas_is_that_of_the_whole_ring() -> None:
+    """Complex coefficients that differ for waves forward and backward; the ring is solved without its symmetry."""
+    rng, sectors = np.random.default_rng(3), 6
+    shape = np.diag([1.0, 0.3, 0.0])
+    coefficients = rng.normal(size=sectors) + 1j * rng.normal(size=sectors)
+    sector = a_sector(sectors, proportional=False).with_aerodynamics(coefficients, shape)
+    for d in range(sectors):
+        np.testing.assert_allclose(sector.influence(d), coefficients[d] * shape, atol=1e-13)
+    rows = np.random.default_rng(2).normal(size=(6, 2))
+    matrices = pairs(proportional=False)
+    for engine_order in (-2, 1, 3, 10):
+        wave = sector.travelling_wave(engine_order)
+        found, w = wave.project(rows, rows).at(np.array([1]), 7.0)[0][0], 7.0
+        K, M, C = (ring_of(matrices[name], sectors) for name in "KMC")
+        Z = (1.0 + 0.003j) * K + 1j * w * C - w * w * M + ring_influence(sector)
+        turns = np.exp(-2j * np.pi * engine_order * np.arange(sectors) / sectors)
+        own = np.vstack([np.eye(3), turns[1] * np.eye(3)])
+        columns = own.conj().T @ rows
+        force = (turns[:, None, None] * columns).reshape(3 * sectors, -1)
+        moved = np.linalg.solve(Z, force).reshape(sectors, 3, -1)
+        np.testing.assert_allclose(found, rows.T @ own @ moved[0], rtol=1e-10, atol=1e-13)
+
+
+def test_sign_of_the_engine_order() -> None:
+    """Blades numbered in the sense of rotation meet a pattern fixed in space earlier: E = -EO."""
+    sectors, EO = 12, 4
+    wave = a_sector(sectors).travelling_wave(-EO)
+    assert wave.harmonic(1) == WaveHarmonic(1, 4, "backward")
+    # blade s stands at angle Omega t + 2 pi s / N: p(theta) = cos(EO theta); tau = EO Omega t
+    tau = 0.7
+    for s in range(sectors):
+        force = np.cos(EO * (tau / EO + 2 * np.pi * s / sectors))
+        assert force == pytest.approx(np.cos(tau - s * 2 * np.pi * wave.engine_order / sectors), abs=1e-12)

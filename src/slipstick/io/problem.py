@@ -26,6 +26,8 @@ from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.results.table import ResultTable
 from slipstick.state.known import STORED_STATES
+from slipstick.structure.cyclic import CyclicStructure, TravellingWave
+from slipstick.structure.disc import Disc
 from slipstick.structure.free import FreeStructure
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
@@ -56,6 +58,9 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "problem": (Problem, _arguments),
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
+    "sector": (CyclicStructure, lambda s: s.arguments),
+    "wave": (TravellingWave, lambda s: s.arguments),
+    "disc": (Disc, lambda s: s.arguments),
     "free": (FreeStructure, lambda s: s.arguments),
     "load shape": (LoadShape, _by_fields),
     "skin": (Skin, _by_fields),

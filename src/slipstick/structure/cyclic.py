@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import whole
+from slipstick.faults import shown, whole
 from slipstick.structure.checks import (
     DAMPING_ELSEWHERE,
     array_faults,
     checked_names,
+    complex_numbers,
     directions,
     known_shapes,
     named_shapes,
@@ -31,7 +32,7 @@ from slipstick.structure.checks import (
 )
 from slipstick.structure.dynamic import checked_values
 from slipstick.structure.protocol import Receptance, TimeEquations
-from slipstick.typing import Array, ComplexArray
+from slipstick.typing import AnyArray, Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.structure.disc import Disc
@@ -39,8 +40,11 @@ if TYPE_CHECKING:
 NEXT = "@next"
 """What stands behind the name of a dof that is one of the next sector."""
 
-_DIAGONAL = 1e-12
+DIAGONAL = 1e-12
+"""Largest coupling of modes by damping, relative to its diagonal, that is rounding."""
 _MOST_SECTORS = 1000
+_MOST_ORDER = 1_000_000
+_GROWS = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,6 +105,11 @@ class CyclicStructure:
         Distributed loads on a sector: name -> forces (n_dofs,).
     damping
         Factor on C, >= 0: the parameter "damping".
+    aerodynamic
+        Influence coefficients of the gas, stiffness: j -> complex (n_dofs, n_dofs), the force against the motion on a
+        sector by the motion of the one j further (negative j: before it). A positive imaginary part for the motion of
+        the sector itself is damping. They hold at all frequencies above 0 and not for harmonic 0; see also
+        :meth:`with_aerodynamics`. Real arrays (2, n_dofs, n_dofs) are real and imaginary parts.
 
     Raises
     ------
@@ -125,6 +134,7 @@ class CyclicStructure:
         loss_factor: float = 0.0,
         load_shapes: Mapping[str, ArrayLike] | None = None,
         damping: float = 1.0,
+        aerodynamic: Mapping[int, ArrayLike] | None = None,
     ) -> None:
         self.dofs, faults = checked_names(dofs)
         self.sectors = whole("sectors", sectors, 2, _MOST_SECTORS)
@@ -148,6 +158,8 @@ class CyclicStructure:
             faults += wrong or array_faults(where, self._shapes[name], (n,))
         for name, number in (("loss_factor", loss_factor), ("damping", damping)):
             faults += number_faults(name, number) or array_faults(name, real(number), (), non_negative=True)
+        self.aerodynamic, wrong = _influences(aerodynamic, n)
+        faults += wrong
         if faults:
             raise InputError(faults)
         self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
@@ -164,12 +176,49 @@ class CyclicStructure:
         return {
             **self._pairs, "dofs": self.dofs, "sectors": self.sectors, "loss_factor": self.loss_factor,
             "load_shapes": self._shapes, "damping": self.damping,
+            "aerodynamic": {j: np.array([L.real, L.imag]) for j, L in self.aerodynamic.items()},
         }  # fmt: skip
 
     def matrices(self, k: int) -> dict[str, ComplexArray]:
         """``M(phi)``, ``K(phi)`` and ``C(phi)``, Hermitian, for ``phi = 2 pi k / N``."""
         turn = np.exp(-2j * np.pi * k / self.sectors)
         return {name: A0 + A1 * turn + A1.T * np.conj(turn) for name, (A0, A1) in self._pairs.items()}
+
+    def influence(self, k: int) -> ComplexArray | None:
+        """What the gas adds to ``K(phi)`` for ``phi = 2 pi k / N``, (n_dofs, n_dofs), of any kind; None without any."""
+        if not self.aerodynamic:
+            return None
+        turns = {j: np.exp(-2j * np.pi * j * k / self.sectors) for j in self.aerodynamic}
+        return np.asarray(sum(turns[j] * L for j, L in self.aerodynamic.items()), dtype=complex)
+
+    def load_vector(self, name: str) -> Array:
+        """The forces (n_dofs,) of a load shape."""
+        return self._shapes[name]
+
+    def with_aerodynamics(self, coefficients: ArrayLike, shape: ArrayLike) -> CyclicStructure:
+        """A copy with the gas as a complex stiffness for each nodal diameter (THEORY.md (24.8)).
+
+        Parameters
+        ----------
+        coefficients
+            Complex (N,), by the number d of the phase ``2 pi d / N``: d <= N/2 is the wave of d nodal diameters that
+            travels towards growing sector numbers, N - d the same against them. The imaginary part is the damping
+            force over the displacement: negative where the gas feeds the wave.
+        shape
+            Real, symmetric (n_dofs, n_dofs): which dofs feel it, 1 on the diagonal for a single one.
+        """
+        N, n = self.sectors, len(self.dofs)
+        given = complex_numbers(coefficients)
+        faults = number_faults("shape", shape) or array_faults("shape", real(shape), (n, n))
+        faults = faults or symmetry_faults("shape", real(shape))
+        if given is None or given.shape != (N,):
+            expected = f"{N} finite complex numbers, one for each phase"
+            faults.append(Fault("coefficients", found=shown(coefficients), expected=expected))
+        if faults:
+            raise InputError(faults)
+        assert given is not None
+        influence, matrix = np.fft.ifft(given), real(shape)  # sum_d c_d e^(2 pi i j d / N) / N
+        return type(self)(**{**self.arguments, "aerodynamic": {j: influence[j] * matrix for j in range(N)}})
 
     def phase_modes(self, k: int) -> PhaseModes:
         """Modes for the phase ``2 pi k / N`` from sector to sector; those of -k are the conjugates.
@@ -200,7 +249,7 @@ class CyclicStructure:
             damping = V.conj().T @ at["C"] @ V
             diagonal = np.diag(damping).real.copy()
             rest = np.abs(damping - np.diag(diagonal)).max()
-            if rest <= _DIAGONAL * max(np.abs(diagonal).max(), 1e-300):
+            if rest <= DIAGONAL * max(np.abs(diagonal).max(), 1e-300):
                 damping = diagonal
         return PhaseModes(
             omega=np.sqrt(np.maximum(squared, 0.0)), shapes=V.astype(complex), damping=damping,
@@ -214,32 +263,53 @@ class CyclicStructure:
     def travelling_wave(self, engine_order: int) -> TravellingWave:
         """The sector as the balance sees it in a wave: loads and contacts are those of sector 0, the others follow.
 
-        ``engine_order`` E is that of the principal frequency: sector s moves as sector 0 with the delay
+        ``engine_order`` E is that of the fundamental frequency: sector s moves as sector 0 with the delay
         ``2 pi s E / N``; only E modulo N counts. A pattern fixed in space that blades numbered in the sense of rotation
         run through arrives earlier on the next blade: ``E = -EO``; numbered against it ``E = +EO``.
         """
         return TravellingWave(self, engine_order)
 
-    def mistuned(self, stiffness: ArrayLike, blade: ArrayLike, families: int | None = None) -> Disc:
+    def mistuned(
+        self,
+        stiffness: ArrayLike | None = None,
+        blade: ArrayLike | None = None,
+        families: int | None = None,
+        *,
+        spread: float | None = None,
+        seed: int = 0,
+    ) -> Disc:
         """The whole disc with blades that differ: sector s has ``stiffness[s] * blade`` more stiffness (24.6).
 
         Parameters
         ----------
         stiffness
-            Deviations (N,), relative; zeros for a tuned disc.
+            Deviations (N,), relative; None for a tuned disc, or where ``spread`` is given.
         blade
-            The blade's share of ``K0``, (n_dofs, n_dofs), symmetric.
+            The blade's share of ``K0``, (n_dofs, n_dofs), symmetric; needed where blades differ.
         families
             Families of tuned modes kept, at most n_dofs (by default all): those up to the highest harmonic kept.
+        spread, seed
+            Instead of ``stiffness``: standard deviation of normal random deviations, and the seed that they are drawn
+            with; the same seed gives the same blades.
+
+        Returns
+        -------
+        Disc
+            A structure with dofs "tip@0", "tip@1", ..., whose parameters "stiffness@0", ... are the deviations and
+            "mistuning" a factor on all of them: 0 is the tuned disc.
 
         Raises
         ------
         InputError
             For arrays of another shape, and deviations that make the disc unstable.
         """
-        from slipstick.structure.disc import mistuned_disc
+        from slipstick.structure.disc import Disc, random_deviations
 
-        return mistuned_disc(self, stiffness, blade, families)
+        if spread is not None:
+            if stiffness is not None:
+                raise InputError(Fault("spread", "is given together with stiffness", remedy="keep one of them"))
+            stiffness = random_deviations(self.sectors, spread, seed)
+        return Disc(sector=self, stiffness=stiffness, blade=blade, families=families)
 
     def changed(self, **values: float) -> CyclicStructure:
         """A copy with another ``loss_factor`` or factor ``damping``; InputError below 0."""
@@ -265,12 +335,12 @@ class TravellingWave:
     sector
         The sector.
     engine_order
-        E of the principal frequency, see :meth:`CyclicStructure.travelling_wave`.
+        E of the fundamental frequency, see :meth:`CyclicStructure.travelling_wave`.
     """
 
     def __init__(self, sector: CyclicStructure, engine_order: int) -> None:
         self.sector = sector
-        self.engine_order = whole("engine_order", engine_order)
+        self.engine_order = whole("engine_order", engine_order, -_MOST_ORDER, _MOST_ORDER)
 
     @cached_property
     def dofs(self) -> tuple[str, ...]:
@@ -312,21 +382,68 @@ class TravellingWave:
             return WaveHarmonic(int(order), d, "standing")
         return WaveHarmonic(int(order), min(d, self.sectors - d), "forward" if 2 * d < self.sectors else "backward")
 
+    def harmonics(self, orders: Iterable[int]) -> tuple[WaveHarmonic, ...]:
+        """How each of some harmonics goes round the disc."""
+        return tuple(self.harmonic(order) for order in orders)
+
     @property
     def natural_frequencies(self) -> Array:
         """Those of the nodal diameter of the fundamental, rad/s, ascending."""
         return self.sector.phase_modes(self.phase_number(1)).omega
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratio of each of the ``natural_frequencies``: viscous, of the gas, with half the loss factor."""
+        modes, gas = self.sector.phase_modes(self.phase_number(1)), self.sector.influence(self.phase_number(1))
+        viscous = modes.damping if modes.damping.ndim == 1 else np.diag(modes.damping).real
+        ratios = 0.5 * (self.sector.loss_factor + self.sector.damping * viscous / modes.omega)
+        if gas is not None:
+            ratios = (
+                ratios + 0.5 * np.einsum("ir,ij,jr->r", modes.shapes.conj(), gas, modes.shapes).imag / modes.omega**2
+            )
+        return np.asarray(ratios, dtype=float)
+
+    def resonances(self, orders: Iterable[int]) -> Array:
+        """Frequencies at which one of the harmonics meets a natural frequency of its own nodal diameter, ascending."""
+        found = [self.sector.phase_modes(self.phase_number(m)).omega / m for m in orders if m]
+        return np.unique(np.concatenate([np.zeros(0), *found]))
+
+    def growing(self, d: int) -> ComplexArray:
+        """Poles of positive frequency of the sector without contacts, phase ``2 pi d / N``, that grow."""
+        return self.sector_poles(d, growing=True)
+
+    def sector_poles(self, d: int, *, growing: bool = False) -> ComplexArray:
+        """Poles of positive frequency of the sector without contacts for the phase ``2 pi d / N``, rad/s."""
+        modes, gas = self.sector.phase_modes(d), self.sector.influence(d)
+        K = np.diag(modes.omega**2 * (1.0 + 1j * self.sector.loss_factor))
+        if gas is not None:
+            K = K + modes.shapes.conj().T @ gas @ modes.shapes
+        C = self.sector.damping * (np.diag(modes.damping) if modes.damping.ndim == 1 else modes.damping)
+        n = len(K)
+        poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]]))
+        kept = poles.imag > 0.0
+        if growing:
+            kept &= poles.real > _GROWS * np.abs(poles)
+        return np.asarray(poles[kept], dtype=complex)
+
+    @cached_property
+    def energy_fed(self) -> str:
+        """Nodal diameters in which damping or the gas feed energy in, in words; empty where there are none."""
+        known = sorted({min(k, self.sectors - k) for k in range(self.sectors) if self.growing(k).size})
+        if not known:
+            return ""
+        return f"nodal diameter{'s' if len(known) > 1 else ''} {', '.join(map(str, known))}"
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and load shapes.
 
         A force on a dof of the next sector acts, from the contact with the sector before, on sector 0 (24.5).
         """
-        known_shapes(shapes, self.sector._shapes)
+        known_shapes(shapes, dict.fromkeys(self.sector.load_shapes))
         n, both = len(self.sector.dofs), len(self.dofs)
         left, right = directions("rows", rows, both), directions("columns", columns, both)
         if shapes:
-            loads = np.column_stack([self.sector._shapes[name] for name in shapes])
+            loads = np.column_stack([self.sector.load_vector(name) for name in shapes])
             right = np.hstack([right, np.vstack([loads, np.zeros_like(loads)])])
         return WaveReceptance(self, left.reshape(2, n, -1), right.reshape(2, n, -1))
 
@@ -338,7 +455,7 @@ class TravellingWave:
             Fault(
                 "time integration",
                 "a travelling wave has no equations in time of one sector",
-                remedy="integrate the whole disc",
+                remedy="integrate the whole disc, sector.mistuned().problem(problem)",
             )
         )
 
@@ -356,6 +473,8 @@ class _PhaseTerms(NamedTuple):
     right: ComplexArray
     """Conjugate modes at the columns (n_columns, n_modes)."""
     residual: ComplexArray
+    gas: ComplexArray | None
+    """Stiffness of the gas between the modes (n_modes, n_modes)."""
 
 
 class WaveReceptance:
@@ -371,7 +490,7 @@ class WaveReceptance:
 
     def __init__(self, wave: TravellingWave, rows: Array, columns: Array) -> None:
         self._wave, self._rows, self._columns = wave, rows, columns
-        self._loss_factor, self._factor = wave.sector.loss_factor, wave.sector.damping
+        self._own = {"loss_factor": wave.sector.loss_factor, "damping": wave.sector.damping}
         self._terms: dict[int, _PhaseTerms] = {}
         still = wave.sector.phase_modes(0).static.real
         self.static: Array = (rows[0] + rows[1]).T @ still @ (columns[0] + columns[1])
@@ -382,7 +501,10 @@ class WaveReceptance:
             rows, columns = self._rows[0] + turn * self._rows[1], self._columns[0] + np.conj(turn) * self._columns[1]
             left, right = rows.T @ modes.shapes, columns.T @ modes.shapes.conj()
             residual = rows.T @ modes.static @ columns - (left / modes.omega**2) @ right.T
-            self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual)
+            gas = self._wave.sector.influence(d)
+            if gas is not None:
+                gas = modes.shapes.conj().T @ gas @ modes.shapes
+            self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual, gas)
         return self._terms[d]
 
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
@@ -391,17 +513,47 @@ class WaveReceptance:
         rate *= np.asarray(orders, dtype=float)[:, None, None]
         return value, rate
 
-    def of_order(self, order: int, frequency: float) -> ComplexArray:
-        """Receptance of the phase of a harmonic at any frequency, rad/s, (n_rows, n_columns)."""
-        terms = self._phase(self._wave.phase_number(order))
-        found: ComplexArray = self._one(terms, np.array([float(frequency)]), "omega")[0][0]
-        return found
+    @property
+    def wave_numbers(self) -> int:
+        """How many wave numbers disturbances may have: N."""
+        return self._wave.sectors
+
+    def phase_number(self, order: int) -> int:
+        """``d`` of a harmonic of the wave."""
+        return self._wave.phase_number(order)
+
+    def natural(self, d: int) -> Array:
+        """Natural frequencies for the phase ``2 pi d / N``, rad/s."""
+        return self._wave.sector.phase_modes(d % self._wave.sectors).omega
+
+    def growing(self, d: int) -> ComplexArray:
+        """Growing poles of the sector without contacts, of positive frequency, with the phase ``2 pi d / N``."""
+        wave = self._wave.changed(**{n: v for n, v in self._own.items() if n in self._wave.values})
+        return wave.growing(d)
+
+    def of_order(self, order: int, frequency: ArrayLike, wave_number: int = 0) -> ComplexArray:
+        """Receptance of a harmonic at any frequencies (...), rad/s, of either sign, (..., n_rows, n_columns).
+
+        A complex frequency ``-i s`` is an exponent s. Those of negative real part have the loss factor and the gas of
+        motion at negative frequency: what is real in time stays real.
+
+        ``wave_number`` k: of a disturbance with the phase ``2 pi k / N`` more from sector to sector (24.7).
+        """
+        w = np.asarray(frequency)
+        flat, d = w.reshape(-1), self._wave.phase_number(order) + wave_number
+        out = np.empty((flat.size, *self.static.shape), dtype=complex)
+        for below in (False, True):
+            at = (flat.real < 0.0) == below
+            if at.any():
+                own = -flat[at].conj() if below else flat[at]
+                found = self._one(self._phase((-d if below else d) % self._wave.sectors), own, "omega")[0]
+                out[at] = found.conj() if below else found
+        return out.reshape(*w.shape, *self.static.shape)
 
     def changed(self, **values: float) -> WaveReceptance:
         """A copy with another ``loss_factor`` or factor ``damping``."""
         new = copy(self)
-        new._loss_factor = values.get("loss_factor", self._loss_factor)
-        new._factor = values.get("damping", self._factor)
+        new._own = {**self._own, **values}
         return new
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
@@ -419,13 +571,16 @@ class WaveReceptance:
             out[:, ..., at, :, :] = both.reshape(2, *w[..., at].shape, *self.static.shape)
         return out[0], out[1]
 
-    def _one(self, terms: _PhaseTerms, w: Array, by: str) -> ComplexArray:
+    def _one(self, terms: _PhaseTerms, w: AnyArray, by: str) -> ComplexArray:
         """Receptance of one phase at frequencies (k,) and its derivative, (2, k, n_rows, n_columns)."""
-        e, factor, squared = 1.0 + 1j * self._loss_factor, self._factor, terms.omega**2
-        full = terms.damping.ndim == 2
-        K, C, one = (np.diag(squared), terms.damping, np.eye(squared.size)) if full else (squared, terms.damping, 1.0)
+        e, factor, squared = 1.0 + 1j * self._own["loss_factor"], self._own["damping"], terms.omega**2
+        full = terms.damping.ndim == 2 or terms.gas is not None
+        one: Any = 1.0
+        K, C = squared, terms.damping
+        if full:
+            K, C, one = np.diag(K), C if C.ndim == 2 else np.diag(C), np.eye(squared.size)
         w = w.reshape(-1, *(1,) * K.ndim)
-        Z = e * K + 1j * factor * w * C - w**2 * one
+        Z = e * K + 1j * factor * w * C - w**2 * one + (0.0 if terms.gas is None else terms.gas)
         slope = {
             "omega": lambda: 1j * factor * C - 2.0 * w * one,
             "loss_factor": lambda: 1j * K + 0.0 * w,
@@ -443,6 +598,28 @@ class WaveReceptance:
         if by == "loss_factor":
             rate -= 1j * terms.residual / e**2
         return np.array([value, rate])
+
+
+def _influences(given: Any, n: int) -> tuple[dict[int, ComplexArray], list[Fault]]:
+    """Influence coefficients by offset, complex (n, n)."""
+    found: dict[int, ComplexArray] = {}
+    faults: list[Fault] = []
+    expected = f"complex matrices ({n}, {n}) by how many sectors further the blade moves, such as {{0: L0, 1: L1}}"
+    if given is None:
+        return {}, []
+    if not isinstance(given, Mapping):
+        return {}, [Fault("aerodynamic", found=shown(given), expected=expected)]
+    for offset, value in given.items():
+        matrix = complex_numbers(value)
+        if matrix is not None and matrix.shape == (2, n, n) and not matrix.imag.any():
+            matrix = matrix[0] + 1j * matrix[1]
+        if isinstance(offset, bool) or not isinstance(offset, int | np.integer):
+            faults.append(Fault("aerodynamic", found=shown(offset), expected=expected))
+        elif matrix is None or matrix.shape != (n, n):
+            faults.append(Fault(("aerodynamic", int(offset)), found=shown(value), expected=expected))
+        else:
+            found[int(offset)] = matrix
+    return found, faults
 
 
 def _definite(M: ComplexArray) -> bool:
