@@ -22,6 +22,9 @@ from slipstick.structure.cyclic import CyclicStructure, WaveHarmonic
         pytest.param(7, 5, 1 - 6j, -0.2, False, id="backward"),
         pytest.param(12, 4, 2 - 14j, 0.0, False, id="three nodal diameters, separating", marks=pytest.mark.verify),
         pytest.param(24, 19, 2 - 12j, 0.5, False, id="aliased", marks=pytest.mark.verify),
+        pytest.param(16, 3, 2 - 14j, -0.2, False, id="16 sectors", marks=pytest.mark.verify),
+        pytest.param(12, 7, 1 - 6j, 0.3, False, id="five nodal diameters, against", marks=pytest.mark.verify),
+        pytest.param(12, 12, 0.2 - 1j, 0.3, False, id="12 sectors in phase", marks=pytest.mark.verify),
     ],
 )
 def test_a_wave_is_the_response_of_the_whole_ring(

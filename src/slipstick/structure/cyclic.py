@@ -464,7 +464,7 @@ class TravellingWave:
 
 
 class _PhaseTerms(NamedTuple):
-    """What the receptance of one phase is summed from."""
+    """What the receptance of one phase is summed from; of several, each with an axis for them in front."""
 
     omega: Array
     damping: Any
@@ -492,6 +492,7 @@ class WaveReceptance:
         self._wave, self._rows, self._columns = wave, rows, columns
         self._own = {"loss_factor": wave.sector.loss_factor, "damping": wave.sector.damping}
         self._terms: dict[int, _PhaseTerms] = {}
+        self._stacked: dict[tuple[int, ...], _PhaseTerms] = {}
         still = wave.sector.phase_modes(0).static.real
         self.static: Array = (rows[0] + rows[1]).T @ still @ (columns[0] + columns[1])
 
@@ -546,7 +547,8 @@ class WaveReceptance:
             at = (flat.real < 0.0) == below
             if at.any():
                 own = -flat[at].conj() if below else flat[at]
-                found = self._one(self._phase((-d if below else d) % self._wave.sectors), own, "omega")[0]
+                terms = self._of_phases(((-d if below else d) % self._wave.sectors,))
+                found = self._at(terms, own[:, None], "omega")[0][:, 0]
                 out[at] = found.conj() if below else found
         return out.reshape(*w.shape, *self.static.shape)
 
@@ -560,44 +562,74 @@ class WaveReceptance:
         """Derivative by ``loss_factor`` or ``damping``, of the shape of ``at``."""
         return self._summed(orders, omega, name)[1]
 
-    def _summed(self, orders: ArrayLike, omega: ArrayLike, by: str) -> tuple[ComplexArray, ComplexArray]:
+    def _summed(self, orders: ArrayLike, omega: ArrayLike, by: str) -> ComplexArray:
         """Receptance at all orders of all omegas, and its derivative by each order's own frequency or a parameter."""
-        phases = np.array([self._wave.phase_number(int(order)) for order in np.asarray(orders)])
-        w = np.multiply.outer(np.asarray(omega, dtype=float), np.asarray(orders, dtype=float))
-        out = np.empty((2, *w.shape, *self.static.shape), dtype=complex)
-        for d in set(phases.tolist()):
-            at = phases == d
-            both = self._one(self._phase(d), w[..., at].reshape(-1), by)
-            out[:, ..., at, :, :] = both.reshape(2, *w[..., at].shape, *self.static.shape)
-        return out[0], out[1]
+        m = np.asarray(orders, dtype=float)
+        w = np.multiply.outer(np.asarray(omega, dtype=float), m)
+        return self._at(self._of_phases(tuple(self._wave.phase_number(int(order)) for order in m)), w, by)
 
-    def _one(self, terms: _PhaseTerms, w: AnyArray, by: str) -> ComplexArray:
-        """Receptance of one phase at frequencies (k,) and its derivative, (2, k, n_rows, n_columns)."""
-        e, factor, squared = 1.0 + 1j * self._own["loss_factor"], self._own["damping"], terms.omega**2
-        full = terms.damping.ndim == 2 or terms.gas is not None
-        one: Any = 1.0
-        K, C = squared, terms.damping
+    def _of_phases(self, phases: tuple[int, ...]) -> _PhaseTerms:
+        """Terms of several phases, each with one axis more in front; modes that some have not move nothing."""
+        if phases not in self._stacked:
+            each = [self._phase(d % self._wave.sectors) for d in phases]
+            count = max((terms.omega.size for terms in each), default=0)
+            each = [_padded(terms, count) for terms in each]
+            if any(terms.damping.ndim == 2 or terms.gas is not None for terms in each):
+                each = [t._replace(damping=t.damping if t.damping.ndim == 2 else np.diag(t.damping)) for t in each]
+            parts: Any = (None if own[0] is None else np.array(own) for own in zip(*each, strict=True))
+            self._stacked[phases] = _PhaseTerms(*parts)
+        return self._stacked[phases]
+
+    def _at(self, terms: _PhaseTerms, w: AnyArray, by: str) -> ComplexArray:
+        """Receptance of phases at frequencies (..., n_phases) and its derivative, (2, ..., n_rows, n_columns)."""
+        if not terms.omega.size:
+            return np.zeros((2, *w.shape, *self.static.shape), dtype=complex)
+        e, factor = 1.0 + 1j * self._own["loss_factor"], self._own["damping"]
+        K: Any = terms.omega**2
+        C, one = terms.damping, np.ones(terms.omega.shape[-1:])
+        full = C.ndim == 3
         if full:
-            K, C, one = np.diag(K), C if C.ndim == 2 else np.diag(C), np.eye(squared.size)
-        w = w.reshape(-1, *(1,) * K.ndim)
-        Z = e * K + 1j * factor * w * C - w**2 * one + (0.0 if terms.gas is None else terms.gas)
-        slope = {
-            "omega": lambda: 1j * factor * C - 2.0 * w * one,
-            "loss_factor": lambda: 1j * K + 0.0 * w,
-            "damping": lambda: 1j * w * C,
-        }[by]()
-        left, right = terms.left, terms.right
-        if full:
-            moved = np.linalg.solve(Z, np.broadcast_to(right.T, (len(Z), *right.T.shape)))
-            turned = np.linalg.solve(Z.swapaxes(1, 2), np.broadcast_to(left.T, (len(Z), *left.T.shape)))
-            value, rate = left @ moved, -turned.swapaxes(1, 2) @ slope @ moved
+            K, one = K[..., None] * np.eye(one.size), np.eye(one.size)  # type: ignore[assignment]
+        w = w.reshape(*w.shape, *(1,) * one.ndim)
+        Z = e * K + 1j * factor * w * C - w**2 * one
+        if terms.gas is not None:
+            Z = Z + terms.gas
+        if by == "omega":
+            slope = 1j * factor * C - 2.0 * w * one
         else:
-            value = (left * (1.0 / Z)[:, None, :]) @ right.T
-            rate = (left * (-slope / Z**2)[:, None, :]) @ right.T
+            slope = 1j * K + 0.0 * w if by == "loss_factor" else 1j * w * C
+        left, right = terms.left, terms.right.swapaxes(-1, -2)
+        if full:
+            moved = np.linalg.solve(Z, np.broadcast_to(right, (*Z.shape[:-2], *right.shape[-2:])))
+            across = left.swapaxes(-1, -2)
+            turned = np.linalg.solve(Z.swapaxes(-1, -2), np.broadcast_to(across, (*Z.shape[:-2], *across.shape[-2:])))
+            value, rate = left @ moved, -turned.swapaxes(-1, -2) @ (slope @ moved)
+        else:
+            D = 1.0 / Z
+            value = (left * D[..., None, :]) @ right
+            rate = (left * (-slope * D * D)[..., None, :]) @ right
         value += terms.residual / e
         if by == "loss_factor":
             rate -= 1j * terms.residual / e**2
         return np.array([value, rate])
+
+
+_ABSENT = 1e30
+"""Natural frequency of a mode that is none."""
+
+
+def _padded(terms: _PhaseTerms, count: int) -> _PhaseTerms:
+    """With as many modes as are asked for, those added at rest."""
+    more = count - terms.omega.size
+    if not more:
+        return terms
+    ends = ((0, 0), (0, more))
+    square = ((0, more), (0, more))
+    return terms._replace(
+        omega=np.append(terms.omega, np.full(more, _ABSENT)), left=np.pad(terms.left, ends),
+        right=np.pad(terms.right, ends), damping=np.pad(terms.damping, square[: terms.damping.ndim]),
+        gas=None if terms.gas is None else np.pad(terms.gas, square),
+    )  # fmt: skip
 
 
 def _influences(given: Any, n: int) -> tuple[dict[int, ComplexArray], list[Fault]]:

@@ -138,3 +138,33 @@ def test_viscous_damping_below_zero_in_some_nodal_diameters(fed: float, grows: b
     exact, found = ring_watch.at(ring_x, ring_detail), watch.at(x, detail)
     assert found.unstable == exact.unstable
     assert (exact.unstable > 0) == grows
+
+
+@FED
+def test_a_wave_loses_its_symmetry_along_a_branch() -> None:
+    """Where its shroud slips friction holds the nodal diameter that the gas feeds; below that the wave is lost.
+
+    The count of the whole ring in time agrees on both sides.
+    """
+    plain = wave_problem(6, 2, pairs(proportional=False), SLIPPING, 0.0)
+    kappa = np.full(6, 0.5j)
+    kappa[1] = -10.0j
+    sector = plain.structure.sector.with_aerodynamics(kappa, np.diag([1.0, 0.0, 0.0]))  # type: ignore[attr-defined]
+    problem = ss.Problem(
+        sector.travelling_wave(2), contacts=plain.contacts, loads=plain.loads, harmonics=plain.harmonics
+    )
+    with pytest.warns(ss.SlipstickWarning) as told:
+        branch = ss.parameter_response(problem, "load", (0.32, 0.2), omega=7.9, stability=True)
+    data = branch.dataset
+    assert set(data.stability_method.values.tolist()) == {"count by wave number"}
+    assert int(data.unstable_multipliers[0]) == 0
+    assert int(data.unstable_multipliers[-1]) == 2
+    assert int(data.wave_number[0]) == -1
+    assert int(data.wave_number[-1]) % 2 == 1
+    lost = [str(one.message) for one in told if "loses its symmetry" in str(one.message)]
+    assert len(lost) == 1
+    for load in (0.32, 0.2):
+        ring = sector.mistuned().problem(problem.with_parameter("load", load))
+        x, detail, _, balance = judged(ring, 7.9)
+        count = StabilityWatch(balance, damping_at=9.0).at(x, detail).unstable
+        assert count == int(data.unstable_multipliers[branch.at(load)])
