@@ -144,6 +144,19 @@ def test_a_tuned_disc_moves_as_the_wave() -> None:
     np.testing.assert_allclose(around.to_numpy(), float(one.amplitude.sel(dof="tip")), rtol=1e-8)
 
 
+def test_a_wave_is_checked_in_time_by_its_disc() -> None:
+    """All sectors integrated, with no harmonics cut off: what is left falls with those of the wave."""
+    errors = []
+    for orders in (4, 10):
+        wave = wave_problem(6, 2, pairs(proportional=False), 1 - 6j, 0.3, orders=orders)
+        disc = wave.structure.sector.mistuned().problem(wave)  # type: ignore[attr-defined]
+        errors.append(ss.steady_response(disc, omega=[7.9]).check_in_time(0).relative_difference)
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[1] < 3e-4
+    with pytest.raises(InputError, match=r"sector\.mistuned\(\)\.problem"):
+        ss.steady_response(wave, omega=[7.9]).check_in_time(0)
+
+
 @pytest.mark.parametrize("N", [12, 24, 90])
 def test_whitehead(N: int) -> None:
     """Engine order 0 amplifies by (1 + sqrt N) / 2 at most: met by a disc with the mode (a, b, ..., b), others far."""
