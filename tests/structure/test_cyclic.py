@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -163,3 +164,30 @@ def test_sign_of_the_engine_order() -> None:
     for s in range(sectors):
         force = np.cos(EO * (tau / EO + 2 * np.pi * s / sectors))
         assert force == pytest.approx(np.cos(tau - s * 2 * np.pi * wave.engine_order / sectors), abs=1e-12)
+
+
+def test_modes_left_out_of_some_phases(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fewer modes in one nodal diameter than in the others, with both residuals: close below the modes kept."""
+    sector, rows = a_sector(12, proportional=False), np.random.default_rng(2).normal(size=(6, 2))
+    exact = sector.travelling_wave(4).project(rows, rows)
+    whole = sector.phase_modes
+
+    def fewer(k: int) -> Any:
+        modes, kept = whole(k), 2 if k % 12 == 4 else 3
+        others, squared = modes.shapes[:, kept:], modes.omega[kept:] ** 2
+        return replace(
+            modes, omega=modes.omega[:kept], shapes=modes.shapes[:, :kept], damping=modes.damping[:kept, :kept],
+            second=(others / squared**2) @ others.conj().T,
+        )  # fmt: skip
+
+    monkeypatch.setattr(sector, "phase_modes", fewer)
+    found: Any = sector.travelling_wave(4).project(rows, rows)
+    orders, w, step = np.array([1, 2, 3]), 1.5, 1e-5
+    for k, order in enumerate(orders):
+        value = found.at(orders, w)[0][k]
+        np.testing.assert_allclose(value, exact.at([order], w)[0][0], atol=2e-2 * np.abs(value).max())
+    slope = (found.at(orders, w + step)[0] - found.at(orders, w - step)[0]) / (2 * step)
+    np.testing.assert_allclose(found.at(orders, w)[1], slope, atol=1e-7 * np.abs(slope).max())
+    by_loss = found.by_parameter("loss_factor", orders, w)
+    changed = [found.changed(loss_factor=0.003 + c).at(orders, w)[0] for c in (step, -step)]
+    np.testing.assert_allclose(by_loss, (changed[0] - changed[1]) / (2 * step), atol=1e-7 * np.abs(by_loss).max())

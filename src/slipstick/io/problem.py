@@ -177,10 +177,13 @@ def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
     arguments = {name: _made(value, arrays) for name, value in plain["arguments"].items()}
     if plain["kind"] == "modes" and len(arguments["dofs"]) > MOST_MODAL_DOFS:
         raise ValueError(f"modes at {len(arguments['dofs'])} dofs; expected at most {MOST_MODAL_DOFS}")
-    if plain["kind"] == "disc" and isinstance(sector := arguments["sector"], CyclicStructure):
-        if sector.sectors * len(sector.dofs) > MOST_MODAL_DOFS:
-            raise ValueError(f"a disc of {sector.sectors} sectors; expected at most {MOST_MODAL_DOFS} dofs")
+    if plain["kind"] == "disc" and (size := _disc_dofs(arguments["sector"])) > MOST_MODAL_DOFS:
+        raise ValueError(f"a disc of {size} dofs; expected at most {MOST_MODAL_DOFS}")
     return STORED_PARTS[plain["kind"]][0](**arguments)
+
+
+def _disc_dofs(sector: CyclicStructure) -> int:
+    return sector.sectors * len(sector.dofs)
 
 
 def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:

@@ -61,18 +61,22 @@ class PhaseModes:
         Exact static compliance ``K(phi)^-1`` at the dofs, complex and Hermitian (n_dofs, n_dofs).
     damping
         Viscous damping of the modes: (n_modes,) where they diagonalise it, else ``V^H C(phi) V``.
+    second
+        What the modes leave of ``K(phi)^-1 M(phi) K(phi)^-1`` at the dofs, (n_dofs, n_dofs); None: nothing.
     """
 
     omega: Array
     shapes: ComplexArray
     static: ComplexArray
     damping: ComplexArray | Array
+    second: ComplexArray | None = None
 
     def conjugate(self) -> PhaseModes:
         """Of the opposite phase."""
         return PhaseModes(
-            omega=self.omega, shapes=self.shapes.conj(), static=self.static.conj(), damping=self.damping.conj()
-        )
+            omega=self.omega, shapes=self.shapes.conj(), static=self.static.conj(), damping=self.damping.conj(),
+            second=None if self.second is None else self.second.conj(),
+        )  # fmt: skip
 
 
 class WaveHarmonic(NamedTuple):
@@ -164,6 +168,11 @@ class CyclicStructure:
             raise InputError(faults)
         self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
         self._by_phase: dict[int, PhaseModes] = {}
+
+    @property
+    def passive(self) -> bool:
+        """Whether nothing can feed energy in, which then need not be looked for phase by phase."""
+        return not self.aerodynamic and "C" not in self._pairs
 
     @property
     def load_shapes(self) -> tuple[str, ...]:
@@ -409,11 +418,7 @@ class TravellingWave:
         return np.unique(np.concatenate([np.zeros(0), *found]))
 
     def growing(self, d: int) -> ComplexArray:
-        """Poles of positive frequency of the sector without contacts, phase ``2 pi d / N``, that grow."""
-        return self.sector_poles(d, growing=True)
-
-    def sector_poles(self, d: int, *, growing: bool = False) -> ComplexArray:
-        """Poles of positive frequency of the sector without contacts for the phase ``2 pi d / N``, rad/s."""
+        """Poles of positive frequency of the sector without contacts, phase ``2 pi d / N``, that grow, rad/s."""
         modes, gas = self.sector.phase_modes(d), self.sector.influence(d)
         K = np.diag(modes.omega**2 * (1.0 + 1j * self.sector.loss_factor))
         if gas is not None:
@@ -421,14 +426,13 @@ class TravellingWave:
         C = self.sector.damping * (np.diag(modes.damping) if modes.damping.ndim == 1 else modes.damping)
         n = len(K)
         poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]]))
-        kept = poles.imag > 0.0
-        if growing:
-            kept &= poles.real > _GROWS * np.abs(poles)
-        return np.asarray(poles[kept], dtype=complex)
+        return np.asarray(poles[(poles.imag > 0.0) & (poles.real > _GROWS * np.abs(poles))], dtype=complex)
 
     @cached_property
     def energy_fed(self) -> str:
         """Nodal diameters in which damping or the gas feed energy in, in words; empty where there are none."""
+        if self.sector.passive:
+            return ""
         known = sorted({min(k, self.sectors - k) for k in range(self.sectors) if self.growing(k).size})
         if not known:
             return ""
@@ -475,6 +479,8 @@ class _PhaseTerms(NamedTuple):
     residual: ComplexArray
     gas: ComplexArray | None
     """Stiffness of the gas between the modes (n_modes, n_modes)."""
+    second: ComplexArray | float
+    """How what the modes leave out grows with the square of the frequency."""
 
 
 class WaveReceptance:
@@ -505,7 +511,8 @@ class WaveReceptance:
             gas = self._wave.sector.influence(d)
             if gas is not None:
                 gas = modes.shapes.conj().T @ gas @ modes.shapes
-            self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual, gas)
+            second = 0.0 if modes.second is None else rows.T @ modes.second @ columns
+            self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual, gas, second)
         return self._terms[d]
 
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
@@ -590,6 +597,8 @@ class WaveReceptance:
         full = C.ndim == 3
         if full:
             K, one = K[..., None] * np.eye(one.size), np.eye(one.size)  # type: ignore[assignment]
+        second, each = np.asarray(terms.second), w[..., None, None]
+        growth = each * (second if second.ndim == 3 else second[:, None, None])
         w = w.reshape(*w.shape, *(1,) * one.ndim)
         Z = e * K + 1j * factor * w * C - w**2 * one
         if terms.gas is not None:
@@ -608,9 +617,11 @@ class WaveReceptance:
             D = 1.0 / Z
             value = (left * D[..., None, :]) @ right
             rate = (left * (-slope * D * D)[..., None, :]) @ right
-        value += terms.residual / e
+        value += terms.residual / e + each * growth / e**2
         if by == "loss_factor":
-            rate -= 1j * terms.residual / e**2
+            rate -= 1j * terms.residual / e**2 + 2j * each * growth / e**3
+        elif by == "omega":
+            rate += 2.0 * growth / e**2
         return np.array([value, rate])
 
 
