@@ -73,6 +73,8 @@ def sampled(**changes: Any) -> ss.Branch:
     )
 
 
+SECTOR = ss.CyclicStructure(M=[[1.0]], K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=6, loss_factor=0.1)
+WAVE = SECTOR.travelling_wave(2)
 STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0, conductivity=15.0)
 BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
@@ -152,6 +154,25 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "contact_forces": (
         lambda: ss.contact_forces,
         {"contact": CONTACT, "harmonics": H, "X": np.ones(7), "Y": np.zeros(7), "omega": 2.0, "rubbing": RUB},
+    ),
+    "casing_motion in a wave": (
+        lambda: ss.casing_motion, {"profile": {"cos": {2: 1e-4}}, "angles": 0.0, "radius": 0.4, "wave": WAVE}
+    ),
+    "CyclicStructure": (
+        lambda: ss.CyclicStructure,
+        {"M": ([[1.0]], [[0.0]]), "K": ([[3.0]], [[-1.0]]), "dofs": ["x"], "sectors": 6, "C": ([[0.1]], [[0.0]]),
+         "loss_factor": 0.1, "load_shapes": {"p": [1.0]}, "damping": 1.0, "aerodynamic": {0: [[0.1j]]}},
+    ),
+    "CyclicStructure in a wave": (lambda: SECTOR.travelling_wave, {"engine_order": 2}),
+    "CyclicStructure with gas": (
+        lambda: SECTOR.with_aerodynamics, {"coefficients": [1j, 1j, 1j, 1j, 1j, 1j], "shape": [[1.0]]}
+    ),
+    "CyclicStructure mistuned": (
+        lambda: SECTOR.mistuned,
+        {"stiffness": [0.0, 0.1, 0.0, 0.0, 0.0, 0.0], "blade": [[1.0]], "families": 1},
+    ),
+    "CyclicStructure mistuned at random": (
+        lambda: SECTOR.mistuned, {"blade": [[1.0]], "spread": 0.01, "seed": 3}
     ),
     "MatrixStructure": (
         lambda: ss.MatrixStructure,

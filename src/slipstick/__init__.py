@@ -19,6 +19,7 @@ _PUBLIC = {
     "casing_motion": "slipstick.contact.casing",
     "common_period": "slipstick.contact.rubbing",
     "contact_forces": "slipstick.contact.friction",
+    "CyclicStructure": "slipstick.structure.cyclic",
     "MatrixStructure": "slipstick.structure.matrices",
     "ModalStructure": "slipstick.structure.modal",
     "reduce": "slipstick.structure.reduction.reduce",
@@ -97,6 +98,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.runs.resume import resume as resume
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.state.thermal.model import ThermalModel as ThermalModel
+    from slipstick.structure.cyclic import CyclicStructure as CyclicStructure
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure
     from slipstick.structure.modal import ModalStructure as ModalStructure
     from slipstick.structure.reduction.reduce import reduce as reduce

@@ -139,13 +139,16 @@ class _Builder:
             contacts=[c.pair for c in self.placed],
             loads=self.loads,
             harmonics=top.harmonics,
-            outputs=None if output is None else output.table.dofs,
+            outputs=None if output is None or self._described.disc is not None else output.table.dofs,
             period_ratio=self._sections.period_ratio or (1, 1),
             title=top.title,
             units=top.units.units,
             thermal=thermal_model(self.placed, self._sections.thermal, self._influence),
             told=None,
         )
+        disc = None if self._described.body is None else self._described.body.disc
+        if disc is not None:
+            problem = disc.problem(problem, None if output is None else output.table.dofs)
         self._follow(problem)
         return problem
 

@@ -22,7 +22,7 @@ from slipstick.faults import Gathering
 if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
 
-_KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
+KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
 _TURNING = {"gyroscopic": "gyroscopic", "circulatory": "circulatory"}
 _SPEEDS = ("speed", "engine_order")
 
@@ -60,9 +60,9 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
 
     matrices = {
         name: matrix
-        for name, key in (_KEYS | _TURNING).items()
+        for name, key in (KEYS | _TURNING).items()
         if (value := row.get(key)) is not None
-        and (matrix := gathering.inside((key,), _matrix, value, folder)) is not None
+        and (matrix := gathering.inside((key,), read_given, value, folder)) is not None
     }
     size = next((matrices[name].shape[0] for name in ("K", "M", "C") if name in matrices), None)
     names = _names(row, size)
@@ -93,12 +93,12 @@ def _names(row: ReadTable, size: int | None) -> Sequence[str] | None:
 def _sizes(row: ReadTable, matrices: Mapping[str, Any], size: int, gathering: Gathering) -> None:
     """Whether the matrices and the names fit together."""
     first = next(name for name in ("K", "M", "C") if name in matrices)
-    of = _KEYS[first]
+    of = KEYS[first]
     for name, matrix in matrices.items():
         if matrix.shape != (size, size):
             shape = f"{matrix.shape[0]} x {matrix.shape[1]}"
             gathering.faults.append(
-                Fault((_KEYS | _TURNING)[name], found=shape, expected=f"{size} x {size} as the {of}")
+                Fault((KEYS | _TURNING)[name], found=shape, expected=f"{size} x {size} as the {of}")
             )
     dofs, count = row.get("dofs"), row.get("count")
     if dofs is not None and len(dofs) != size:
@@ -118,10 +118,11 @@ def _in_case(gathering: Gathering, make: Callable[[], Structure]) -> Structure |
 
 
 def _renamed(fault: Fault) -> Fault:
-    return replace(fault, where=(*(_KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
+    return replace(fault, where=(*(KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
 
 
-def _matrix(value: object, folder: Path) -> Any:
+def read_given(value: object, folder: Path) -> Any:
+    """A matrix that is given by its rows, or in a file."""
     import numpy as np
 
     from slipstick.importers.plain.matrix_file import read_matrix
@@ -130,8 +131,8 @@ def _matrix(value: object, folder: Path) -> Any:
 
 
 def _matrices_script(keys: KeysToWrite, folder: Path) -> list[str]:
-    known = {letter: value for letter, key in (_KEYS | _TURNING).items() if (value := keys.take(key)) is not None}
-    lines = [f"{letter} = {_matrix_text(value, folder)}" for letter, value in known.items()]
+    known = {letter: value for letter, key in (KEYS | _TURNING).items() if (value := keys.take(key)) is not None}
+    lines = [f"{letter} = {matrix_text(value, folder)}" for letter, value in known.items()]
     dofs, _ = keys.take("dofs"), keys.take("count")
     arguments = {letter: letter for letter in known}
     arguments["dofs"] = literal(dofs) if dofs else "[str(i + 1) for i in range(K.shape[0])]"
@@ -141,7 +142,8 @@ def _matrices_script(keys: KeysToWrite, folder: Path) -> list[str]:
     return [*lines, f"structure = {call('ss.MatrixStructure', **arguments)}"]
 
 
-def _matrix_text(value: list[Any] | str, folder: Path) -> str:
+def matrix_text(value: list[Any] | str, folder: Path) -> str:
+    """The same as Python writes it."""
     return file_code(value, folder) if isinstance(value, str) else call("np.array", literal(value))
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.solve.linear.modes import StageProgress
+    from slipstick.structure.disc import Disc
     from slipstick.structure.protocol import Structure
 
 Tell = Callable[[str], None]
@@ -36,6 +37,7 @@ def silent(_text: str) -> None:
 class Body:
     """The structure of a case, and the finite element model behind it where there is one.
 
+    ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
     the same. ``seconds``: what it took to make or to read it.
     """
@@ -45,6 +47,7 @@ class Body:
     model: ImportedModel | None = None
     force: bool = False
     seconds: float = 0.0
+    disc: Disc | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -66,6 +69,11 @@ class Described:
     def structure(self) -> Structure | None:
         """The structure, where nothing is wrong with it."""
         return self.body.structure if self.body is not None else None
+
+    @property
+    def disc(self) -> Disc | None:
+        """The whole disc, where blades differ: results are those of all sectors."""
+        return self.body.disc if self.body is not None else None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,6 +39,7 @@ from slipstick.faults import (
 )  # fmt: skip
 from slipstick.results.record import Recorder
 from slipstick.results.result_warnings import result_warnings
+from slipstick.results.schema import LARGEST
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
@@ -328,6 +329,8 @@ def _peak_dofs(problem: Problem, peaks_of: Sequence[str] | str | None) -> tuple[
         rest = tuple(dof for dof in outputs if dof not in chosen)
         return chosen, rest if len(rest) <= LARGEST_OUTPUTS else ()
     chosen = names("peaks_of", peaks_of)
+    if chosen == (LARGEST,) and LARGEST not in outputs:
+        return chosen, ()
     faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]
     if faults:
         raise InputError(faults)

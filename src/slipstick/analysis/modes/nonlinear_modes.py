@@ -206,6 +206,8 @@ def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
     if not isinstance(structure, ModalStructure):
         name = type(structure).__name__
         raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")
+    if getattr(structure, "couples", False):
+        raise InputError("damping or the gas couple the modes of the disc: there is no nonlinear mode of one of them")
     faults = motion_faults(problem)
     count = structure.omega.size
     shape = np.abs(structure.mode_shapes[:, number]) if number < count else np.zeros(0)

@@ -21,12 +21,13 @@ from slipstick.analysis.stability.orbit import Orbit, orbit_beside, within_reach
 from slipstick.analysis.stability.refined_motion import Iteration, SmoothMotion
 from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
+from slipstick.analysis.stability.wave_numbers import WaveDisturbances, wave_answers
 from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault, InputError
 from slipstick.faults import warn
-from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
+from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, WAVE_COUNT, PointStability
 from slipstick.structure.dynamic import adjusted, turning_with
 from slipstick.typing import Array, ComplexArray
 
@@ -176,7 +177,10 @@ class StabilityWatch:
             answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
         else:
             receptance = turning_with(adjusted(balance.receptance, inputs.structure), detail.omega)
-            answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
+            if hasattr(receptance, "wave_numbers"):
+                answers = wave_answers(receptance, orders, detail.omega, 0)
+            else:
+                answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = self._iterate.truncated(x, detail)
         ports = (motion.X, motion.Y)
         return harmonic_form(balance.harmonics, ports, motion.values, contacts, answers, detail.omega)
@@ -191,6 +195,8 @@ class StabilityWatch:
     def _counted(self, x: Array, detail: Detail) -> PointStability:
         if self.systems.law_ports.size:  # the form is that of friction contacts
             return PointStability(multipliers=NO_MULTIPLIERS, unstable=UNKNOWN, method="", neutral=0)
+        if hasattr(self.balance.receptance, "wave_numbers"):
+            return self._of_wave(x, detail)
         by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
         if by_order and not hasattr(self.balance.receptance, "of_order"):
             if not self._told:
@@ -206,6 +212,18 @@ class StabilityWatch:
             method="" if count is None else ORDER_COUNT if by_order else COUNT,
             neutral=form.neutral,
         )
+
+    def _of_wave(self, x: Array, detail: Detail) -> PointStability:
+        """Stability of a travelling wave against disturbances of every wave number."""
+        form, receptance = self.form(x, detail), adjusted(self.balance.receptance, detail.inputs.structure)
+        ring = WaveDisturbances(form, receptance, BEYOND * detail.omega / (2.0 * np.pi))
+        count = ring.count()
+        fastest = ring.fastest() if count else None
+        return PointStability(
+            multipliers=NO_MULTIPLIERS, unstable=UNKNOWN if count is None else count,
+            method="" if count is None else WAVE_COUNT, neutral=form.neutral,
+            wave_number=UNKNOWN if fastest is None else fastest.wave_number,
+        )  # fmt: skip
 
     def difference(self, x: Array, detail: Detail, stability: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
