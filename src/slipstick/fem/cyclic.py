@@ -326,7 +326,10 @@ def face_nodes(given: Any, sets: Any, known: IntArray, name: str) -> IntArray:
     if isinstance(given, Sequence) and given and all(isinstance(part, str) for part in given):
         labels = np.unique(np.concatenate([sets(part) for part in given]))
     else:
-        labels = np.unique(np.atleast_1d(np.asarray(given)))
+        try:
+            labels = np.unique(np.asarray(given))
+        except (TypeError, ValueError):  # ragged, or of things that cannot be compared
+            labels = np.zeros(0)
         if labels.dtype.kind not in "iu" or not labels.size:
             raise InputError(Fault(name, found=shown(given), expected=expected))
     present: BoolArray = np.isin(labels, known)

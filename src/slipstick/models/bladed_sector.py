@@ -1,8 +1,8 @@
 """A parametric sector of a bladed disc: disc, blade and integral shroud, in quadratic hexahedra; SI units.
 
-The axis of the disc is z. The plan of the mesh (``blade_mesh.plan_of``) is the same at every radius: a core that follows the
-section of the blade, and a ring from its outline to that of the sector, which the blade lies in alone. So disc, blade
-and shroud meet face to face, and the two faces of the sector have the same nodes.
+The axis of the disc is z. The plan of the mesh (``blade_mesh.plan_of``) is the same at every radius: a core that
+follows the section of the blade, and a ring from its outline to that of the sector. The blade is the core alone. So
+disc, blade and shroud meet face to face, and the two faces of the sector have the same nodes.
 
 Named surfaces: "bore" (held), "low" and "high" (sides of the disc, towards the sector before and the next one),
 "sides" (front and back of the disc), "platform", "concave", "convex", "edges" (of the blade), "shroud_low" and
@@ -148,13 +148,13 @@ def bladed_sector(shape: SectorShape | str = "small", *, material: Material = BL
     --------
     >>> model = bladed_sector("coarse")
     >>> model.symmetry.sectors, model.n_dofs
-    (24, 1137)
+    (24, 1113)
     """
-    found = Gathering()
+    gathering = Gathering()
     shape = sector_shape(shape) if isinstance(shape, str) else shape
-    found.take(one, "shape", shape, SectorShape, 'a size such as "small", or a SectorShape')
-    found.take(one, "material", material, Material, "an ss.Material")
-    found.end()
+    gathering.take(one, "shape", shape, SectorShape, 'a size such as "small", or a SectorShape')
+    gathering.take(one, "material", material, Material, "an ss.Material")
+    gathering.end()
     mesh = sector_mesh(shape)
     everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
     elastic = elastic_model(mesh, material, "bore")

@@ -395,7 +395,8 @@ def reduced_sector(
     (24, ('c1x', 'c1y', 'c1z'), 6)
     """
     asked = _checked(
-        model, sectors=sectors, axis=axis, tolerance=tolerance, radius=radius, between=between, pressure=pressure,
+        model, surface=surface, sectors=sectors, axis=axis, tolerance=tolerance, radius=radius, between=between,
+        pressure=pressure,
         keep=keep, speed=speed, modes=modes, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
         solver=solver, cache=cache, listener=listener,
     )  # fmt: skip
@@ -409,7 +410,7 @@ def reduced_sector(
     if asked["speed"]:
         K, note = sector_at_speed(alone, how, asked["speed"])
         notes.append(note)
-    found = _kept(alone, symmetry, pairing, surface, contacts, asked, between_contacts)
+    found = _kept(alone, symmetry, pairing, asked["surface"], contacts, asked, between_contacts)
     if not found.names:
         remedy = 'give surface = "NAME" for contacts on a surface, between, or keep = ["n123y"]'
         raise InputError(Fault("surface", "nothing is kept", remedy=remedy))
@@ -432,38 +433,43 @@ def reduced_sector(
 
 def _checked(model: Any, **given: Any) -> dict[str, Any]:
     """The arguments that are numbers and tables."""
-    found = Gathering()
-    found.take(one, "model", model, ImportedModel, "what ss.import_model or ss.bladed_sector returns")
+    gathering = Gathering()
+    gathering.take(one, "model", model, ImportedModel, "what ss.import_model or ss.bladed_sector returns")
     checked = {
-        "sectors": None if given["sectors"] is None else found.take(whole, "sectors", given["sectors"], 2, 1000),
-        "axis": None if given["axis"] is None else found.take(Axis.of, given["axis"]),
-        "keep": found.take(names, "keep", given["keep"]),
-        "modes": None if given["modes"] is None else found.take(whole, "modes", given["modes"], 1),
-        "speed": found.take(_speed, given["speed"]),
-        "up_to": None if given["up_to"] is None else found.take(frequency, "up_to", given["up_to"]),
+        "sectors": None if given["sectors"] is None else gathering.take(whole, "sectors", given["sectors"], 2, 1000),
+        "axis": None if given["axis"] is None else gathering.take(Axis.of, given["axis"]),
+        "keep": gathering.take(names, "keep", given["keep"]),
+        "modes": None if given["modes"] is None else gathering.take(whole, "modes", given["modes"], 1),
+        "speed": gathering.take(_speed, given["speed"]),
+        "up_to": None if given["up_to"] is None else gathering.take(frequency, "up_to", given["up_to"]),
         **{
-            name: None if given[name] is None else found.take(number, name, given[name], "a length > 0", above=SMALLEST)
+            name: None
+            if given[name] is None
+            else gathering.take(number, name, given[name], "a length > 0", above=SMALLEST)
             for name in ("tolerance", "radius")
         },
     }
-    found.take(number, "loss_factor", given["loss_factor"], "a number >= 0", above=0.0)
-    found.take(number, "damping_ratio", given["damping_ratio"], "a number")
+    surface = given["surface"]
+    if not (surface is None or isinstance(surface, str | Surface)):
+        surface = gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+    gathering.take(number, "loss_factor", given["loss_factor"], "a number >= 0", above=0.0)
+    gathering.take(number, "damping_ratio", given["damping_ratio"], "a number")
     if given["modes"] is not None and given["up_to"] is not None:
-        found.faults.append(Fault("modes", "both modes and up_to are given", remedy="keep one"))
+        gathering.faults.append(Fault("modes", "both modes and up_to are given", remedy="keep one"))
     pressure = given["pressure"]
     pressure = {} if pressure is None else {"pressure": pressure} if isinstance(pressure, str) else pressure
-    shapes = found.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
+    shapes = gathering.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
     for name, on in (shapes or {}).items():
-        found.take(text, ("pressure", name), on, "the name of a surface")
+        gathering.take(text, ("pressure", name), on, "the name of a surface")
     between = given["between"]
     if between is not None and not (
         isinstance(between, list | tuple) and len(between) == 2 and all(isinstance(s, str) for s in between)
     ):
         expected = 'two surfaces, low and high, such as ("shroud_low", "shroud_high")'
-        found.faults.append(Fault("between", found=shown(between), expected=expected))
-    found.take(tools, given["solver"], given["cache"], given["listener"])
-    found.end()
-    return {**checked, "pressure": shapes, "between": between}
+        gathering.faults.append(Fault("between", found=shown(between), expected=expected))
+    gathering.take(tools, given["solver"], given["cache"], given["listener"])
+    gathering.end()
+    return {**checked, "surface": surface, "pressure": shapes, "between": between}
 
 
 def _speed(given: Any) -> float:
@@ -495,10 +501,10 @@ def _symmetry(model: ImportedModel, sectors: int | None, low: Any, high: Any, ax
 
 def _joined(model: ImportedModel, symmetry: CyclicSymmetry, tolerance: float | None) -> tuple[Pairing, Joined]:
     known = np.unique(np.concatenate([model.dof_nodes, model.constrained[:, 0], model.dependent[:, 0]]))
-    found = Gathering()
-    low = found.take(face_nodes, symmetry.low, model.nodes_of, known, "low")
-    high = found.take(face_nodes, symmetry.high, model.nodes_of, known, "high")
-    found.end()
+    gathering = Gathering()
+    low = gathering.take(face_nodes, symmetry.low, model.nodes_of, known, "low")
+    high = gathering.take(face_nodes, symmetry.high, model.nodes_of, known, "high")
+    gathering.end()
     assert low is not None
     assert high is not None
     pairing = paired(symmetry, low, high, (model.positions(low), model.positions(high)), tolerance)
