@@ -30,6 +30,8 @@ _PUBLIC = {
     "at_speed": "slipstick.fem.rotation",
     "reduced_body": "slipstick.models.reduced_body",
     "reduced_blade": "slipstick.models.blade",
+    "reduced_sector": "slipstick.models.reduced_sector",
+    "bladed_sector": "slipstick.models.bladed_sector",
     "surface_contacts": "slipstick.models.surface_contacts",
     "Material": "slipstick.fem.materials",
     "Case": "slipstick.case.case",
@@ -92,7 +94,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.importers.import_model import import_model as import_model
     from slipstick.io.loading import load as load
     from slipstick.models.blade import reduced_blade as reduced_blade
+    from slipstick.models.bladed_sector import bladed_sector as bladed_sector
     from slipstick.models.reduced_body import reduced_body as reduced_body
+    from slipstick.models.reduced_sector import reduced_sector as reduced_sector
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
     from slipstick.runs.resume import resume as resume

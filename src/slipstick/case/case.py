@@ -107,7 +107,7 @@ class _Builder:
         made = [build_load(row) for row in sections.loads]
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
         gathering.faults += [fault for _, faults in made for fault in faults]
-        reduced = described.body.reduced if described.body is not None else None
+        reduced = None if described.body is None else described.body.reduced or described.body.sector
         known = described.body is not None or described.made
         self.placed, faults = build_contacts(sections.contacts, sections.thermal, reduced, known)
         gathering.faults += [*faults, *table_faults(sections, described, self.placed)]
@@ -169,6 +169,8 @@ class _Builder:
 
         body, response = self._described.body, self._sections.response
         if body is None or body.force or response is None:
+            return []
+        if body.sector is not None:
             return []
         count = body.reduced.modes_below if body.reduced is not None else None
         faults = reduction_faults(problem, frequencies_met(response.table), count)

@@ -15,6 +15,7 @@ from typing import Any
 from slipstick.case.blade import BLADE
 from slipstick.case.contact import contact_table
 from slipstick.case.disc import DISC
+from slipstick.case.disc_fe import DISC_FE
 from slipstick.case.fe import FE
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import MATRICES, MODAL, MODEL
@@ -185,6 +186,8 @@ def structure_kind(raw: RawTable) -> StructureKind | None:
     kind = raw.get("kind")
     if kind == "matrices" and "file" in raw:
         return MODEL
+    if kind == "disc" and {"file", "size"} & set(raw):
+        return DISC_FE
     return STRUCTURES.get(kind) if isinstance(kind, str) else None
 
 

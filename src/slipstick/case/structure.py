@@ -19,6 +19,7 @@ from slipstick.faults import Gathering
 if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
     from slipstick.models.reduced_body import ReducedBody
+    from slipstick.models.reduced_sector import ReducedSector
     from slipstick.solve.linear.modes import StageProgress
     from slipstick.structure.disc import Disc
     from slipstick.structure.protocol import Structure
@@ -38,6 +39,7 @@ class Body:
     """The structure of a case, and the finite element model behind it where there is one.
 
     ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
+    ``sector``: the reduced finite element sector whose wave the structure is.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
     the same. ``seconds``: what it took to make or to read it.
     """
@@ -48,11 +50,12 @@ class Body:
     force: bool = False
     seconds: float = 0.0
     disc: Disc | None = None
+    sector: ReducedSector | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is approximated or is suspicious in the model, one sentence each."""
-        behind = self.reduced or self.model
+        behind = self.reduced or self.sector or self.model
         return () if behind is None else behind.warnings
 
 

@@ -26,6 +26,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, truth, warn, wrong
 from slipstick.fem.assembly import Pattern, mass_values, pattern_of
 from slipstick.fem.axis import Axis
+from slipstick.fem.cyclic import Joined
 from slipstick.fem.deformed import deformed
 from slipstick.fem.imported import ImportedModel, motion_in_mesh, rows_in_mesh
 from slipstick.fem.materials import Materials, element_values
@@ -243,23 +244,72 @@ def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
         If the model has no mesh or no material, is not held, or finds no static state at this speed.
     """
     mesh, materials = _meshed(model)
+    motion = _motion(model, mesh)
+    return _state(_turning(model, mesh, materials, axis, model.K, motion, motion), speed)
+
+
+def _turning(
+    model: ImportedModel,
+    mesh: Mesh,
+    materials: Materials,
+    axis: Axis,
+    K: csr_array,
+    motion: csr_array,
+    whole: csr_array,
+) -> _Turning:
     pattern, along = pattern_of(mesh), np.asarray(axis.direction)
-    turning = _Turning(
+    return _Turning(
         model=model,
+        K=K,
         mesh=mesh,
         materials=materials,
         pattern=pattern,
-        motion=_motion(model, mesh),
+        motion=motion,
+        whole=whole,
         mass=mass_values(mesh, materials, pattern),
         across=np.eye(3) - np.outer(along, along),
         origin=np.asarray(axis.point),
     )
+
+
+def _state(turning: _Turning, speed: float) -> Centrifugal:
     linear = turning.linear(speed)
     for steps in _STEPS:
         followed = turning.followed(linear, speed, steps)
         if followed is not None:
             return followed
-    raise InputError(f"{model.source}: finds no static state at {speed:g} rad/s; check speed, axis and units")
+    raise InputError(f"{turning.model.source}: finds no static state at {speed:g} rad/s; check speed, axis and units")
+
+
+def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple[csr_array, str]:
+    """Stiffness (n, n) of a sector alone about the state in which all sectors stand alike at a speed, rad/s.
+
+    Returned with a note that says so.
+
+    Raises
+    ------
+    InputError
+        As ``centrifugal``.
+
+    Warns
+    -----
+    SlipstickWarning
+        A strain that no metal bears; mass that is not in the mesh.
+    """
+    mesh, materials = _meshed(model)
+    alike, motion = joined.motion(0), _motion(model, mesh)
+    K = csr_array(alike.T @ model.K @ alike)
+    turning = _turning(model, mesh, materials, joined.axis, K, csr_array(motion @ alike), motion)
+    state = _state(turning, speed)
+    change = deformed(mesh, materials, turning.pattern, state.displacement)
+    blocks = change.stiffness - speed**2 * turning.mass[:, None, None] * turning.across
+    found = csr_array(model.K + motion.T @ turning.pattern.vector_matrix(blocks) @ motion)
+    warn([*_doubts(model, state)])
+    moved = np.linalg.norm(state.displacement, axis=1).max()
+    return found, (
+        f"at {speed:g} rad/s: largest static displacement {moved:.4g}, strain {state.strain:.3g}; Coriolis forces are "
+        "left out"
+    )
 
 
 def _meshed(model: ImportedModel) -> tuple[Mesh, Materials]:
@@ -283,22 +333,27 @@ def _motion(model: ImportedModel, mesh: Mesh) -> csr_array:
 
 @dataclass(frozen=True, kw_only=True)
 class _Turning:
-    """The parts of the equations; ``mass`` of every coupling (n_couplings,), ``across`` takes the axis out."""
+    """The parts of the equations; ``mass`` of every coupling (n_couplings,), ``across`` takes the axis out.
+
+    ``motion`` is that of all nodes by the rows of K, ``whole`` by those of the model, whose faces may not be joined.
+    """
 
     model: ImportedModel
+    K: csr_array
     mesh: Mesh
     materials: Materials
     pattern: Pattern
     motion: csr_array
+    whole: csr_array
     mass: Array
     across: Array
     origin: Array
 
     def linear(self, speed: float) -> Array:
         """The displacement (n,) by the stiffness at rest; InputError where that is singular."""
-        residual, _, _ = self._at(np.zeros(self.model.n_dofs), speed**2)
+        residual, _, _ = self._at(np.zeros(self.K.shape[0]), speed**2)
         try:
-            return -_solved(self.model.K, residual)
+            return -_solved(self.K, residual)
         except SingularMatrixError:
             what = "has rigid-body motion, nothing balances centrifugal forces; constrain it"
             raise InputError(f"{self.model.source}: {what}") from None
@@ -311,7 +366,7 @@ class _Turning:
             for _ in range(_ITERATIONS):
                 residual, stiffness, _ = self._at(q, squared)
                 try:
-                    change = _solved(self.model.K + stiffness, residual)
+                    change = _solved(csr_array(self.K + stiffness), residual)
                 except SingularMatrixError:
                     return None
                 q = q - change
@@ -337,11 +392,11 @@ class _Turning:
         load = squared * (self.pattern.scalar_matrix(self.mass) @ turned)
         blocks = change.stiffness - squared * self.mass[:, None, None] * self.across
         stiffness = self.motion.T @ self.pattern.vector_matrix(blocks) @ self.motion
-        residual = self.model.K @ q + self.motion.T @ (change.force - load).ravel()
+        residual = self.K @ q + self.motion.T @ (change.force - load).ravel()
         return np.asarray(residual), stiffness, change.strain
 
     def _moving_mass(self) -> float:
-        along = np.asarray(self.motion @ (self.model.dof_components[:, None] == np.arange(3)).astype(float))
+        along = np.asarray(self.whole @ (self.model.dof_components[:, None] == np.arange(3)).astype(float))
         along = along.reshape(-1, 9)
         return float((along * (self.pattern.scalar_matrix(self.mass) @ along)).sum()) / 3.0
 

@@ -31,6 +31,7 @@ from slipstick.structure.disc import Disc
 from slipstick.structure.free import FreeStructure
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.reduction.sector import SectorModes
 from slipstick.structure.skin import Skin
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray
@@ -59,6 +60,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
     "sector": (CyclicStructure, lambda s: s.arguments),
+    "reduced sector": (SectorModes, lambda s: s.arguments),
     "wave": (TravellingWave, lambda s: s.arguments),
     "disc": (Disc, lambda s: s.arguments),
     "free": (FreeStructure, lambda s: s.arguments),

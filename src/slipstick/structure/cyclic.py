@@ -200,6 +200,11 @@ class CyclicStructure:
         turns = {j: np.exp(-2j * np.pi * j * k / self.sectors) for j in self.aerodynamic}
         return np.asarray(sum(turns[j] * L for j, L in self.aerodynamic.items()), dtype=complex)
 
+    def blade_rows(self, k: int) -> ComplexArray | None:
+        """Motion of the blade by the modes of a phase, (n, n_modes), in which its stiffness is 1; None: not known."""
+        del k
+        return None
+
     def load_vector(self, name: str) -> Array:
         """The forces (n_dofs,) of a load shape."""
         return self._shapes[name]

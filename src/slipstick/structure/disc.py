@@ -44,6 +44,11 @@ class TunedModes:
         Viscous damping between the modes (n, n); None without any.
     gas
         Stiffness of the gas between them, complex (n, n); None without any.
+    blade
+        Motion of the blades that the sector knows of, by sector (N, n_blade, n); that of its dofs where it knows none.
+    second
+        What all modes kept by the sector leave in the square of the frequency, (N n_dofs, N n_dofs), and the modes of
+        other families; None: nothing.
     """
 
     omega: Array
@@ -51,31 +56,47 @@ class TunedModes:
     static: Array
     damping: Array | None
     gas: ComplexArray | None
+    blade: Array
+    second: Array | None
 
 
 def tuned_modes(sector: CyclicStructure, families: int) -> TunedModes:
     """The first families of all phases."""
     N, n = sector.sectors, len(sector.dofs)
-    omega, shapes, every = [], [], np.arange(N)
+    omega: list[Array] = []
+    shapes: list[Array] = []
+    blade: list[Array] = []
+    every = np.arange(N)
     static, damping, gas = np.zeros((N, n, n), dtype=complex), [], []
+    second: ComplexArray | None = None
     for k in range(N):
         modes, turns = sector.phase_modes(k), np.exp(-2j * np.pi * k * every / N)[:, None, None]
         static += modes.static * turns / N
+        count = min(families, modes.omega.size)
+        if modes.second is not None:
+            others = modes.shapes[:, count:]
+            whole = modes.second + (others / modes.omega[count:] ** 4) @ others.conj().T
+            second = whole * turns / N + (0.0 if second is None else second)
         if 2 * k > N:
             continue
-        count = min(families, modes.omega.size)
-        turned, alone = turns * modes.shapes[:, :count] / np.sqrt(N), 2 * k % N == 0
-        for part in (turned.real,) if alone else (np.sqrt(2.0) * turned.real, np.sqrt(2.0) * turned.imag):
-            omega.append(modes.omega[:count])
-            shapes.append(part)
+        alone, own = 2 * k % N == 0, sector.blade_rows(k)
+        for moved, parts in ((modes.shapes, shapes), (modes.shapes if own is None else own, blade)):
+            turned = turns * moved[:, :count] / np.sqrt(N)
+            parts += [turned.real] if alone else [np.sqrt(2.0) * turned.real, np.sqrt(2.0) * turned.imag]
+        omega += [modes.omega[:count]] * (1 if alone else 2)
         phases = (k,) if alone else (k, N - k)
         damping.append(_real_pair([_between(sector, d, count) for d in phases]))
         gas.append(_real_pair([_gas_between(sector, d, count) for d in phases]))
-    ring = static.real[(every[:, None] - every[None, :]) % N].transpose(0, 2, 1, 3).reshape(N * n, N * n)
+    apart = (every[:, None] - every[None, :]) % N
+    ring, rest = (
+        None if by is None else by.real[apart].transpose(0, 2, 1, 3).reshape(N * n, N * n) for by in (static, second)
+    )
+    assert ring is not None
     C = _block_diagonal(damping).real
     return TunedModes(
         omega=np.concatenate(omega), shapes=np.concatenate(shapes, axis=2), static=ring,
         damping=C if C.any() else None, gas=_block_diagonal(gas) if sector.aerodynamic else None,
+        blade=np.concatenate(blade, axis=2), second=rest,
     )  # fmt: skip
 
 
@@ -149,7 +170,13 @@ class Disc(ModalStructure):
         self.sector, self.sectors = sector, N
         most = int(sector.phase_modes(0).omega.size)
         self.families = most if families is None else whole("families", families, 1, most)
-        self.blade, self.deviations = _checked(stiffness, blade, (N, n))
+        own = sector.blade_rows(0)
+        self._knows_blade = own is not None and blade is None
+        if own is not None and blade is None:
+            blade, n_blade = np.eye(len(own)), len(own)
+        else:
+            n_blade = n
+        self.blade, self.deviations = _checked(stiffness, blade, (N, n_blade))
         self.mistuning = number(MISTUNING, mistuning)
         self._tuned = tuned_modes(sector, self.families)
         flat = self._tuned.shapes.reshape(N * n, -1)
@@ -165,7 +192,7 @@ class Disc(ModalStructure):
         super().__init__(
             omega=omega, mode_shapes=flat @ turned, dofs=[f"{name}@{s}" for s in range(N) for name in sector.dofs],
             static_compliance=self._static(omega, turned), loss_factor=sector.loss_factor, damping=sector.damping,
-            damping_ratio=self._ratios(omega, turned), load_shapes=shapes,
+            damping_ratio=self._ratios(omega, turned), load_shapes=shapes, second_residual=self._tuned.second,
         )  # fmt: skip
         self._turned = turned
 
@@ -174,7 +201,7 @@ class Disc(ModalStructure):
         K = np.diag(self._tuned.omega**2)
         if self.blade is None or not np.any(self.mistuning * self.deviations):
             return self._tuned.omega, np.eye(len(K))
-        for deviation, at in zip(self.mistuning * self.deviations, self._tuned.shapes, strict=True):
+        for deviation, at in zip(self.mistuning * self.deviations, self._moved, strict=True):
             if deviation:
                 K += deviation * at.T @ self.blade @ at
         squared, turned = np.linalg.eigh(K)
@@ -182,6 +209,11 @@ class Disc(ModalStructure):
             fault = "makes the disc unstable"
             raise InputError(Fault("stiffness", fault, remedy="give deviations relative to the blade"))
         return np.sqrt(squared), turned
+
+    @property
+    def _moved(self) -> Array:
+        """Motion that the deviations act on, by sector."""
+        return self._tuned.blade if self._knows_blade else self._tuned.shapes
 
     def _static(self, omega: Array, turned: Array) -> Array:
         modes = self._flat @ turned
@@ -231,7 +263,8 @@ class Disc(ModalStructure):
         """What an equal disc is made from."""
         sector = self.sector.changed(**{n: v for n, v in self._damping_values.items() if n in self.sector.values})
         return {
-            "sector": sector, "stiffness": self.deviations, "blade": self.blade, "families": self.families,
+            "sector": sector, "stiffness": self.deviations, "blade": None if self._knows_blade else self.blade,
+            "families": self.families,
             "mistuning": self.mistuning,
         }  # fmt: skip
 
@@ -282,13 +315,14 @@ class Disc(ModalStructure):
         known_shapes(shapes, self.shapes)
         n = len(self.dofs)
         r, c = directions("rows", rows, n), directions("columns", columns, n)
-        left, right, static, _ = self.modal_parts(r, c, shapes)
+        left, right, static, second = self.modal_parts(r, c, shapes)
         parts = _Parts(self, r, c, tuple(shapes), left, right, static - (left / self.omega**2) @ right.T)
         if self.couples:
             return CoupledDiscReceptance(parts, static)
         return DiscReceptance(
             parts, left=left, right=right, stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
             damping=2.0 * self._viscous * self.omega, factor=self.damping, static=static, residual=parts.residual,
+            second=second,
         )  # fmt: skip
 
     def stiffness_between(self) -> tuple[ComplexArray, Array]:
@@ -309,7 +343,7 @@ class Disc(ModalStructure):
             own: Iterable[tuple[float, int]] = zip(self.deviations.tolist(), range(self.sectors), strict=True)
         else:
             own = [(self.mistuning, int(name.removeprefix(_STIFFNESS)))]
-        return [(factor, self._tuned.shapes[s] @ self._turned) for factor, s in own if factor]
+        return [(factor, self._moved[s] @ self._turned) for factor, s in own if factor]
 
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
