@@ -14,6 +14,7 @@ SCRIPTS = (
     "oscillator/friction_force.py",
     "blade_reduced/blade.py",
     "lobed_casing/lobed_casing.py",
+    "bladed_disc/bladed_disc.py",
     "rotor_rub/rotor_rub.py",
 )
 

@@ -52,6 +52,25 @@ def test_constant_velocity(tmp_path):
     assert (tmp_path / "oscillator_constant_velocity.png").stat().st_size > 10_000
 
 
+def test_rubbing_rotor(tmp_path):
+    """The stator holds the disc; the free one is the solution of its own matrices."""
+    module = load("rubbing_rotor/rubbing_rotor.py")
+    branches = module.compute()
+    free, plain, rubbed = (branch.dataset.amplitude.sel(dof="n2x") for branch in branches.values())
+    omega = float(branches["no stator"].dataset.omega[int(free.values.argmax())])
+    turning = module.rotor(speed=omega)
+    force = np.zeros(28, dtype=complex)
+    force[8:10] = module.UNBALANCE * omega**2 * np.array([1.0, -1.0j])
+    motion = np.linalg.solve(turning.K - omega**2 * turning.M + 1j * omega * turning.C, force)
+    assert float(free.max()) == pytest.approx(abs(motion[8]), rel=1e-9)
+    assert float(free.max()) == pytest.approx(7.18e-3, rel=1e-3)
+    assert 7.2e-4 < float(plain.max()) < 7.4e-4
+    assert 7.0e-4 < float(rubbed.max()) < 7.2e-4
+    assert all(branch.outcome.ok for branch in branches.values())
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "rotor_campbell.png").stat().st_size > 10_000
+
+
 def test_harmonics_kept(tmp_path):
     """Fig. 8: 0..7 coincides with 0..10 within 0.1 %; 0..3 is off by more than 2 % only for 3.6 .. 4.2 rad/s."""
     module = load("oscillator/harmonics_kept.py")
@@ -200,6 +219,35 @@ def test_answers_of_the_blade(tmp_path):
         between = np.interp(v, data.parameter, data.amplitude.sel(dof="n1y"))
         assert between == pytest.approx(module.highest(v), rel=5e-3), v
     module.draw(branch, locus, module.modes(), tmp_path)
+
+
+def test_bladed_disc(tmp_path):
+    """Tuned: the peak of the sector alone; mistuned: that every one of the 24 blades has its peak located agrees."""
+    module = load("bladed_disc/bladed_disc.py")
+    branches = module.compute()
+    (at, amplitude), *_ = branches["tuned"].peaks()
+    assert (at, amplitude) == (pytest.approx(363.0540, rel=1e-5), pytest.approx(9.963018e-4, rel=1e-5))
+    assert module.amplification(branches) == pytest.approx(1.0742447, rel=1e-5)
+    assert np.ptp(branches["tuned"].on_disc("tip").values, axis=1).max() == 0.0
+    # the same blades with the full matrices of the ring, at the largest amplitude
+    peak, size = max(branches["mistuned"].peaks("largest"), key=lambda found: found[1])
+    problem, sector, n = branches["mistuned"].problem, module.sector(), 2 * module.SECTORS
+    K, M = np.zeros((2, module.SECTORS, 2, module.SECTORS, 2))
+    for s, deviation in enumerate(problem.structure.deviations):
+        after = (s + 1) % module.SECTORS
+        K[s, :, s] += sector.arguments["K"][0] + deviation * module.blade()
+        K[s, :, after] += sector.arguments["K"][1]
+        K[after, :, s] += sector.arguments["K"][1].T
+        M[s, :, s] += sector.arguments["M"][0]
+    ring = ss.MatrixStructure(
+        M=M.reshape(n, n), K=K.reshape(n, n), dofs=problem.structure.dofs, loss_factor=sector.loss_factor
+    )
+    full = ss.Problem(ring, contacts=problem.contacts, loads=problem.loads, harmonics=problem.harmonics)
+    found = ss.steady_response(full, omega=[peak]).dataset.amplitude
+    tips = [f"tip@{s}" for s in range(module.SECTORS)]
+    assert float(found.sel(dof=tips).max()) == pytest.approx(size, rel=1e-6)
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "bladed_disc.png").stat().st_size > 10_000
 
 
 def test_lobed_casing(tmp_path):

@@ -22,6 +22,7 @@ from slipstick.cli.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
+from slipstick.models.bladed_sector import SectorShape
 from slipstick.results.table import ResultTable
 from slipstick.structure.skin import Skin
 
@@ -73,6 +74,8 @@ def sampled(**changes: Any) -> ss.Branch:
     )
 
 
+SECTOR = ss.CyclicStructure(M=[[1.0]], K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=6, loss_factor=0.1)
+WAVE = SECTOR.travelling_wave(2)
 STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0, conductivity=15.0)
 BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
@@ -89,6 +92,10 @@ def moving() -> ss.Branch:
 
 
 COARSE = BladeShape(element_size=0.05, stretch=4.0)
+SECTOR_SHAPE = SectorShape(
+    sectors=6, element_size=0.03, bore=0.04, rim=0.08, tip=0.14, thickness=0.2, stagger=3.0, twist=5.0
+)
+SECTOR = ss.bladed_sector(SECTOR_SHAPE)
 CASE = example("oscillator").path.read_text(encoding="utf-8")
 
 
@@ -152,6 +159,25 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "contact_forces": (
         lambda: ss.contact_forces,
         {"contact": CONTACT, "harmonics": H, "X": np.ones(7), "Y": np.zeros(7), "omega": 2.0, "rubbing": RUB},
+    ),
+    "casing_motion in a wave": (
+        lambda: ss.casing_motion, {"profile": {"cos": {2: 1e-4}}, "angles": 0.0, "radius": 0.4, "wave": WAVE}
+    ),
+    "CyclicStructure": (
+        lambda: ss.CyclicStructure,
+        {"M": ([[1.0]], [[0.0]]), "K": ([[3.0]], [[-1.0]]), "dofs": ["x"], "sectors": 6, "C": ([[0.1]], [[0.0]]),
+         "loss_factor": 0.1, "load_shapes": {"p": [1.0]}, "damping": 1.0, "aerodynamic": {0: [[0.1j]]}},
+    ),
+    "CyclicStructure in a wave": (lambda: SECTOR.travelling_wave, {"engine_order": 2}),
+    "CyclicStructure with gas": (
+        lambda: SECTOR.with_aerodynamics, {"coefficients": [1j, 1j, 1j, 1j, 1j, 1j], "shape": [[1.0]]}
+    ),
+    "CyclicStructure mistuned": (
+        lambda: SECTOR.mistuned,
+        {"stiffness": [0.0, 0.1, 0.0, 0.0, 0.0, 0.0], "blade": [[1.0]], "families": 1},
+    ),
+    "CyclicStructure mistuned at random": (
+        lambda: SECTOR.mistuned, {"blade": [[1.0]], "spread": 0.01, "seed": 3}
     ),
     "MatrixStructure": (
         lambda: ss.MatrixStructure,
@@ -320,11 +346,42 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "loss_factor": 0.01, "cache": None, "listener": None, "solver": None,
         },
     ),
+    "bladed_sector": (lambda: ss.bladed_sector, {"shape": SECTOR_SHAPE, "material": STEEL}),
+    "SectorShape": (
+        lambda: SectorShape,
+        {
+            "sectors": 6, "element_size": 0.03, "bore": 0.04, "rim": 0.08, "tip": 0.14, "shroud_height": 0.01,
+            "width": 0.08, "bore_width": 0.1, "chord": 0.04, "thickness": 0.2, "camber": 0.1, "edge_thickness": 0.4,
+            "stagger": 3.0, "twist": 5.0, "shroud_gap": 0.0, "stretch": 1.5,
+        },
+    ),
+    "reduced_sector": (
+        lambda: ss.reduced_sector,
+        {
+            "model": SECTOR, "sectors": 6, "low": "low", "high": "high", "axis": {"direction": (0, 0, 1)},
+            "tolerance": 1e-6, "surface": "tip", "contacts": 1, "radius": 0.01,
+            "between": ("shroud_low", "shroud_high"), "between_contacts": 1, "pressure": {"push": "concave"},
+            "keep": (), "speed": 0.0, "modes": 3, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0,
+            "solver": None, "cache": None, "listener": None,
+        },
+    ),
+    "ReducedSector.mistuned": (
+        lambda: ss.reduced_sector(SECTOR, surface="tip", contacts=1, modes=2).mistuned,
+        {"stiffness": [0.0, 0.01, 0.0, 0.0, 0.0, 0.0], "blade": "blade", "families": 2, "spread": None, "seed": 1},
+    ),
+    "surface_contacts between": (
+        lambda: lambda **given: ss.surface_contacts(
+            ss.reduced_sector(SECTOR, between=("shroud_low", "shroud_high"), between_contacts=1),
+            contact=CONTACT, direction="axial", **given,
+        ),
+        {"between": True},
+    ),
     "surface_contacts": (
         lambda: ss.surface_contacts,
         {
             "body": BODY, "name": "pad", "contact": CONTACT, "direction": [1.0, 0.0, 0.0], "points": [1],
             "normal": True, "shared": True, "rubbing": RUB, "axis": {"direction": (0, 0, 1), "point": (0, -1, 0)},
+            "between": False,
         },
     ),
     "Case.from_text": (lambda: ss.Case.from_text, {"text": CASE, "path": "case.toml", "tell": print}),

@@ -10,8 +10,8 @@ import numpy as np
 from shrouded_blade import DEFAULT_CACHE, OUTPUT, RANGE, reduced_blade, rubbed
 
 import slipstick as ss
+from slipstick.balance.balance import Balance
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.ports import Balance
 from slipstick.balance.states import power_rows, state_columns
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.linear.dense import DenseJacobian

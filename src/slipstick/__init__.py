@@ -20,6 +20,7 @@ _PUBLIC = {
     "casing_motion": "slipstick.contact.casing",
     "common_period": "slipstick.contact.rubbing",
     "contact_forces": "slipstick.contact.friction",
+    "CyclicStructure": "slipstick.structure.cyclic",
     "MatrixStructure": "slipstick.structure.matrices",
     "ModalStructure": "slipstick.structure.modal",
     "reduce": "slipstick.structure.reduction.reduce",
@@ -30,6 +31,8 @@ _PUBLIC = {
     "at_speed": "slipstick.fem.rotation",
     "reduced_body": "slipstick.models.reduced_body",
     "reduced_blade": "slipstick.models.blade",
+    "reduced_sector": "slipstick.models.reduced_sector",
+    "bladed_sector": "slipstick.models.bladed_sector",
     "surface_contacts": "slipstick.models.surface_contacts",
     "Material": "slipstick.fem.materials",
     "Case": "slipstick.case.case",
@@ -55,12 +58,13 @@ _PUBLIC = {
     "SlipstickWarning": "slipstick.errors",
 }
 
-_ROOMS = ("plots",)
+_ROOMS = ("models", "plots")
 """Rooms that are reached by their name, as ``ss.plots.compare(...)``."""
 
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick import models as models
     from slipstick import plots as plots
     from slipstick.analysis.curve.response import forced_response as forced_response
     from slipstick.analysis.curve.response import linear_response as linear_response
@@ -92,12 +96,15 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.importers.import_model import import_model as import_model
     from slipstick.io.loading import load as load
     from slipstick.models.blade import reduced_blade as reduced_blade
+    from slipstick.models.bladed_sector import bladed_sector as bladed_sector
     from slipstick.models.reduced_body import reduced_body as reduced_body
+    from slipstick.models.reduced_sector import reduced_sector as reduced_sector
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
     from slipstick.runs.resume import resume as resume
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.state.thermal.model import ThermalModel as ThermalModel
+    from slipstick.structure.cyclic import CyclicStructure as CyclicStructure
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure
     from slipstick.structure.modal import ModalStructure as ModalStructure
     from slipstick.structure.reduction.reduce import reduce as reduce

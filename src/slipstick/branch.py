@@ -22,6 +22,7 @@ from slipstick.faults import MOST_ITEMS, in_radians, number, one, shown, suggest
 from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.notebook import branch_html
+from slipstick.results.schema import LARGEST
 from slipstick.results.table import ResultTable
 from slipstick.state.thermal.model import HeatedContacts
 from slipstick.trig.harmonics import Harmonics
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from slipstick.analysis.time_domain.check import TimeCheck
-    from slipstick.balance.ports import Balance
+    from slipstick.balance.balance import Balance
     from slipstick.balance.problem import Problem
 
 
@@ -88,7 +89,7 @@ class Branch:
     @cached_property
     def balance(self) -> Balance:
         """The equations of its problem, made once; InputError where the problem is not known."""
-        from slipstick.balance.ports import Balance
+        from slipstick.balance.balance import Balance
 
         return Balance(self._known_problem)
 
@@ -146,14 +147,20 @@ class Branch:
     def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
         """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
 
-        ``dof`` is by default the first one. They were located by the solver; those of a linear response are the largest
-        among the frequencies it was computed at.
+        ``dof`` is by default the first one, "largest" the largest of all outputs where these were sought. They were
+        located by the solver; those of a linear response are the largest among the frequencies it was computed at.
 
         Warns
         -----
         SlipstickWarning
             Where the peaks of the dof were not sought: ``peaks_of`` asks for them.
         """
+        of_largest = self.table.attrs.get("peaks_of") == LARGEST and LARGEST not in self.table["dof"].to_numpy()
+        if of_largest and dof in (None, LARGEST):
+            found = self.table["peak_dof"].to_numpy()
+            at = np.flatnonzero(found >= 0)
+            followed, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()
+            return [(float(followed[i]), float(size[i, found[i]])) for i in at]
         d = self._index("dof", dof)
         if "peaks_of" in self.table.attrs and not self.sought("peaks_of")[d]:
             name = str(self.table["dof"].to_numpy()[d])
@@ -164,6 +171,34 @@ class Branch:
         else:
             at = _largest_nearby(where, size)
         return [(float(w), float(a)) for w, a in zip(where[at], size[at], strict=True)]
+
+    def on_disc(self, dof: str) -> xarray.DataArray:
+        """Amplitudes of a dof of every sector of a disc over (point, sector); those of a wave are all alike.
+
+        Raises
+        ------
+        InputError
+            Where the structure is no disc, or the dof is not in the results at every sector.
+        """
+        from xarray import DataArray
+
+        structure: Any = None if self.problem is None else self.problem.structure
+        sectors = getattr(structure, "sectors", None)
+        if sectors is None:
+            raise InputError("on_disc: the results are not of a travelling wave or a disc, or without their problem")
+        dof, known = text("dof", dof), [str(label) for label in self.table["dof"].to_numpy()]
+        size, whole_disc = self.table["amplitude"].to_numpy(), [f"{dof}@{s}" for s in range(sectors)]
+        if not getattr(structure, "whole_disc", False):
+            values = np.repeat(size[:, [self._index("dof", dof)]], sectors, axis=1)
+        else:
+            missing = [name for name in whole_disc if name not in known]
+            if missing:
+                raise InputError(f"on_disc: there is no dof {shown(missing[0])} in the results")
+            values = size[:, [known.index(name) for name in whole_disc]]
+        coords = {self.followed: ("point", self.table[self.followed].to_numpy()), "sector": np.arange(sectors)}
+        return DataArray(
+            values, dims=("point", "sector"), coords=coords, name="amplitude", attrs=dict(self.table["amplitude"].attrs)
+        )
 
     def bifurcations(self) -> list[Bifurcation]:
         """Points at which the kind of motion changes, in their order along the branch.

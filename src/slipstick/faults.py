@@ -270,7 +270,7 @@ def path(name: Name, value: object, expected: str = "the path of a file") -> Pat
     return Path(value)
 
 
-def one(name: Name, value: object, kind: type[T], expected: str) -> T:
+def one(name: Name, value: object, kind: type[T] | tuple[type[T], ...], expected: str) -> T:
     """One object of a class."""
     if not isinstance(value, kind):
         raise wrong(name, value, expected)

@@ -9,9 +9,9 @@ import pytest
 from helpers.faults import raises_fault
 
 import slipstick as ss
-from slipstick.balance.kinds import KINDS
+from slipstick.balance.balance import Balance
+from slipstick.balance.jacobian_backends import BACKENDS
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
-from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.cli.examples import example
 from slipstick.fem.box import box
@@ -127,8 +127,8 @@ def test_products_know_the_support() -> None:
     loads = [ss.Load(base="x", motion=motion, cos=1.0, sin=0.5) for motion in ("displacement", "acceleration")]
     problem = rubbed(*loads, ss.Load(dof="x1", cos=1.0), structure=structure)
     receptance, orders = Balance(problem).receptance, np.arange(1.0, 8.0)
-    dense = KINDS["dense"].compliance(receptance, orders, 2.5, None)
-    products = KINDS["iterative"].compliance(receptance, orders, 2.5, None)
+    dense = BACKENDS["dense"].compliance(receptance, orders, 2.5, None)
+    products = BACKENDS["iterative"].compliance(receptance, orders, 2.5, None)
     G = np.random.default_rng(2).standard_normal((4, 16)).view(complex)
     assert products.answer(G) == pytest.approx(dense.answer(G), rel=1e-10)
     assert products.rate(G) == pytest.approx(dense.rate(G), rel=1e-10)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
+from slipstick.balance.balance import Balance
 from slipstick.balance.compliance import Compliance, lossless
-from slipstick.balance.ports import Balance
 
 BALANCE = Balance(random_problem(0))
 ORDERS = BALANCE.orders

@@ -7,9 +7,9 @@ import pytest
 
 import slipstick as ss
 from slipstick.balance import contact_jacobian
+from slipstick.balance.balance import Balance
 from slipstick.balance.contact_jacobian import ContactJacobian
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.balance.ports import Balance
 from slipstick.balance.residual import balanced, detail
 from slipstick.solve.linear.jacobian import Jacobian
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.contacts import ContactPair, direction_faults, prescribed
+from slipstick.balance.contacts import ContactPair, cosine_faults, direction_faults, prescribed
 from slipstick.errors import InputError
 from slipstick.trig.harmonics import Harmonics
 
@@ -69,6 +69,12 @@ def test_the_counter_surface_moves_along_the_ports():
 def test_values_of_another_kind(more, said):
     with pytest.raises(InputError, match=said):
         pair(**more)
+
+
+def test_a_direction_may_name_a_dof_that_it_has_no_part_of():
+    assert not list(cosine_faults({"x": 1.0, "y": 0.0}, None))
+    (fault,) = cosine_faults({"x": 0.0, "y": 0.0}, None)
+    assert fault.expected == "a cosine other than zero"
 
 
 def test_directions_that_do_not_fit_the_law():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
-from slipstick.balance.kinds import KINDS
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
+from slipstick.balance.jacobian_backends import BACKENDS
 
 BALANCE = Balance(random_problem(0))
 RNG = np.random.default_rng(0)
@@ -18,7 +18,7 @@ def test_the_jacobian_is_one_plus_the_compliance_times_the_tangents(sprung, monk
     compliance = BALANCE.compliance(6.0)
     count, L = BALANCE.n_contacts, BALANCE.L
     tangents = [{key: RNG.normal(size=(count, L, L)) for key in ((0, 0), (0, 1), (1, 1), (1, 0))}]
-    found = KINDS["dense"].jacobian(BALANCE, tangents, compliance).matrix
+    found = BACKENDS["dense"].jacobian(BALANCE, tangents, compliance).matrix
     for _ in range(5):
         dx = RNG.normal(size=BALANCE.size)
         moved = BALANCE.layout.spread(dx)[0]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
+from slipstick.balance.balance import Balance
 from slipstick.balance.contact_jacobian import Elements
-from slipstick.balance.ports import Balance
 
 BALANCE = Balance(random_problem(0))
 RNG = np.random.default_rng(0)

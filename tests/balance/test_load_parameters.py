@@ -10,8 +10,8 @@ from helpers.faults import raises_fault
 from helpers.results import corrected
 
 import slipstick as ss
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
-from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.structure.modal import LoadShape
 

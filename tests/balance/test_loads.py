@@ -54,3 +54,16 @@ def test_all_faults_at_once():
     with pytest.raises(InputError) as caught:
         Load(dof=1, harmonic=-0.5, cos="a", phase=1.0)
     assert len(caught.value.sentences) == 4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"motion": "unbalance", "cos": 1.0}, "an unbalance is on no dof"),
+        ({"base": "x", "motion": "unbalance", "cos": 1.0}, 'motion: found "unbalance"'),
+        ({"dof": "x", "motion": "displacement", "cos": 1.0}, "motion is given without base"),
+    ],
+)
+def test_faults_of_an_unbalance(arguments, words):
+    with pytest.raises(InputError, match=words):
+        Load(**arguments)

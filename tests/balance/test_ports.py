@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 
 BALANCE = Balance(random_problem(0))
 RNG = np.random.default_rng(0)

@@ -11,7 +11,7 @@ from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.balance.checks import range_faults
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.case.load import LoadTable, build_load
 from slipstick.case.validation import ReadTable
 

@@ -13,7 +13,7 @@ from helpers.command import slipstick
 from scipy import sparse
 
 import slipstick as ss
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.reduction import harmonic_weights, reduction_faults, reduction_warnings, worst_error
 from slipstick.case.case import Case
 from slipstick.errors import InputError, SlipstickWarning

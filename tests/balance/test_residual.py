@@ -9,7 +9,7 @@ import pytest
 from helpers.problems import port_forces, random_problem
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.systems import FrequencySystem
 
 

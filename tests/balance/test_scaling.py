@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.scaling import linear_motions, scales
 
 

@@ -7,7 +7,7 @@ import pytest
 from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.start import FirstPoint, StrategyTried, first_point
 from slipstick.balance.systems import FrequencySystem
 

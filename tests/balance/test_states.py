@@ -11,10 +11,10 @@ from helpers.faults import raises_fault
 from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
+from slipstick.balance.balance import Balance
 from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.start import first_point
 from slipstick.balance.states import pairs_at_start, state_faults

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from helpers.problems import CASES, Array, difference, random_problem
 
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 
 

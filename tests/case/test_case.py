@@ -277,7 +277,7 @@ def test_a_fault_is_one_sentence(name: str, tmp_path: Path) -> None:
 
 def test_not_symmetric(tmp_path: Path) -> None:
     np.savez(tmp_path / "M.npz", M=np.eye(2))
-    np.savez(tmp_path / "K.npz", K=np.array([[40.0, -5.0], [5.0, 120.0]]))
+    np.savez(tmp_path / "K.npz", K=np.array([[40.0, -5.0], [0.0, 120.0]]))
     (found,) = faults(TWO.replace("K.mtx", "K.npz"), tmp_path / "two.toml")
     assert found.startswith("[structure] stiffness: not symmetric")
 

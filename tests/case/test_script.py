@@ -244,3 +244,41 @@ from = "50 Hz"
 to = "52 Hz"
 """)
     same(tmp_path / "case.toml")
+
+
+@pytest.mark.parametrize("speed", ['speed = "30 rpm"\ncirculatory = [[0.0, 0.05], [-0.05, 0.0]]', "engine_order = 1"])
+def test_a_rotor(speed: str, tmp_path: Path) -> None:
+    """Skew matrices, speeds with units and unbalance in a case: what its script makes, and the library."""
+    (tmp_path / "rotor.toml").write_text(f"""format = 1
+harmonics = "0..3"
+[structure]
+kind = "matrices"
+dofs = ["x", "y"]
+mass = [[2.0, 0.0], [0.0, 2.0]]
+damping = [[0.4, 0.1], [-0.1, 0.4]]
+stiffness = [[40.0, 1.0], [-1.0, 45.0]]
+gyroscopic = [[0.0, 1.2], [-1.2, 0.0]]
+{speed}
+[[load]]
+dof = "x"
+motion = "unbalance"
+cos = 0.4
+[[contact]]
+name = "damper"
+tangential = "x"
+kt = 5.0
+mu = 0.3
+normal_load = 4.0
+[response]
+from = 2.0
+to = 6.0
+""")
+    same(tmp_path / "rotor.toml")
+    turning = ss.Case.from_file(tmp_path / "rotor.toml").problem().structure.turning_with(np.pi)
+    assert turning.speed == pytest.approx(np.pi)
+    given = {"M": 2.0 * np.eye(2), "K": [[40.0, 1.0], [-1.0, 45.0]], "C": [[0.4, 0.1], [-0.1, 0.4]], "dofs": ["x", "y"]}
+    turns = {"gyroscopic": [[0.0, 1.2], [-1.2, 0.0]]}
+    turns |= {"circulatory": [[0.0, 0.05], [-0.05, 0.0]]} if "circulatory" in speed else {}
+    own = ss.MatrixStructure(**given, **turns, speed=np.pi)
+    both = (s.project(np.eye(2), np.eye(2)).at([1], 3.0)[0] for s in (turning, own))
+    np.testing.assert_allclose(*both, rtol=1e-12)

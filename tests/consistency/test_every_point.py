@@ -7,7 +7,7 @@ import pytest
 from partnered_systems import partnered_system
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.results.record import Outputs
 from slipstick.solve.newton import NewtonOptions, newton

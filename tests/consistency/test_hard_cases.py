@@ -6,8 +6,8 @@ from helpers.faults import raises_fault
 from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.balance import Balance
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.start import FirstPoint
 
 

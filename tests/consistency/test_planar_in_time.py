@@ -1,6 +1,6 @@
 """Periodic motion with friction in two directions, integrated over a period in time: it comes back to where it began.
 
-An integrator of its own, from state change to state change, knows the law and the structure, no harmonics and no element.
+The integrator goes from state change to state change; it knows the law and the structure, no harmonics, no element.
 """
 
 from __future__ import annotations
@@ -105,7 +105,8 @@ def error(seed: int, orders: int) -> tuple[float, set[str]]:
         ss.MatrixStructure(M=np.eye(3), C=c * np.eye(3), K=np.diag(K), dofs=dofs),
         contacts=[
             ss.ContactPair(
-                name="foot", contact=contact, tangential=("x", "y"), normal="z", rubbing=ss.RubbingMotion(velocity=tuple(v))
+                name="foot", contact=contact, tangential=("x", "y"), normal="z",
+                rubbing=ss.RubbingMotion(velocity=tuple(v)),
             )
         ],
         loads=[ss.Load(dof=dof, cos=load[0, i], sin=load[1, i]) for i, dof in enumerate(dofs)],

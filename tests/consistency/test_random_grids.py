@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import eigh
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.start import FirstPoint, StrategyTried
 from slipstick.balance.systems import FrequencySystem
 

@@ -6,7 +6,7 @@ from helpers.oscillator import damper, one_mass
 from helpers.results import corrected
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.systems import FrequencySystem
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")

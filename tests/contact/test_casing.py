@@ -199,3 +199,41 @@ def test_a_profile_may_be_its_series_or_round():
     for wrong in ({"cosine": {2: 1.0}}, {"cos": {2: "high"}}, {"cos": {-2: 1.0}}, {"cos": {2: [1.0, 2.0]}}):
         with pytest.raises(InputError, match="profile"):
             ss.casing_motion(wrong, angles=0.3, radius=0.4)
+
+
+class _Wave:
+    def __init__(self, engine_order: int) -> None:
+        self.engine_order = engine_order
+
+
+@pytest.mark.parametrize(("engine_order", "sign"), [(-4, 1.0), (4, -1.0)])
+def test_a_wave_meets_lobes_with_its_own_symmetry(engine_order: int, sign: float) -> None:
+    """Every blade's own motion is that of sector 0 with its delay; numbered with (E < 0) or against the rotation."""
+    sectors, profile = 12, {"cos": {4: 2e-4, 8: 1e-4}, "sin": {4: -1e-4}}
+    own = ss.casing_motion(profile, angles=0.0, radius=0.4, wave=_Wave(engine_order))
+    every = 2 * np.pi * np.arange(sectors) / sectors  # angles grow with the numbers
+    blades = ss.casing_motion(profile, angles=every, radius=0.4, lobes=4, backward=sign < 0)
+    assert float(own.velocity_per_omega) == pytest.approx(sign * 0.1)
+    for m in (1, 2):
+        z0 = own.normal_cos[m] - 1j * own.normal_sin.get(m, 0.0)
+        delayed = z0 * np.exp(-1j * m * 2 * np.pi * engine_order * np.arange(sectors) / sectors)
+        found = np.asarray(blades.normal_cos[m]) - 1j * np.asarray(blades.normal_sin.get(m, 0.0))
+        np.testing.assert_allclose(found, delayed, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("more", "fragments"),
+    [
+        ({"wave": _Wave(4)}, ("lobe numbers 2, 6", "multiples of 4")),
+        ({"wave": _Wave(0)}, ("engine order 0",)),
+        ({"wave": _Wave(2), "lobes": 2}, ("lobes", "together with wave")),
+        ({"wave": _Wave(2), "speed": 3.0}, ("speed", "< 0")),
+        ({"wave": 3}, ("wave", "travelling wave")),
+    ],
+)
+def test_lobes_without_the_symmetry_of_a_wave(more: dict, fragments: tuple[str, ...]) -> None:
+    """Refused in words."""
+    with pytest.raises(InputError) as raised:
+        ss.casing_motion({"cos": {2: 1e-4, 6: 1e-4, 8: 1e-4}}, angles=0.0, radius=0.4, **more)
+    for fragment in fragments:
+        assert fragment in str(raised.value)

@@ -13,6 +13,8 @@ def test_rubbing_faults():
     with pytest.raises(InputError) as caught:
         RubbingMotion(velocity=np.inf, cos={1: np.nan}, sin={0: 1.0})
     assert len(caught.value.sentences) == 3
+    with raises_fault("rubbing", "cos", expected="amplitudes by harmonic such as {1: 2.0}"):
+        RubbingMotion(cos=2.0)
 
 
 def test_rubbing_coefficients_follow_the_layout():

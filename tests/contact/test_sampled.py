@@ -10,7 +10,7 @@ from helpers.faults import raises_fault
 from helpers.oscillator import with_law
 
 import slipstick as ss
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.contact.law import Law, Motion
 
 Array = np.ndarray

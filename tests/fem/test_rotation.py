@@ -226,3 +226,39 @@ def test_states_are_kept_and_found(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert len(made) == 5
     kept_centrifugal(model, 300.0, Axis(), None)
     assert len(made) == 6
+
+
+def test_coriolis_forces_make_a_shaft_whirl_at_its_frequencies_less_and_more_the_speed():
+    """A square shaft along its axis: in the frame that stands still it is the shaft at rest but for rotary inertia."""
+    from slipstick.structure.complex_modes import complex_modes
+
+    L, side, speed = 0.3, 0.01, 150.0
+    shaft = assemble_mesh(
+        MeshModel(mesh=box((L, side, side), (4, 1, 1), "hex20")), source="shaft", material=STEEL, fixed=["x0"]
+    )
+    first = np.sqrt(eigh(shaft.K.toarray(), shaft.M.toarray(), eigvals_only=True, subset_by_index=(0, 1)))
+    assert first[1] == pytest.approx(first[0], rel=1e-6)
+    middle = (0.0, 0.5 * side, 0.5 * side)
+    axis = {"point": middle, "direction": (1.0, 0.0, 0.0)}
+    found = at_speed(shaft, speed, axis=axis, coriolis=True)
+    assert "Coriolis forces are in C" in found.notes[-1]
+    poles = complex_modes(found.M.toarray(), found.C.toarray(), found.K.toarray()).upper.poles
+    inertia = (1.875 / L) ** 2 * side**2 / 12.0
+    assert np.abs(poles.real).max() < 1e-6 * first[0]
+    assert poles.imag[:2] == pytest.approx([first[0] - speed, first[0] + speed], rel=4.0 * inertia)
+    structure = ss.MatrixStructure(M=found.M, C=found.C, K=found.K, dofs=found.dofs)
+    assert structure.natural_frequencies[:2] == pytest.approx(poles.imag[:2], rel=1e-6)
+
+
+def test_the_coriolis_matrix_is_that_of_a_rigid_body(blade):
+    """``e1 G e2 = 2 m e1 (a x e2)`` for a blade that moves as a whole."""
+    free = assemble_mesh(MeshModel(mesh=box((0.3, 0.03, 0.01), (3, 1, 1), "hex20")), source="free", material=STEEL)
+    direction = np.array([0.0, 0.6, 0.8])
+    G = rotation.coriolis_matrix(free, Axis.of({"direction": tuple(direction)}))
+    along = (free.dof_components == np.arange(3)[:, None]).astype(float)
+    mass = STEEL.density * 0.3 * 0.03 * 0.01
+    for i, e in enumerate(np.eye(3)):
+        assert along @ (G @ along[i]) == pytest.approx(2.0 * mass * np.cross(direction, e), abs=1e-12)
+    assert abs(G + G.T).max() == pytest.approx(0.0, abs=1e-15)
+    with raises_fault("coriolis", says="comes from a mesh"):
+        at_speed(blade, 10.0, others={50.0: blade}, coriolis=True)

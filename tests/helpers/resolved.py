@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Point, Recorder, contact_states

@@ -352,7 +352,7 @@ def _archive(path: Path, mesh: object) -> None:
 
 def write_results(folder: Path) -> Path:
     """A results file of a run, and the journal a kill would have left beside it, one point longer."""
-    from slipstick.balance.ports import Balance
+    from slipstick.balance.balance import Balance
     from slipstick.case.case import Case
     from slipstick.io.store import ResultStore
     from slipstick.results.record import Recorder

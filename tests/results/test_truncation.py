@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.io.loading import load

@@ -176,6 +176,18 @@ def test_a_first_correction_that_leads_too_far_is_not_followed():
     assert given_up.evaluations == 1
     assert not given_up.converged
     assert iterate(system, start, ones, NewtonOptions(), lambda step: float(abs(step).max()) > 1e3).converged
+    # the corrections after the first are not asked: all of them are smaller here
+    assert iterate(system, start, ones, NewtonOptions(), lambda step: float(abs(step).max()) < 1.0).converged
+
+
+def test_the_contraction_is_that_of_the_first_correction():
+    start = np.array([0.9, -0.4])
+    first = cosine_system(start)
+    step = np.linalg.solve(first.jacobian.matrix, first.residual)
+    simplified = np.linalg.solve(first.jacobian.matrix, cosine_system(start - step).residual)
+    result = newton(cosine_system, start)
+    assert result.iterations > 1
+    assert result.contraction == pytest.approx(np.linalg.norm(simplified) / np.linalg.norm(step), rel=1e-9)
 
 
 def scalar(f, slope):

@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 
 import slipstick as ss
 from slipstick.analysis.curve.state_continuation import SlowRates, relaxed
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.start import first_point
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.record import contact_states
@@ -256,3 +256,10 @@ def test_what_is_not_known_with_a_state_says_so():
     assert "leaves its range, 0.5 to 1" in branch.message
     with raises_fault("states", 0, found="1.0"):
         replace(polished(), states=[1.0])
+
+
+def test_one_state_alone_is_taken_as_a_list_of_one_is():
+    model = Polish()
+    one, listed = (replace(oscillator(velocity=10.0), states=states) for states in (model, [model]))
+    assert one.states == listed.states == (model,)
+    assert [state.names for state in one.contact_states] == [("damper",)]

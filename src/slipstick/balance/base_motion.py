@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.balance.contacts import dof_faults
-from slipstick.balance.loads import Load
+from slipstick.balance.loads import UNBALANCE, Load
 from slipstick.errors import Fault
+from slipstick.structure.dynamic import turning_with
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import Factors
 from slipstick.typing import Array, ComplexArray
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
 
 DISPLACEMENT, ACCELERATION = "displacement", "acceleration"
-MOTION_UNITS = {DISPLACEMENT: "length", ACCELERATION: "length/time^2"}
+MOTION_UNITS = {DISPLACEMENT: "length", ACCELERATION: "length/time^2", UNBALANCE: "force time^2"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +39,7 @@ class LoadColumns:
     places: tuple[tuple[Hashable, ...], ...]
     """``Load.place`` of each."""
     motions: tuple[str | None, ...]
-    """What is given of a support, or None for a force."""
+    """What is given of a support, or of a mass that turns; None for a force."""
 
     def row(self, load: Load) -> int:
         """The place of a load among them."""
@@ -112,7 +113,7 @@ def base_faults(
 
 def _factors(motions: Sequence[str | None], w: Array) -> tuple[Array, Array]:
     """Force over load for each column at frequencies ``w`` (...), (..., n_columns), and its derivative by ``w``."""
-    square = np.array([motion == DISPLACEMENT for motion in motions])
+    square = np.array([motion in (DISPLACEMENT, UNBALANCE) for motion in motions])
     constant = np.array([-1.0 if motion == ACCELERATION else 1.0 for motion in motions])
     frequency = w[..., None]
     return np.where(square, frequency**2, constant), np.where(square, 2.0 * frequency, 0.0)
@@ -135,6 +136,10 @@ class BaseReceptance:
     def changed(self, **values: float) -> BaseReceptance:
         """With other values of the structure's parameters."""
         return BaseReceptance(self._plain.changed(**values), self._motions)
+
+    def turning_with(self, omega: float) -> BaseReceptance:
+        """As it is at a fundamental frequency that a speed of rotation is tied to."""
+        return BaseReceptance(turning_with(self._plain, omega), self._motions)
 
     def by_parameter(self, name: str, orders: Array, omega: float) -> ComplexArray:
         """Derivative by a parameter of the structure."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from slipstick.balance.base_motion import DISPLACEMENT, base_faults
 from slipstick.balance.contacts import direction_faults, dof_faults
-from slipstick.balance.loads import place_faults
+from slipstick.balance.loads import UNBALANCE, place_faults
 from slipstick.balance.states import state_faults
 from slipstick.contact.rubbing import MOTION_PARTS, SECOND, common_period
 from slipstick.errors import Fault, InputError
@@ -74,8 +74,39 @@ def problem_faults(problem: Problem, wrong: Collection[str] = ()) -> Iterator[Fa
         yield from (fault.inside("load", i) for fault in faults)
     if not {"thermal", "states"} & set(wrong):
         yield from _state_faults(problem)
+    if "structure" not in wrong and hasattr(problem.structure, "unbalanced"):
+        yield from _balance_faults(problem, problem.structure)
     if "friction" not in wrong and problem.friction < 0:
         yield Fault("friction", found=f"{problem.friction:g}", expected="a finite number >= 0")
+
+
+def _balance_faults(problem: Problem, structure: Any) -> Iterator[Fault]:
+    """Contacts and static loads that push a structure away that is not held; others are refused elsewhere."""
+    place = {dof: i for i, dof in enumerate(structure.dofs)}
+
+    def pushes(cosines: Mapping[str, float]) -> bool:
+        column = np.zeros((len(place), 1))
+        for dof, cosine in cosines.items():
+            column[place.get(dof, 0)] += cosine
+        return bool(np.any(structure.unbalanced(column)))
+
+    for pair in problem.contacts:
+        for directions in pair.given.values():
+            if any(cosines and pushes(cosines) for cosines in directions):
+                yield Fault(
+                    ("contact", pair.name), "its mean force pushes the structure away, which is not held",
+                    remedy="hold the structure, or give the contact between two of its dofs on one line",
+                )  # fmt: skip
+                break
+    still: dict[str, float] = {}
+    for load in problem.loads:
+        if load.harmonic == 0 and load.dof is not None:
+            still[load.dof] = still.get(load.dof, 0.0) + load.cos
+    if any(still.values()) and pushes(still):
+        yield Fault(
+            "loads", "those of harmonic 0 are not in balance, and the structure is not held",
+            remedy="hold the structure, or add what balances them",
+        )  # fmt: skip
 
 
 def contact_name_faults(names: Sequence[str]) -> Iterator[Fault]:
@@ -136,6 +167,8 @@ def force_faults(harmonic: int, sin: float | None, motion: str | None, known: Kn
     yield from (fault.inside("harmonic") for fault in known.order_faults(harmonic, 0))
     if harmonic == 0 and sin:
         yield Fault("sin", "a sine of harmonic 0 is zero", remedy="give a static load as cos")
+    if harmonic == 0 and motion == UNBALANCE:
+        yield Fault("harmonic", "an unbalance at harmonic 0 is no force", remedy="give the harmonic of its turning, 1")
     if harmonic == 0 and motion == DISPLACEMENT:
         still = "a constant displacement of the support moves nothing relative to it"
         yield Fault("harmonic", still, expected="harmonic >= 1")
@@ -161,7 +194,8 @@ def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
             remedy="give a PlanarFrictionContact and two tangential directions, or leave it out",
         )
     along, slides = pair.contact.surface_ports.get("tangential"), [name for name in moves if name not in second]
-    if slides and along in pair.contact.optional_ports and along not in pair.given:
+    optional = set(pair.contact.optional_ports) - set(pair.contact.prescribed_ports)
+    if slides and along in optional and along not in pair.given:
         yield Fault(
             "rubbing",
             f"{slides[0]} slides along '{along}', along which the contact has no direction and no friction",

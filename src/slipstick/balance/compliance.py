@@ -32,6 +32,9 @@ class Compliance:
         if along and orders.size:
             rate = derivative_along(receptance, along, orders, omega)
             np.conjugate(rate.transpose(2, 1, 0), out=self.slope[:, :, 1:])
+        if along and hasattr(receptance, "static_by_parameter"):
+            still = [rate * receptance.static_by_parameter(name) for name, rate in along.items()]
+            self.slope[:, :, 0] = np.add.reduce(still, axis=0).T
 
     def answer(self, G: ComplexArray) -> Array:
         """``conj(A) G`` as coefficients (n_rows * L,) of the first columns' numbers ``G`` (any, n + 1)."""

@@ -21,7 +21,8 @@ from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
-    from slipstick.balance.ports import Balance, Tangents
+    from slipstick.balance.balance import Balance
+    from slipstick.balance.ports import Tangents
     from slipstick.state.contact_state import Carried
 
 MOST_APART = 264

@@ -14,7 +14,7 @@ SURFACE = ("velocity", "velocity_per_omega", "motion")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Given:
+class ContactInputs:
     """Numbers of one batch of n elements."""
 
     values: Mapping[str, Array]
@@ -26,9 +26,9 @@ class Given:
     motion: Array
     """Periodic part of the rubbing motion along each port, (n_ports, n, L)."""
 
-    def map(self, change: Callable[..., Array], *others: Given) -> Given:
+    def map(self, change: Callable[..., Array], *others: ContactInputs) -> ContactInputs:
         """``change(name, own, *others')`` of every array."""
-        return Given(
+        return ContactInputs(
             values={n: change(n, v, *(o.values[n] for o in others)) for n, v in self.values.items()},
             **{n: change(n, getattr(self, n), *(getattr(o, n) for o in others)) for n in SURFACE},
         )
@@ -46,10 +46,10 @@ class Given:
         """That velocity over omega, (n_ports, n), length per rad."""
         return self.velocity / omega + self.velocity_per_omega
 
-    def changed(self, /, **arrays: Array) -> Given:
+    def changed(self, /, **arrays: Array) -> ContactInputs:
         """A copy with other arrays: "velocity", "velocity_per_omega", "motion", or parameters by name."""
         surface = {name: arrays.pop(name, getattr(self, name)) for name in SURFACE}
-        return Given(values={**self.values, **arrays}, **surface)
+        return ContactInputs(values={**self.values, **arrays}, **surface)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +59,7 @@ class Inputs:
     The latter are carried along; only paths in them have any (``slipstick.balance.paths``).
     """
 
-    batches: tuple[Given, ...]
+    batches: tuple[ContactInputs, ...]
     P: Array
     structure: Mapping[str, float] = field(default_factory=dict)
 

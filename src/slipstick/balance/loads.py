@@ -13,6 +13,9 @@ from slipstick.faults import Gathering, number, table, text, warn, whole, wrong
 MOTIONS = ("displacement", "acceleration")
 """What can be given of a support that moves."""
 
+UNBALANCE = "unbalance"
+"""What can be given on a dof instead of a force: its size over the square of its frequency."""
+
 
 @dataclass(frozen=True, init=False, repr=False)
 class Load:
@@ -36,6 +39,7 @@ class Load:
         "x", which stands for the load shape "base x" of a reduced structure, ``M r``, or else for the dof of that name.
     motion
         With ``base``: "displacement" or "acceleration", what ``cos``, ``sin`` or ``amplitude`` give of the support.
+        With ``dof``: "unbalance", mass times eccentricity: harmonic m is the force ``(m omega)^2`` times that.
     harmonic
         Harmonic ``m`` of the excitation; 0 is a static load, given by ``cos``.
     cos, sin
@@ -88,8 +92,14 @@ class Load:
             values[key] = None if value is None else checks.take(text, key, value, "a name")
         values["base"] = None if base is None else checks.take(_pattern, base)
         values["motion"] = None if motion is None else checks.take(_motion, motion)
-        present = {"base": base, "motion": motion, **parts}
+        turning = motion == UNBALANCE and base is None
+        present = {"base": base, "motion": None if turning else motion, **parts}
         checks.faults += way_faults({name for name, value in present.items() if value is not None})
+        if turning and dof is None and shape is None:
+            checks.faults.append(Fault("motion", "an unbalance is on no dof", remedy="give dof"))
+        if motion == UNBALANCE and base is not None:
+            expected = '"displacement" or "acceleration" of a support'
+            checks.faults.append(Fault("motion", found='"unbalance"', expected=expected))
         on = next((name for name in (dof, shape, base) if isinstance(name, str)), None)
         checks.end(*(("load", on) if on is not None else ()))
         values |= _parts(force)
@@ -180,7 +190,7 @@ def _pattern(base: Any) -> Mapping[str, float] | str:
 
 def _motion(motion: Any) -> str:
     """What is given of the support."""
-    expected = '"displacement" or "acceleration", what is given of the support'
-    if not isinstance(motion, str) or motion not in MOTIONS:
+    expected = '"displacement" or "acceleration", what is given of the support, or "unbalance" on a dof'
+    if not isinstance(motion, str) or motion not in (*MOTIONS, UNBALANCE):
         raise wrong("motion", motion, expected)
     return motion

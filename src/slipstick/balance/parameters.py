@@ -17,7 +17,7 @@ from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
-from slipstick.structure.dynamic import structure_values
+from slipstick.structure.dynamic import FACTOR_UNITS, SPEED, structure_values
 
 if TYPE_CHECKING:
     from slipstick.balance.batches import Batch
@@ -190,6 +190,8 @@ def parameter_units(problem: Problem, name: str) -> str:
         return target.load.units(target.quantity)
     if target.quantity.removeprefix(SECOND) == "velocity":
         return "length/time"
+    if target.structure:
+        return "rad/s" if target.quantity == SPEED else FACTOR_UNITS
     if RubbingMotion.is_component(target.quantity):
         return "length"
     named = {problem.contacts[p].contact.unit(target.quantity) for p, _ in target.members}

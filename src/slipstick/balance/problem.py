@@ -14,7 +14,7 @@ from slipstick.balance.base_motion import LoadColumns, load_columns
 from slipstick.balance.batches import Batch, batches_of
 from slipstick.balance.checks import problem_faults
 from slipstick.balance.contacts import ContactPair, prescribed
-from slipstick.balance.inputs import SURFACE, Given, Inputs
+from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
@@ -79,7 +79,7 @@ class Problem:
         What contacts carry besides: models of your own, each a ``slipstick.state.contact_state.StateModel``.
     told
         Warnings that analyses of this problem gave already, or of the one it is a copy of: none is given twice. None:
-        none is given at all; who builds it so shows ``slipstick.balance.preflight.problem_warnings``.
+        none is given at all; who builds it so shows ``slipstick.balance.physics_checks.problem_warnings``.
 
     Raises
     ------
@@ -216,9 +216,11 @@ class Problem:
     def inputs(self) -> Inputs:
         """All numbers of contacts and loads, by batch."""
         moving = [prescribed(pair, self.harmonics, self.rubbing_order) for pair in self.contacts]
-        return Inputs(batches=tuple(self._given(batch, moving) for batch in self.batches), P=self.load_coefficients())
+        return Inputs(
+            batches=tuple(self._contact_inputs(batch, moving) for batch in self.batches), P=self.load_coefficients()
+        )
 
-    def _given(self, batch: Batch, moving: Sequence[Mapping[str, Array]]) -> Given:
+    def _contact_inputs(self, batch: Batch, moving: Sequence[Mapping[str, Array]]) -> ContactInputs:
         factor = {parameter: getattr(self, name) for name, parameter in batch.law.factors.items()}
         values = {
             name: factor.get(name, 1.0) * np.array([self.contacts[p].values(name)[k] for p, k in batch.members])
@@ -228,7 +230,7 @@ class Problem:
             name: np.ascontiguousarray(np.stack([moving[p][name][:, k] for p, k in batch.members], axis=1))
             for name in SURFACE
         }
-        return Given(values=values, **surface)
+        return ContactInputs(values=values, **surface)
 
     def contact_values(self, name: str) -> Array:
         """A parameter of every contact, (n_contacts,), with the factor on it; nan for laws that do not have it."""
@@ -241,7 +243,7 @@ class Problem:
     @property
     def relative(self) -> bool:
         """Whether a support moves: all motion is then relative to it."""
-        return any(self.load_columns.motions)
+        return any(load.base is not None for load in self.loads)
 
     def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Array:
         """Direction cosines on all dofs of the structure, (n_dofs, n_directions)."""

@@ -8,15 +8,16 @@ from typing import Protocol
 
 import numpy as np
 
-from slipstick.balance.inputs import Given, Inputs
-from slipstick.balance.kinds import AnyCompliance
-from slipstick.balance.ports import Balance, ComplexArray, Forces
+from slipstick.balance.balance import Balance
+from slipstick.balance.inputs import ContactInputs, Inputs
+from slipstick.balance.jacobian_backends import AnyCompliance
+from slipstick.balance.ports import Forces
 from slipstick.balance.states import add_force_changes, power_rows
 from slipstick.contact.law import Response, add_to
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.norm import norm
 from slipstick.state.contact_state import Carried, respond
-from slipstick.typing import Array
+from slipstick.typing import Array, ComplexArray
 
 
 class Adapted(Protocol):
@@ -33,7 +34,7 @@ class Adapted(Protocol):
         ...
 
     @property
-    def given(self) -> Array:
+    def context(self) -> Array:
         """The context with which the same harmonics are in use, near the same contact states."""
         ...
 
@@ -43,7 +44,7 @@ class Detail:
     """What a solution keeps of its evaluation."""
 
     responses: tuple[Response, ...]
-    """One for each batch; none where they are still to be had (``balance.many``)."""
+    """One for each batch; none where they are still to be had (``balance.batch_evaluation``)."""
     inputs: Inputs
     omega: float
     states: tuple[Carried, ...] = ()
@@ -201,7 +202,7 @@ def by_inputs(solution: Detail, direction: Inputs) -> list[dict[int, Array]]:
     return slopes
 
 
-def _terms(response: Response, along: Given, omega: float) -> Iterator[tuple[int, Array]]:
+def _terms(response: Response, along: ContactInputs, omega: float) -> Iterator[tuple[int, Array]]:
     for name, rate in along.values.items():
         if rate.any():
             for i, tangent in response.by_parameter(name).items():

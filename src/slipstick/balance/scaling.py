@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipstick.balance.balance import Balance
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.kinds import AnyCompliance
-from slipstick.balance.ports import Balance
+from slipstick.balance.jacobian_backends import AnyCompliance
 from slipstick.contact.law import Linear, add_to
 from slipstick.solve.continuation import ArclengthScaling
 from slipstick.typing import Array

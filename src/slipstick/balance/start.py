@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipstick.balance.balance import Balance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Line
-from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import Scales, linear_motions, scales
 from slipstick.balance.systems import FrequencySystem, ParameterSystem

@@ -21,11 +21,11 @@ from slipstick.state.contact_state import Carried, ContactState
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
+    from slipstick.balance.balance import Balance
     from slipstick.balance.batches import Batch
     from slipstick.balance.compliance import Compliance
     from slipstick.balance.contacts import ContactPair
-    from slipstick.balance.kinds import AnyCompliance
-    from slipstick.balance.ports import Balance
+    from slipstick.balance.jacobian_backends import AnyCompliance
 
 
 def state_columns(balance: Balance, carried: Carried, compliance: Compliance) -> Array:

@@ -6,10 +6,11 @@ from math import inf, isfinite
 
 import numpy as np
 
+from slipstick.balance.balance import Balance
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.kinds import AnyCompliance
+from slipstick.balance.jacobian_backends import AnyCompliance
 from slipstick.balance.paths import Path
-from slipstick.balance.ports import Balance, Forces
+from slipstick.balance.ports import Forces
 from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
 from slipstick.balance.states import answer_to_powers, at_states, power_along
 from slipstick.solve.newton import Evaluation
@@ -61,7 +62,7 @@ class ParameterSystem:
 
     def __init__(self, balance: Balance, path: Path, omega: float) -> None:
         self.balance, self.path, self.omega = balance, path, omega
-        self._own = balance.compliance(omega)
+        self._fixed_compliance = balance.compliance(omega)
 
     def at(self, parameter: float) -> tuple[Inputs, float]:
         """Inputs and frequency at ``parameter``."""
@@ -95,7 +96,7 @@ class ParameterSystem:
 
     def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
         if not (inputs.structure or direction.structure):
-            return self._own
+            return self._fixed_compliance
         return self.balance.compliance(self.omega, inputs.structure, direction.structure)
 
 

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.analysis.curve.request import ResponseOptions
     from slipstick.analysis.events import EventFunction
+    from slipstick.balance.balance import Balance
     from slipstick.balance.loads import Load
-    from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
     from slipstick.structure.protocol import Structure
@@ -107,7 +107,7 @@ class _Builder:
         made = [build_load(row) for row in sections.loads]
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
         gathering.faults += [fault for _, faults in made for fault in faults]
-        reduced = described.body.reduced if described.body is not None else None
+        reduced = None if described.body is None else described.body.reduced or described.body.sector
         known = described.body is not None or described.made
         self.placed, faults = build_contacts(sections.contacts, sections.thermal, reduced, known)
         gathering.faults += [*faults, *table_faults(sections, described, self.placed)]
@@ -139,13 +139,16 @@ class _Builder:
             contacts=[c.pair for c in self.placed],
             loads=self.loads,
             harmonics=top.harmonics,
-            outputs=None if output is None else output.table.dofs,
+            outputs=None if output is None or self._described.disc is not None else output.table.dofs,
             period_ratio=self._sections.period_ratio or (1, 1),
             title=top.title,
             units=top.units.units,
             thermal=thermal_model(self.placed, self._sections.thermal, self._influence),
             told=None,
         )
+        disc = None if self._described.body is None else self._described.body.disc
+        if disc is not None:
+            problem = disc.problem(problem, None if output is None else output.table.dofs)
         self._follow(problem)
         return problem
 
@@ -166,6 +169,8 @@ class _Builder:
 
         body, response = self._described.body, self._sections.response
         if body is None or body.force or response is None:
+            return []
+        if body.sector is not None:
             return []
         count = body.reduced.modes_below if body.reduced is not None else None
         faults = reduction_faults(problem, frequencies_met(response.table), count)
@@ -270,7 +275,7 @@ class Case:
     @cached_property
     def balance(self) -> Balance:
         """The problem made ready: its warnings and the recorder of a run share one projection of the structure."""
-        from slipstick.balance.ports import Balance
+        from slipstick.balance.balance import Balance
 
         return Balance(self.problem())
 
@@ -335,7 +340,7 @@ class Case:
 
     def warnings(self) -> list[str]:
         """What can be computed but is suspicious, one sentence each."""
-        from slipstick.balance.preflight import parameter_warnings, problem_warnings
+        from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 
         static = self.balance.receptance.static
         if self.parameter is not None:

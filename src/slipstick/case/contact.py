@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from slipstick.contact.friction import FrictionContact
     from slipstick.contact.rubbing import RubbingMotion
     from slipstick.models.reduced_body import ReducedBody
+    from slipstick.models.reduced_sector import ReducedSector
 
 PLANAR = "planar"
 _NEUTRAL = {"kt": 1.0, "mu": 0.0, "kn": 1.0, "normal_load": 1.0}
@@ -178,6 +179,7 @@ class SurfaceContactTable(ContactTable):
     friction: Literal["planar"] | None = Field(
         default=None, description='"planar": the surface slides along direction and across it'
     )
+    between: bool = Field(default=False, description="true or false: towards the next sector of a disc")
     normal_load_total: NotNegative | None = Field(
         default=None, description="a number >= 0, the normal load of all points, shared by area"
     )
@@ -203,7 +205,7 @@ class SurfaceContactTable(ContactTable):
 def contact_table(raw: RawTable) -> type[ContactTable]:
     """Which table a ``[[contact]]`` block is."""
     on_surface = "points" in raw or (
-        "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor"} & set(raw)
+        "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor", "between"} & set(raw)
     )
     if on_surface:
         return SurfaceContactTable
@@ -236,7 +238,7 @@ class CaseContact:
 
 
 def build_contacts(
-    rows: Sequence[ReadTable], thermal: ReadTable | None, body: ReducedBody | None, known: bool
+    rows: Sequence[ReadTable], thermal: ReadTable | None, body: ReducedBody | ReducedSector | None, known: bool
 ) -> tuple[list[CaseContact], list[Fault]]:
     """Single contacts and those on a surface, the latter where it is ``known`` whether there is one."""
     gathering, placed = Gathering(), list[CaseContact]()
@@ -264,7 +266,7 @@ def _single(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> 
 
 
 def _on_surface(
-    row: ReadTable, thermal: ReadTable | None, body: ReducedBody | None, gathering: Gathering
+    row: ReadTable, thermal: ReadTable | None, body: ReducedBody | ReducedSector | None, gathering: Gathering
 ) -> list[CaseContact]:
     """Contacts "NAME 1", "NAME 2", ... of one block; with what is at fault left out, to see whether the rest is right.
 
@@ -276,7 +278,11 @@ def _on_surface(
     """
     from slipstick.models.surface_contacts import surface_contacts
 
-    if body is None or body.points is None:
+    between = bool(row.get("between"))
+    if between and getattr(body, "between", None) is None:
+        remedy = 'give [structure] kind = "disc" with a file or a size, and between'
+        raise InputError(Fault("between", "the structure has no contact points towards neighbours", remedy=remedy))
+    if body is None or (body.points is None and not between):
         remedy = 'give [structure] kind = "blade", or kind = "fe" with surface'
         raise InputError(Fault("points", "the structure has no contact surface", remedy=remedy))
     table, axis = row.table, axis_arguments(row.get("axis"))
@@ -292,21 +298,25 @@ def _on_surface(
         shared=row.complete and table.normal_load_total is not None,
         rubbing=_rubbing(row, gathering) if axis is None or row.get("rotor") is None else rotor_motion(table.rotor),
         axis=axis,
+        between=between,
     )
+    if between:
+        return [CaseContact(row=row, pair=pair) for pair in pairs]
     if not row.right("points"):
         return []
+    assert body.points is not None
     return [
         CaseContact(row=row, pair=pair, point=point)
         for point, pair in zip(body.points.chosen(points), pairs, strict=True)
     ]
 
 
-def _any_direction(body: ReducedBody) -> Any:
+def _any_direction(body: Any) -> Any:
     """One that is normal to the surface nowhere."""
     import numpy as np
 
-    assert body.points is not None
-    return np.linalg.svd(body.points.normals)[2][-1] + 0.1 * np.ones(3)
+    points = body.points or body.between.high
+    return np.linalg.svd(points.normals)[2][-1] + 0.1 * np.ones(3)
 
 
 def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> FrictionContact:
@@ -431,6 +441,7 @@ def _surface_text(keys: KeysToWrite, law: str) -> str:
         motion = call("ss.casing_motion", motion_keys.pop("profile"), radius="radius", angles="angles", **motion_keys)
         arguments["rubbing"] = f"lambda radius, angles: {motion}"
     arguments |= {} if keys.table.normal_load_total is None else {"shared": "True"}
+    arguments |= {"between": "True"} if keys.take("between") else {}
     return call("ss.surface_contacts", "body", literal(keys.take("name")), **arguments, **_rubbing_text(keys))
 
 

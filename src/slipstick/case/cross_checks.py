@@ -17,6 +17,7 @@ from slipstick.case.validation import ReadTable
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.faults import suggestion
 from slipstick.quantities import frequency_unit, unit_of_time_fault
+from slipstick.results.schema import LARGEST
 from slipstick.units import Units
 
 if TYPE_CHECKING:
@@ -45,7 +46,8 @@ def table_faults(sections: Sections, described: Described, placed: Sequence[Case
         yield from (fault.inside(*row.where) for fault in _load(row, known))
     for row in sections.contacts:
         yield from (fault.inside(*row.where) for fault in _contact(row, known))
-    yield from _dofs(sections, known)
+    disc = described.disc
+    yield from _dofs(sections, known if disc is None else replace(known, dofs=(*disc.sector.dofs, *disc.dofs)))
     yield from _sizes(sections, known, placed)
 
 
@@ -104,6 +106,9 @@ def _dofs(sections: Sections, known: Known) -> Iterator[Fault]:
     peaks = sections.response.get("peaks_of") if sections.response is not None else None
     if peaks is not None:
         names = [peaks] if isinstance(peaks, str) else list(peaks)
+        names = [] if names == [LARGEST] else names
+        if known.structure is not None and known.dofs is not None and outputs is not None:
+            outputs = [one for name in outputs for one in (name, *(d for d in known.dofs if d.startswith(f"{name}@")))]
         yield from (
             f.inside("response", "peaks_of") for f in peak_faults(names, None if wrong else outputs, known.dofs)
         )
@@ -111,7 +116,7 @@ def _dofs(sections: Sections, known: Known) -> Iterator[Fault]:
 
 def _sizes(sections: Sections, known: Known, placed: Sequence[CaseContact]) -> Iterator[Fault]:
     """One ratio of periods, and no more unknowns than can be computed."""
-    from slipstick.balance.kinds import MOST_UNKNOWNS, size_fault
+    from slipstick.balance.jacobian_backends import MOST_UNKNOWNS, size_fault
     from slipstick.structure.matrices import MatrixStructure
 
     ratios = [row.get("period_ratio") for row in (sections.top, sections.response) if row is not None]
@@ -120,9 +125,9 @@ def _sizes(sections: Sections, known: Known, placed: Sequence[CaseContact]) -> I
         yield Fault(where, "is another than the period_ratio at the top", remedy="keep one")
     size = 0 if known.orders is None else 2 * len(known.orders) - 1
     unknowns = sum(contact.pair.n_ports for contact in placed) * size
-    kind = "dense" if isinstance(known.structure, MatrixStructure) else "iterative"
-    if unknowns > MOST_UNKNOWNS[kind]:
-        yield size_fault(unknowns, kind)
+    backend = "dense" if isinstance(known.structure, MatrixStructure) else "iterative"
+    if unknowns > MOST_UNKNOWNS[backend]:
+        yield size_fault(unknowns, backend)
 
 
 def heating_faults(contacts: Sequence[CaseContact], top: ReadTable | None, named: Sequence[str] | None) -> list[Fault]:
@@ -193,6 +198,13 @@ def parameter_faults(
 
     name = sections.response.get("parameter") if sections.response is not None else None
     known = _Named(contacts=[c.pair for c in placed], loads=loads, structure=described.structure)
+    disc, wave = described.disc, described.structure
+    if disc is not None:
+        E: int = wave.engine_order  # type: ignore[union-attr]
+        known = _Named(
+            contacts=[disc.contacts(pair, E) for pair in known.contacts],
+            loads=[own for load in loads for own in disc.loads(load, E)], structure=disc,
+        )  # fmt: skip
     if name is None or sections.response is None or _may_be_of_what_is_wrong(name, sections, known, placed):
         return []
     try:

@@ -200,7 +200,7 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
 
     path = _path(table.file, folder)
     tell(f"structure: reading {table.file} ...")
-    model = turning(_imported(table, path), table.rotation, folder, tell)
+    model = turning(imported_model(table, path), table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
@@ -237,7 +237,7 @@ def _path(name: str, folder: Path) -> Path:
         raise InputError([fault.inside("file") for fault in error.faults]) from None
 
 
-def _imported(table: FeTable, path: Path) -> ImportedModel:
+def imported_model(table: Any, path: Path) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
     from slipstick.fem.materials import REQUIRED
     from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
@@ -297,6 +297,11 @@ _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """A range moved a little has the same reduction, which need not be made again."""
 
 
+def _is_reduced(structure: RawTable) -> bool:
+    sector = structure.get("kind") == "disc" and bool({"file", "size"} & set(structure))
+    return sector or structure.get("kind") in _KINDS
+
+
 def reaching(raw: RawTable) -> Any:
     """The ``[structure]`` of a case; one to be reduced says ``up_to`` where it leaves the number of modes open.
 
@@ -304,7 +309,7 @@ def reaching(raw: RawTable) -> Any:
     are told elsewhere.
     """
     structure, response = raw["structure"], raw.get("response")
-    if not isinstance(structure, Mapping) or structure.get("kind") not in _KINDS or set(_SAID) & set(structure):
+    if not isinstance(structure, Mapping) or not _is_reduced(structure) or set(_SAID) & set(structure):
         return structure
     if not isinstance(response, Mapping) or ResponseTable.cross_check(response):
         return structure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, PlainValidator
 
-from slipstick.balance.loads import place_faults, way_faults
+from slipstick.balance.loads import UNBALANCE, place_faults, way_faults
 from slipstick.case.script_text import KeysToWrite, call, quantity_text
 from slipstick.case.table import Harmonic, RawTable, Table, cosines
 from slipstick.case.validation import ReadTable
@@ -33,8 +33,8 @@ class LoadTable(Table):
         default=None,
         description='dofs with their motion for a unit motion of the support, { x1 = 1.0, x2 = 1.0 }, or a name: "x"',
     )
-    motion: Literal["displacement", "acceleration"] | None = Field(
-        default=None, description='"displacement" or "acceleration", what is given of the support'
+    motion: Literal["displacement", "acceleration", "unbalance"] | None = Field(
+        default=None, description='"displacement" or "acceleration" of the support, or "unbalance" on a dof'
     )
     harmonic: Harmonic = Field(default=1, description="a whole number >= 0 (0 is a static load)")
     cos: float = Field(default=0.0, description="a finite number, the cosine part")
@@ -47,7 +47,8 @@ class LoadTable(Table):
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Where and how much, each said once."""
-        faults = [*place_faults(raw), *way_faults(raw)]
+        turning = raw.get("motion") == UNBALANCE and "base" not in raw
+        faults = [*place_faults(raw), *way_faults({name for name in raw if not (turning and name == "motion")})]
         if not {"amplitude", "cos", "sin"} & set(raw):
             faults.append(Fault(statement="no force is given", remedy="give cos, sin, or amplitude with phase"))
         return faults

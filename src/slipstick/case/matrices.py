@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import KeysToWrite, call, file_code, here, literal
+from slipstick.case.script_text import KeysToWrite, call, file_code, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell, within
-from slipstick.case.table import MatrixGiven, NotNegative, RawTable, Table
+from slipstick.case.table import Frequency, MatrixGiven, NotNegative, RawTable, Table
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering
@@ -22,7 +22,9 @@ from slipstick.faults import Gathering
 if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
 
-_KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
+KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
+_TURNING = {"gyroscopic": "gyroscopic", "circulatory": "circulatory"}
+_SPEEDS = ("speed", "engine_order")
 
 
 class MatricesTable(Table):
@@ -37,6 +39,12 @@ class MatricesTable(Table):
     damping: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
     stiffness: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+    gyroscopic: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    circulatory: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    speed: Frequency | None = Field(default=None, description='a speed of rotation such as "3000 rpm"')
+    engine_order: int | None = Field(
+        default=None, ge=1, le=10_000, description="a whole number >= 1: omega over the speed"
+    )
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
@@ -52,9 +60,9 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
 
     matrices = {
         name: matrix
-        for name, key in _KEYS.items()
+        for name, key in (KEYS | _TURNING).items()
         if (value := row.get(key)) is not None
-        and (matrix := gathering.inside((key,), _matrix, value, folder)) is not None
+        and (matrix := gathering.inside((key,), read_given, value, folder)) is not None
     }
     size = next((matrices[name].shape[0] for name in ("K", "M", "C") if name in matrices), None)
     names = _names(row, size)
@@ -63,11 +71,11 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
         _sizes(row, matrices, size, gathering)
     agree = len(gathering.faults) == before
     if row.complete and agree and {"M", "K"} <= set(matrices) and names is not None:
-        options = {"loss_factor": row.table.loss_factor, "dofs": names}
+        options = {"loss_factor": row.table.loss_factor, "dofs": names} | {key: row.get(key) for key in _SPEEDS}
         structure = _in_case(gathering, lambda: MatrixStructure(**matrices, **options))
         return Described(body=None if structure is None else Body(structure=structure), dofs=names, made=True)
     if size is not None:
-        fitting = {name: matrix for name, matrix in matrices.items() if matrix.shape == (size, size)}
+        fitting = {name: m for name, m in matrices.items() if m.shape == (size, size) and name not in _TURNING}
         gathering.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
     return Described(dofs=names, made=True)
 
@@ -85,11 +93,13 @@ def _names(row: ReadTable, size: int | None) -> Sequence[str] | None:
 def _sizes(row: ReadTable, matrices: Mapping[str, Any], size: int, gathering: Gathering) -> None:
     """Whether the matrices and the names fit together."""
     first = next(name for name in ("K", "M", "C") if name in matrices)
-    of = _KEYS[first]
+    of = KEYS[first]
     for name, matrix in matrices.items():
         if matrix.shape != (size, size):
             shape = f"{matrix.shape[0]} x {matrix.shape[1]}"
-            gathering.faults.append(Fault(_KEYS[name], found=shape, expected=f"{size} x {size} as the {of}"))
+            gathering.faults.append(
+                Fault((KEYS | _TURNING)[name], found=shape, expected=f"{size} x {size} as the {of}")
+            )
     dofs, count = row.get("dofs"), row.get("count")
     if dofs is not None and len(dofs) != size:
         expected = f"{size}, one for each row of the {of}"
@@ -108,10 +118,11 @@ def _in_case(gathering: Gathering, make: Callable[[], Structure]) -> Structure |
 
 
 def _renamed(fault: Fault) -> Fault:
-    return replace(fault, where=(*(_KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
+    return replace(fault, where=(*(KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
 
 
-def _matrix(value: object, folder: Path) -> Any:
+def read_given(value: object, folder: Path) -> Any:
+    """A matrix that is given by its rows, or in a file."""
     import numpy as np
 
     from slipstick.importers.plain.matrix_file import read_matrix
@@ -120,16 +131,19 @@ def _matrix(value: object, folder: Path) -> Any:
 
 
 def _matrices_script(keys: KeysToWrite, folder: Path) -> list[str]:
-    known = {letter: value for letter, key in _KEYS.items() if (value := keys.take(key)) is not None}
-    lines = [f"{letter} = {_matrix_text(value, folder)}" for letter, value in known.items()]
+    known = {letter: value for letter, key in (KEYS | _TURNING).items() if (value := keys.take(key)) is not None}
+    lines = [f"{letter} = {matrix_text(value, folder)}" for letter, value in known.items()]
     dofs, _ = keys.take("dofs"), keys.take("count")
     arguments = {letter: letter for letter in known}
     arguments["dofs"] = literal(dofs) if dofs else "[str(i + 1) for i in range(K.shape[0])]"
-    arguments |= keys.rest("loss_factor")
+    arguments |= keys.rest("loss_factor", "engine_order")
+    if keys.take("speed") is not None:
+        arguments["speed"] = quantity_text(keys.raw["speed"])
     return [*lines, f"structure = {call('ss.MatrixStructure', **arguments)}"]
 
 
-def _matrix_text(value: list[Any] | str, folder: Path) -> str:
+def matrix_text(value: list[Any] | str, folder: Path) -> str:
+    """The same as Python writes it."""
     return file_code(value, folder) if isinstance(value, str) else call("np.array", literal(value))
 
 

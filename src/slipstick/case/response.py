@@ -108,7 +108,9 @@ class ResponseTable(StepKeys, Table):
     period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
         default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
     )
-    peaks_of: str | list[str] | None = Field(default=None, description="the name of a dof, or a list of names")
+    peaks_of: str | list[str] | None = Field(
+        default=None, description='the name of a dof, a list of names, or "largest"'
+    )
     stability: bool | Literal["full"] = Field(
         default=False, description='true, false or "full": whether every point is judged stable or not'
     )

@@ -24,6 +24,7 @@ _IMPORTS = {
     "mmread(": "from scipy.io import mmread",
     "load_npz(": "from scipy.sparse import load_npz",
     "blade_shape(": "from slipstick.models.blade_mesh import blade_shape",
+    "sector_shape(": "from slipstick.models.bladed_sector import sector_shape",
 }
 _BODY = '''\
 def problem():
@@ -100,7 +101,8 @@ def _problem(raw: RawTable, folder: Path) -> str:
     whole = orders == list(range(len(orders)))
     arguments = {"contacts": "contacts", "loads": "loads" if loads else "[]"}
     arguments["harmonics"] = f"range({len(orders)})" if whole else literal(orders)
-    if "output" in raw:
+    whole_disc = "mistuning" in raw["structure"]
+    if "output" in raw and not whole_disc:
         arguments["outputs"] = literal(OutputTable.model_validate(raw["output"]).dofs)
     ratio = ratio or ResponseTable.model_validate(raw["response"]).period_ratio
     arguments |= {} if ratio is None else {"period_ratio": literal(tuple(ratio))}
@@ -110,7 +112,11 @@ def _problem(raw: RawTable, folder: Path) -> str:
     if thermal is not None or any(table.thermal is not None for table in tables):
         lines += thermal_script(tables, thermal, contacts.blocks, folder)
         arguments["thermal"] = "thermal"
-    return "\n".join([*lines, f"return {call('ss.Problem', 'structure', **arguments)}"])
+    made = call("ss.Problem", "structure", **arguments)
+    if whole_disc:
+        own = {"outputs": literal(OutputTable.model_validate(raw["output"]).dofs)} if "output" in raw else {}
+        made = call("disc.problem", made, **own)
+    return "\n".join([*lines, f"return {made}"])
 
 
 def _structure(raw: RawTable, folder: Path) -> list[str]:

@@ -14,6 +14,8 @@ from typing import Any
 
 from slipstick.case.blade import BLADE
 from slipstick.case.contact import contact_table
+from slipstick.case.disc import DISC
+from slipstick.case.disc_fe import DISC_FE
 from slipstick.case.fe import FE
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import MATRICES, MODAL, MODEL
@@ -28,7 +30,7 @@ from slipstick.case.validation import ReadTable, close_key, key_suggestion, read
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
 from slipstick.faults import Gathering, suggestion
 
-STRUCTURES: Mapping[str, StructureKind] = {"matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE}
+STRUCTURES: Mapping[str, StructureKind] = {"matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE, "disc": DISC}
 """Kinds of ``[structure]``."""
 
 REQUESTS: Mapping[str, type[RequestTable]] = {
@@ -184,6 +186,8 @@ def structure_kind(raw: RawTable) -> StructureKind | None:
     kind = raw.get("kind")
     if kind == "matrices" and "file" in raw:
         return MODEL
+    if kind == "disc" and {"file", "size"} & set(raw):
+        return DISC_FE
     return STRUCTURES.get(kind) if isinstance(kind, str) else None
 
 

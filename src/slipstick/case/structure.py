@@ -19,7 +19,9 @@ from slipstick.faults import Gathering
 if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
     from slipstick.models.reduced_body import ReducedBody
+    from slipstick.models.reduced_sector import ReducedSector
     from slipstick.solve.linear.modes import StageProgress
+    from slipstick.structure.disc import Disc
     from slipstick.structure.protocol import Structure
 
 Tell = Callable[[str], None]
@@ -36,6 +38,8 @@ def silent(_text: str) -> None:
 class Body:
     """The structure of a case, and the finite element model behind it where there is one.
 
+    ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
+    ``sector``: the reduced finite element sector whose wave the structure is.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
     the same. ``seconds``: what it took to make or to read it.
     """
@@ -45,11 +49,13 @@ class Body:
     model: ImportedModel | None = None
     force: bool = False
     seconds: float = 0.0
+    disc: Disc | None = None
+    sector: ReducedSector | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is approximated or is suspicious in the model, one sentence each."""
-        behind = self.reduced or self.model
+        behind = self.reduced or self.sector or self.model
         return () if behind is None else behind.warnings
 
 
@@ -66,6 +72,11 @@ class Described:
     def structure(self) -> Structure | None:
         """The structure, where nothing is wrong with it."""
         return self.body.structure if self.body is not None else None
+
+    @property
+    def disc(self) -> Disc | None:
+        """The whole disc, where blades differ: results are those of all sectors."""
+        return self.body.disc if self.body is not None else None
 
 
 @dataclass(frozen=True, kw_only=True)

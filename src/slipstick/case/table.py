@@ -141,7 +141,8 @@ def _orders_along(value: Any) -> dict[int, Any]:
     return {order: along_surface(value[str(order)]) for order in _orders_to_numbers(plain)}
 
 
-def _list_or_file(value: Any) -> Any:
+def list_or_file(value: Any) -> Any:
+    """A square list of rows, or the name of a file."""
     if isinstance(value, str) and value:
         return value
     square = isinstance(value, list) and value and all(isinstance(row, list) for row in value)
@@ -167,5 +168,5 @@ Periodic = Annotated[dict[int, float], PlainValidator(_orders_to_numbers)]
 Harmonic = Annotated[int, Field(ge=0, le=10_000)]
 NotNegative = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
-MatrixGiven = Annotated[list[Any] | str, PlainValidator(_list_or_file)]
+MatrixGiven = Annotated[list[Any] | str, PlainValidator(list_or_file)]
 Vector = Annotated[tuple[float, float, float], PlainValidator(vector)]

@@ -32,6 +32,9 @@ Profile: TypeAlias = "Callable[[Any], Any] | Mapping[str, Mapping[int, float]] |
 WARNED_PROFILE = 1e-2
 """Truncation error of a profile over its range, above which it is warned of."""
 
+HIGHEST_LOBES = 360
+"""Lobe numbers up to which a profile is looked at for the symmetry of a wave."""
+
 _FEWEST_SAMPLES = 8192
 _ZERO = 1e-13
 """Coefficients below it, over the largest height, are rounding."""
@@ -114,6 +117,7 @@ def casing_motion(
     orders: Orders = 10,
     lobes: int = 1,
     backward: bool = False,
+    wave: Any = None,
 ) -> RubbingMotion:
     """Motion of a lobed, oval or eccentric opposing surface as the contacts of a rotor feel it.
 
@@ -142,6 +146,11 @@ def casing_motion(
         order 1 is the oval itself.
     backward
         Of a speed that sweeps: the contacts move towards falling angles.
+    wave
+        A travelling wave (``CyclicStructure.travelling_wave``), instead of ``lobes`` and ``backward``: the motion of
+        the contact of its sector 0. With the engine order E of the fundamental frequency this is ``abs(E)`` times the
+        speed, and sectors that are numbered in the sense of rotation (E < 0) move towards growing angles. The profile
+        may have lobe numbers that are multiples of E alone: others do not repeat from sector to sector as the wave.
 
     Returns
     -------
@@ -168,7 +177,13 @@ def casing_motion(
     >>> float(swept.velocity_per_omega)
     0.2
     """
+    if wave is not None:
+        lobes, against = _of_wave(profile, wave, lobes, backward)
+        backward = against and speed is None
     at, arm, turning, kept, count = _checked(angles, radius, speed, orders, lobes, backward)
+    if wave is not None and (turning < 0.0) != against:
+        expected = f"one {'< 0' if against else '> 0'}: angles grow with the numbers of the sectors"
+        raise InputError(Fault("speed", found=f"{turning:g} with engine order {wave.engine_order}", expected=expected))
     series = profile_series(profile, (count * order for order in kept.orders))
     _tell(series, count, kept)
     cos, sin = _met(series, at, float(np.sign(turning)))
@@ -180,6 +195,32 @@ def casing_motion(
         normal_cos={order: cos[..., i] for order, i in places.items()},
         normal_sin={order: sin[..., i] for order, i in places.items() if order},
     )
+
+
+_SEEN = 1e-9
+"""Height of a lobe number over the range of the profile that is none."""
+
+
+def _of_wave(profile: Profile, wave: Any, lobes: int, backward: bool) -> tuple[int, bool]:
+    """Engine order of the fundamental, and sense of rotation; InputError for a profile without the symmetry."""
+    E = getattr(wave, "engine_order", None)
+    if E is None:
+        raise wrong("wave", wave, "a travelling wave, sector.travelling_wave(engine_order)")
+    if lobes != 1 or backward:
+        name = "lobes" if lobes != 1 else "backward"
+        raise InputError(Fault(name, "is given together with wave", remedy="the engine order of the wave tells it"))
+    if E == 0:
+        raise InputError(Fault("wave", found="engine order 0", expected="one whose frequency is that of a rotation"))
+    series = profile_series(profile, range(1, HIGHEST_LOBES + 1))
+    size = np.hypot(series.cos, series.sin)
+    others = series.orders[(size > _SEEN * max(series.range, 1e-300)) & (series.orders % abs(E) != 0)].tolist()
+    if others:
+        some = ", ".join(map(str, others[:5])) + (", ..." if len(others) > 5 else "")
+        found = f"lobe number{'s' if len(others) > 1 else ''} {some}"
+        expected = f"multiples of {abs(E)}, which repeat from sector to sector as a wave of engine order {E}"
+        remedy = "take a fundamental frequency of lower engine order, or the whole disc"
+        raise InputError(Fault("profile", found=found, expected=expected, remedy=remedy))
+    return abs(E), E > 0
 
 
 def _checked(

@@ -138,6 +138,8 @@ class Law(ABC):
         Every parameter by name.
     optional_ports
         Ports that a contact may go without.
+    prescribed_ports
+        Those of them along which the opposing surface may move all the same.
     surface_ports
         Along which port the opposing surface slides ("tangential") and approaches ("normal") in a ``RubbingMotion``.
         By default it slides along the first port and approaches along one called "normal".
@@ -287,6 +289,11 @@ class Law(ABC):
     @default
     def optional_ports(self) -> tuple[str, ...]:
         """Ports that a contact may go without."""
+        return ()
+
+    @default
+    def prescribed_ports(self) -> tuple[str, ...]:
+        """Optional ports along which the opposing surface may move all the same, such as the turning of a rotor."""
         return ()
 
     @default

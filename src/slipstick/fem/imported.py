@@ -13,6 +13,7 @@ from scipy.sparse import csc_array, csr_array, vstack
 
 from slipstick.errors import Fault, InputError, SlipstickWarning
 from slipstick.faults import suggestion
+from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import (
     COMPONENTS,
     NodalEquation,
@@ -58,6 +59,8 @@ class ImportedModel:
         The mesh and its materials (by element set) where the file had one.
     speed
         Of rotation, rad/s, for which the stiffness holds.
+    symmetry
+        Of the ring that the model is a sector of, where its file says so: what ``ss.reduced_sector`` uses.
 
     Raises
     ------
@@ -91,6 +94,7 @@ class ImportedModel:
     mesh: Mesh | None = None
     materials: Mapping[str, Material] = field(default_factory=dict)
     speed: float = 0.0
+    symmetry: CyclicSymmetry | None = None
 
     def __post_init__(self) -> None:
         faults = list(_faults(self))

@@ -6,7 +6,8 @@ and the stiffness of small motions about it are those of
     f(u) = Mp (x + u - o),    K = df/du - Mp,    Mp = s^2 int rho N' (1 - a a') N,
 
 with the elastic forces f of large displacements (deformed.py): K holds the centrifugal stress, the change of geometry
-and spin softening, and at small strain it is ``K0 + s^2 K1``. Coriolis forces are left out.
+and spin softening, and at small strain it is ``K0 + s^2 K1``. Coriolis forces are those of the velocities,
+``2 s int rho N' [a x] N u'``, a skew-symmetric matrix that is left out unless it is asked for.
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, warn, wrong
+from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, truth, warn, wrong
 from slipstick.fem.assembly import Pattern, mass_values, pattern_of
 from slipstick.fem.axis import Axis
+from slipstick.fem.cyclic import Joined
 from slipstick.fem.deformed import deformed
 from slipstick.fem.imported import ImportedModel, motion_in_mesh, rows_in_mesh
 from slipstick.fem.materials import Materials, element_values
@@ -53,6 +55,7 @@ def at_speed(
     *,
     axis: Axis | Mapping[str, Any] | None = None,
     others: Mapping[float, ImportedModel] | None = None,
+    coriolis: bool = False,
 ) -> ImportedModel:
     """The model in a frame that turns with it: stiffness about its static state under centrifugal forces.
 
@@ -67,6 +70,9 @@ def at_speed(
     others
         The same model by its other speeds, rad/s: then the stiffness is interpolated between the two nearest ones,
         linear in the square of the speed; else it is computed from the mesh.
+    coriolis
+        Whether ``C`` holds the Coriolis forces too, from the mesh: a skew-symmetric part that a ``MatrixStructure``
+        uses, and a reduction to real modes names as left out.
 
     Returns
     -------
@@ -83,13 +89,13 @@ def at_speed(
     SlipstickWarning
         A strain that no metal bears; mass that is not in the mesh.
     """
-    moving = turned_model(model, speed, axis=axis, others=others)
+    moving = turned_model(model, speed, axis=axis, others=others, coriolis=coriolis)
     warn(moving.warnings[len(model.warnings) :])
     return moving
 
 
 def turned_model(
-    model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None
+    model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None, coriolis: Any = False
 ) -> ImportedModel:
     """The same, kept in a folder; what is suspicious is in the model's warnings alone."""
     checks = Gathering()
@@ -99,6 +105,9 @@ def turned_model(
     if axis is not None and others is not None:
         checks.faults.append(Fault("axis", "is given together with others", remedy="they hold it: leave it out"))
     by_speed = None if others is None else checks.take(_by_speed, others)
+    checks.take(truth, "coriolis", coriolis)
+    if coriolis and others is not None:
+        checks.faults.append(Fault("coriolis", "comes from a mesh, not from matrices", remedy="leave others out"))
     checks.end()
     assert wanted is not None
     if model.speed:
@@ -108,17 +117,37 @@ def turned_model(
     assert about is not None
     turning = kept_centrifugal(model, wanted, about, cache)
     moved = np.linalg.norm(turning.displacement, axis=1).max()
+    velocities = model.C
+    if coriolis:
+        turned = wanted * coriolis_matrix(model, about)
+        velocities = csr_array(turned if model.C is None else model.C + turned)
+    forces = "are in C, unsymmetric" if coriolis else "are left out"
     return replace(
         model,
+        C=velocities,
         K=csr_array(model.K + turning.stiffness),
         speed=wanted,
         notes=(
             *model.notes,
             f"at {wanted:g} rad/s about {_shown(about.direction)} through {_shown(about.point)}: largest static "
-            f"displacement {moved:.4g}, strain {turning.strain:.3g}; Coriolis forces are left out",
+            f"displacement {moved:.4g}, strain {turning.strain:.3g}; Coriolis forces {forces}",
         ),
         warnings=(*model.warnings, *_doubts(model, turning)),
     )
+
+
+def coriolis_matrix(model: ImportedModel, axis: Axis) -> csr_array:
+    """``2 int rho N' [a x] N``, skew-symmetric (n, n) of the rows of a model: its Coriolis matrix for unit speed.
+
+    The force on what moves at velocity v in a frame that turns at speed s about a is ``-2 rho s a x v``
+    [M. Geradin and D. J. Rixen, Mechanical Vibrations, 2015]. InputError without a mesh or material.
+    """
+    mesh, materials = _meshed(model)
+    pattern, motion = pattern_of(mesh), _motion(model, mesh)
+    x, y, z = np.asarray(axis.direction, dtype=float).tolist()
+    turned = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    blocks = 2.0 * mass_values(mesh, materials, pattern)[:, None, None] * turned
+    return csr_array(motion.T @ pattern.vector_matrix(blocks) @ motion)
 
 
 def _speed(speed: Any) -> float:
@@ -215,23 +244,72 @@ def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
         If the model has no mesh or no material, is not held, or finds no static state at this speed.
     """
     mesh, materials = _meshed(model)
+    motion = _motion(model, mesh)
+    return _state(_turning(model, mesh, materials, axis, model.K, motion, motion), speed)
+
+
+def _turning(
+    model: ImportedModel,
+    mesh: Mesh,
+    materials: Materials,
+    axis: Axis,
+    K: csr_array,
+    motion: csr_array,
+    whole: csr_array,
+) -> _Turning:
     pattern, along = pattern_of(mesh), np.asarray(axis.direction)
-    turning = _Turning(
+    return _Turning(
         model=model,
+        K=K,
         mesh=mesh,
         materials=materials,
         pattern=pattern,
-        motion=_motion(model, mesh),
+        motion=motion,
+        whole=whole,
         mass=mass_values(mesh, materials, pattern),
         across=np.eye(3) - np.outer(along, along),
         origin=np.asarray(axis.point),
     )
+
+
+def _state(turning: _Turning, speed: float) -> Centrifugal:
     linear = turning.linear(speed)
     for steps in _STEPS:
         followed = turning.followed(linear, speed, steps)
         if followed is not None:
             return followed
-    raise InputError(f"{model.source}: finds no static state at {speed:g} rad/s; check speed, axis and units")
+    raise InputError(f"{turning.model.source}: finds no static state at {speed:g} rad/s; check speed, axis and units")
+
+
+def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple[csr_array, str]:
+    """Stiffness (n, n) of a sector alone about the state in which all sectors stand alike at a speed, rad/s.
+
+    Returned with a note that says so.
+
+    Raises
+    ------
+    InputError
+        As ``centrifugal``.
+
+    Warns
+    -----
+    SlipstickWarning
+        A strain that no metal bears; mass that is not in the mesh.
+    """
+    mesh, materials = _meshed(model)
+    alike, motion = joined.motion(0), _motion(model, mesh)
+    K = csr_array(alike.T @ model.K @ alike)
+    turning = _turning(model, mesh, materials, joined.axis, K, csr_array(motion @ alike), motion)
+    state = _state(turning, speed)
+    change = deformed(mesh, materials, turning.pattern, state.displacement)
+    blocks = change.stiffness - speed**2 * turning.mass[:, None, None] * turning.across
+    found = csr_array(model.K + motion.T @ turning.pattern.vector_matrix(blocks) @ motion)
+    warn([*_doubts(model, state)])
+    moved = np.linalg.norm(state.displacement, axis=1).max()
+    return found, (
+        f"at {speed:g} rad/s: largest static displacement {moved:.4g}, strain {state.strain:.3g}; Coriolis forces are "
+        "left out"
+    )
 
 
 def _meshed(model: ImportedModel) -> tuple[Mesh, Materials]:
@@ -255,22 +333,27 @@ def _motion(model: ImportedModel, mesh: Mesh) -> csr_array:
 
 @dataclass(frozen=True, kw_only=True)
 class _Turning:
-    """The parts of the equations; ``mass`` of every coupling (n_couplings,), ``across`` takes the axis out."""
+    """The parts of the equations; ``mass`` of every coupling (n_couplings,), ``across`` takes the axis out.
+
+    ``motion`` is that of all nodes by the rows of K, ``whole`` by those of the model, whose faces may not be joined.
+    """
 
     model: ImportedModel
+    K: csr_array
     mesh: Mesh
     materials: Materials
     pattern: Pattern
     motion: csr_array
+    whole: csr_array
     mass: Array
     across: Array
     origin: Array
 
     def linear(self, speed: float) -> Array:
         """The displacement (n,) by the stiffness at rest; InputError where that is singular."""
-        residual, _, _ = self._at(np.zeros(self.model.n_dofs), speed**2)
+        residual, _, _ = self._at(np.zeros(self.K.shape[0]), speed**2)
         try:
-            return -_solved(self.model.K, residual)
+            return -_solved(self.K, residual)
         except SingularMatrixError:
             what = "has rigid-body motion, nothing balances centrifugal forces; constrain it"
             raise InputError(f"{self.model.source}: {what}") from None
@@ -283,7 +366,7 @@ class _Turning:
             for _ in range(_ITERATIONS):
                 residual, stiffness, _ = self._at(q, squared)
                 try:
-                    change = _solved(self.model.K + stiffness, residual)
+                    change = _solved(csr_array(self.K + stiffness), residual)
                 except SingularMatrixError:
                     return None
                 q = q - change
@@ -309,11 +392,11 @@ class _Turning:
         load = squared * (self.pattern.scalar_matrix(self.mass) @ turned)
         blocks = change.stiffness - squared * self.mass[:, None, None] * self.across
         stiffness = self.motion.T @ self.pattern.vector_matrix(blocks) @ self.motion
-        residual = self.model.K @ q + self.motion.T @ (change.force - load).ravel()
+        residual = self.K @ q + self.motion.T @ (change.force - load).ravel()
         return np.asarray(residual), stiffness, change.strain
 
     def _moving_mass(self) -> float:
-        along = np.asarray(self.motion @ (self.model.dof_components[:, None] == np.arange(3)).astype(float))
+        along = np.asarray(self.whole @ (self.model.dof_components[:, None] == np.arange(3)).astype(float))
         along = along.reshape(-1, 9)
         return float((along * (self.pattern.scalar_matrix(self.mass) @ along)).sum()) / 3.0
 

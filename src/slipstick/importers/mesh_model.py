@@ -12,6 +12,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.fem import refine
 from slipstick.fem.boundary import boundary
+from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import NodalEquation, names_dofs
 from slipstick.fem.frames import NodeAxes
@@ -33,12 +34,14 @@ if TYPE_CHECKING:
 class Stated:
     """A constraint of a file: where it stands, and its equations between the nodes of the finished mesh.
 
-    ``nodewise``: it names each node, so that nodes which come to a mesh later are not in it.
+    ``nodewise``: it names each node, so that nodes which come to a mesh later are not in it. ``cyclic``: it joins the
+    faces of a sector, for equal motion of all sectors.
     """
 
     where: str
     equations: Callable[[Mesh], Iterable[NodalEquation]]
     nodewise: bool = True
+    cyclic: bool = False
 
 
 def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
@@ -53,6 +56,10 @@ def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
 def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
     del mesh
     return equations
+
+
+def _no_symmetry(_mesh: Mesh) -> CyclicSymmetry | None:
+    return None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +82,8 @@ class MeshModel:
         Foreign element types that integrate otherwise than ours, with their counts, by our element.
     axes
         Own directions (rows) of the nodes that have some, by label: those of the rows of matrices beside the mesh.
+    symmetry
+        Of the ring that the finished mesh is a sector of.
     """
 
     mesh: Mesh
@@ -89,6 +98,7 @@ class MeshModel:
     material_faults: tuple[str, ...] = ()
     variants: Variants = field(default_factory=dict)
     axes: NodeAxes = field(default_factory=dict)
+    symmetry: Callable[[Mesh], CyclicSymmetry | None] = _no_symmetry
 
     @property
     def applied(self) -> tuple[Coupling, ...]:
@@ -188,7 +198,7 @@ def assemble_mesh(
         matrices=matrices,
         dof_map=dof_map,
         nodes=nodes,
-        equations=tuple(equation for stated in imported.constraints for equation in stated.equations(mesh)),
+        equations=_equations(imported, mesh, cyclic=True),
         notes=(*imported.notes, *_orphans(imported, mesh, source)),
         warnings=(
             *imported.warnings,
@@ -198,13 +208,26 @@ def assemble_mesh(
             *material_warnings(imported.materials, material, source),
         ),
     )
+    symmetry = imported.symmetry(mesh)
     model = build_model(raw, source=source, units=units or imported.units)
     model = model.fix(single) if single else model
     if isinstance(materials, Material):
         everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
         mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
         materials = {"all": materials}
-    return replace(model, mesh=mesh, materials=dict(materials))
+    model = replace(model, mesh=mesh, materials=dict(materials), symmetry=symmetry)
+    if symmetry is None or not any(stated.cyclic for stated in imported.constraints):
+        return model
+    free = replace(raw, equations=_equations(imported, mesh, cyclic=False))
+    alone = build_model(free, source=source, units=units or imported.units)
+    alone = replace(alone.fix(single) if single else alone, mesh=mesh, materials=dict(materials))
+    return replace(model, symmetry=replace(symmetry, alone=alone))
+
+
+def _equations(imported: MeshModel, mesh: Mesh, *, cyclic: bool) -> tuple[NodalEquation, ...]:
+    """All constraints, or those that do not join the faces of a sector."""
+    chosen = [stated for stated in imported.constraints if cyclic or not stated.cyclic]
+    return tuple(equation for stated in chosen for equation in stated.equations(mesh))
 
 
 def _orphans(imported: MeshModel, mesh: Mesh, source: str) -> Iterator[str]:

@@ -78,7 +78,7 @@ def full_symmetric(matrix: Matrix, name: str) -> csr_array:
     faults = number_faults(name, matrix, DAMPING_ELSEWHERE)
     if faults:
         raise InputError(faults)
-    matrix = csr_array(real(matrix))
+    matrix = csr_array(real(matrix), copy=True)  # what follows works in place
     if matrix.shape[0] != matrix.shape[1]:
         raise InputError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}; expected a square matrix")
     matrix.sum_duplicates()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.fem.axis import Axis
+from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
@@ -23,12 +26,13 @@ if TYPE_CHECKING:
 
 
 MODEL_FORMAT = "slipstick model"
-VERSION = 2
-"""Since 2 some degrees of freedom may depend on others; a file without such is of version 1."""
+VERSION = 3
+"""Since 2 some degrees of freedom may depend on others, since 3 it may be a sector; others are of version 1."""
 
 _MATRIX = ("data", "indices", "indptr")
 _MAP = ("dof_nodes", "dof_components", "node_ids", "coordinates", "constrained")
 _DEPENDENT = "dependent"
+_SIDES = ("low", "high")
 
 
 def save_model(model: ImportedModel, path: Path) -> Path:
@@ -53,7 +57,7 @@ def save_model(model: ImportedModel, path: Path) -> Path:
 
 
 def _write(file: h5py.Group, model: ImportedModel) -> None:
-    version = 1 if model.dependence is None else VERSION
+    version = 3 if model.symmetry is not None else 1 if model.dependence is None else 2
     file.attrs.update(format=MODEL_FORMAT, version=version, source=model.source, units=model.units)
     file.attrs["speed"] = model.speed
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
@@ -72,6 +76,21 @@ def _write(file: h5py.Group, model: ImportedModel) -> None:
     _write_group(file, "node_sets", model.node_sets)
     if model.mesh is not None:
         _write_mesh(file.create_group("mesh"), model.mesh)
+    if model.symmetry is not None:
+        _write_symmetry(file.create_group("symmetry"), model.symmetry)
+
+
+def _write_symmetry(group: h5py.Group, symmetry: CyclicSymmetry) -> None:
+    axis = {name: np.asarray(getattr(symmetry.axis, name)).tolist() for name in ("point", "direction", "zero")}
+    group.attrs["sectors"], group.attrs["axis"] = symmetry.sectors, json.dumps(axis)
+    for side in _SIDES:
+        given = getattr(symmetry, side)
+        labels = isinstance(given, np.ndarray)
+        group.attrs[side] = "" if labels else json.dumps(given if isinstance(given, str) else list(given))
+        if labels:
+            group[side] = given
+    if symmetry.alone is not None:  # of the same mesh
+        _write(group.create_group("alone"), replace(symmetry.alone, mesh=None))
 
 
 def _write_group(group: h5py.Group, where: str, arrays: Mapping[str, NDArray]) -> None:
@@ -128,8 +147,10 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
     arrays = {name: _array(file, name, path) for name in _MAP}
     n = len(arrays["dof_nodes"])
     materials = {name: Material(**known) for name, known in json.loads(file.attrs["materials"]).items()}
+    given: dict[str, Any] = {name: _matrix(file, name, (n, n), path) for name in "KMC" if name in file}
+    mesh = _mesh(own_node(file, "mesh"), path) if "mesh" in file else None
     return ImportedModel(
-        **{name: _matrix(file, name, (n, n), path) for name in "KMC" if name in file},
+        **given,
         **arrays,
         **_dependence(file, n, path),
         node_sets=_group(file, "node_sets", path),
@@ -138,9 +159,19 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         speed=float(file.attrs.get("speed", 0.0)),
         notes=tuple(map(str, json.loads(file.attrs["notes"]))),
         warnings=tuple(map(str, json.loads(file.attrs.get("warnings", "[]")))),
-        mesh=_mesh(own_node(file, "mesh"), path) if "mesh" in file else None,
+        mesh=mesh,
         materials=materials,
+        symmetry=_symmetry(own_node(file, "symmetry"), mesh, path) if "symmetry" in file else None,
     )
+
+
+def _symmetry(group: h5py.Group, mesh: Mesh | None, path: Path) -> CyclicSymmetry:
+    alone = _read(own_node(group, "alone"), path) if "alone" in group else None
+    return CyclicSymmetry(
+        sectors=int(group.attrs["sectors"]), axis=Axis(**json.loads(group.attrs["axis"])),
+        **{side: _array(group, side, path) if side in group else json.loads(group.attrs[side]) for side in _SIDES},
+        alone=None if alone is None else replace(alone, mesh=mesh),
+    )  # fmt: skip
 
 
 def _array(group: h5py.Group, name: str, path: Path) -> NDArray:

@@ -21,13 +21,18 @@ from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.planar import PlanarFrictionContact
 from slipstick.contact.rubbing import SECOND, RubbingMotion
+from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.results.table import ResultTable
 from slipstick.state.known import STORED_STATES
+from slipstick.structure.cyclic import CyclicStructure, TravellingWave
+from slipstick.structure.disc import Disc
+from slipstick.structure.free import FreeStructure
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.reduction.sector import SectorModes
 from slipstick.structure.skin import Skin
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray
@@ -60,11 +65,17 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "problem": (Problem, _arguments),
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
+    "sector": (CyclicStructure, lambda s: s.arguments),
+    "reduced sector": (SectorModes, lambda s: s.arguments),
+    "wave": (TravellingWave, lambda s: s.arguments),
+    "disc": (Disc, lambda s: s.arguments),
+    "free": (FreeStructure, lambda s: s.arguments),
     "load shape": (LoadShape, _by_fields),
     "skin": (Skin, _by_fields),
     "contact": (ContactPair, _by_fields),
     "friction": (FrictionContact, _by_fields),
     "planar friction": (PlanarFrictionContact, _by_fields),
+    "stator": (StatorContact, _by_fields),
     "rubbing": (RubbingMotion, _rubbing),
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),
@@ -175,7 +186,13 @@ def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
     arguments = {name: _made(value, arrays) for name, value in plain["arguments"].items()}
     if plain["kind"] == "modes" and len(arguments["dofs"]) > MOST_MODAL_DOFS:
         raise ValueError(f"modes at {len(arguments['dofs'])} dofs; expected at most {MOST_MODAL_DOFS}")
+    if plain["kind"] == "disc" and (size := _disc_dofs(arguments["sector"])) > MOST_MODAL_DOFS:
+        raise ValueError(f"a disc of {size} dofs; expected at most {MOST_MODAL_DOFS}")
     return STORED_PARTS[plain["kind"]][0](**arguments)
+
+
+def _disc_dofs(sector: CyclicStructure) -> int:
+    return sector.sectors * len(sector.dofs)
 
 
 def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:

@@ -1,1 +1,42 @@
-"""What users build with: structures from meshes with contacts on a surface, and the parametric blade."""
+"""What users build with: structures from meshes with contacts on a surface, the parametric blade, rotors.
+
+The rotors are reached as ``ss.models.beam_rotor(...)``.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+_PUBLIC = {
+    "campbell": "slipstick.structure.campbell",
+    "beam_rotor": "slipstick.models.rotor",
+    "craig_bampton": "slipstick.structure.reduction.craig_bampton",
+    "free_structure": "slipstick.structure.free",
+    "interference": "slipstick.structure.interference",
+    "jeffcott_rotor": "slipstick.models.rotor",
+    "Bearing": "slipstick.models.rotor",
+    "Disc": "slipstick.models.rotor",
+    "Shaft": "slipstick.models.rotor",
+    "StatorContact": "slipstick.contact.stator",
+}
+
+__all__ = sorted(_PUBLIC)
+
+if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick.contact.stator import StatorContact as StatorContact
+    from slipstick.models.rotor import Bearing as Bearing
+    from slipstick.models.rotor import Disc as Disc
+    from slipstick.models.rotor import Shaft as Shaft
+    from slipstick.models.rotor import beam_rotor as beam_rotor
+    from slipstick.models.rotor import jeffcott_rotor as jeffcott_rotor
+    from slipstick.structure.campbell import campbell as campbell
+    from slipstick.structure.free import free_structure as free_structure
+    from slipstick.structure.interference import interference as interference
+    from slipstick.structure.reduction.craig_bampton import craig_bampton as craig_bampton
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'slipstick.models' has no attribute '{name}'")
+    return getattr(import_module(_PUBLIC[name]), name)

@@ -135,8 +135,8 @@ def blade_mesh(shape: BladeShape | None = None) -> Mesh:
     plan = plan_of(*_divisions(shape))
     levels, in_block = _levels(shape)
     nodes = np.stack([_section(shape, plan, z) for z in levels])
-    numbers, kept = _numbers(plan, in_block)
-    mesh = Mesh(nodes=nodes[kept], blocks={"hex20": _hexahedra(plan, numbers, in_block)})
+    numbers, kept = plan_numbers(plan, in_block)
+    mesh = Mesh(nodes=nodes[kept], blocks={"hex20": hexahedra(plan, numbers, in_block)})
     level = np.broadcast_to(np.arange(len(levels))[:, None], kept.shape)[kept]
     column = np.broadcast_to(np.arange(plan.n_nodes), kept.shape)[kept]
     surfaces = _surfaces(boundary(mesh), plan, level, column, in_block)
@@ -203,7 +203,7 @@ def _camber(shape: BladeShape, s: float, u: Array) -> Array:
     return camber * (4.0 * u * (1.0 - u) - 2.0 / 3.0)
 
 
-def _numbers(plan: Plan, in_block: BoolArray) -> tuple[IntArray, BoolArray]:
+def plan_numbers(plan: Plan, in_block: BoolArray) -> tuple[IntArray, BoolArray]:
     """Node numbers (n_levels, n_plan_nodes) and which of those places hold a node."""
     touches_block = np.zeros(2 * len(in_block) + 1, dtype=bool)
     for layer in np.flatnonzero(in_block):
@@ -215,7 +215,7 @@ def _numbers(plan: Plan, in_block: BoolArray) -> tuple[IntArray, BoolArray]:
     return numbers, kept
 
 
-def _hexahedra(plan: Plan, numbers: IntArray, in_block: BoolArray) -> IntArray:
+def hexahedra(plan: Plan, numbers: IntArray, in_block: BoolArray) -> IntArray:
     """Connectivity (n_elements, 20): plan corners and middles below, above, and corners at the middle level."""
     blocks = []
     for layer, block in enumerate(in_block):

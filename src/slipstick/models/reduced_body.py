@@ -300,6 +300,9 @@ def _refuse(model: ImportedModel, wanted: _Wanted) -> None:
 
 
 def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[Fault]:
+    if model.symmetry is not None and model.symmetry.alone is None:
+        what = f"{model.source} is one of {model.symmetry.sectors} sectors of a disc, and its faces are free"
+        yield Fault("model", what, remedy="reduce it with ss.reduced_sector")
     if wanted.surface is None:
         if not wanted.keep:
             yield Fault(

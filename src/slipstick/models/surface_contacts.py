@@ -15,12 +15,14 @@ from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.fem.axis import DIRECTIONS, Axis
+from slipstick.fem.contact_points import ContactPoints
 from slipstick.models.reduced_body import ReducedBody
+from slipstick.models.reduced_sector import ReducedSector
 from slipstick.typing import Array, Reals
 
 
 def surface_contacts(
-    body: ReducedBody,
+    body: ReducedBody | ReducedSector,
     name: str = "contact",
     *,
     contact: Law,
@@ -30,13 +32,14 @@ def surface_contacts(
     shared: bool = False,
     rubbing: RubbingMotion | Callable[[Array, Array], RubbingMotion] | None = None,
     axis: Axis | Mapping[str, Reals] | None = None,
+    between: bool = False,
 ) -> list[ContactPair]:
     """Contacts "NAME 1", "NAME 2", ... at the contact points of a body, each with the number of its point.
 
     Parameters
     ----------
     body
-        Made by :func:`reduced_body` with a ``surface``, or by :func:`reduced_blade`.
+        Made by :func:`reduced_body` with a ``surface``, by :func:`reduced_blade`, or by :func:`reduced_sector`.
     contact
         The law with its parameters: numbers for all, or arrays (n,), one value for each of the chosen points in their
         order. With a ``PlanarFrictionContact`` the points slide in the plane of the surface: along ``direction``, and
@@ -60,7 +63,9 @@ def surface_contacts(
         ``lambda radius, angles: ss.casing_motion(profile, radius=radius, angles=angles, lobes=2)``.
     axis
         Of the rotor: ``{"point": (0, 0, 0), "direction": (0, 0, 1)}``, with "zero" for the direction in which the angle
-        is 0 (x; y where the axis is along x).
+        is 0 (x; y where the axis is along x). Of a sector it is that of its disc by default.
+    between
+        Of a sector: contacts of its face towards the next sector with the low face of that one, which lies opposite.
 
     Raises
     ------
@@ -69,21 +74,18 @@ def surface_contacts(
         there is not one value for each point, a gap is to be shared, a point lies on the axis, or there is no axis
         where one is needed.
     """
-    about = _checked(body, name, contact, normal, shared, rubbing, axis)
-    places = body.points
-    if places is None:
-        raise InputError(Fault("points", "the body has no contact points", remedy="give surface where it is reduced"))
+    about = _checked(body, name, contact, normal, shared, rubbing, axis, between)
+    places, cosines = _places(body, between)
     gathering = Gathering()
     chosen = gathering.take(places.chosen, points)
     turned = gathering.take(places.outward, about, normal) if isinstance(normal, str) else None
-    directions = gathering.take(places.tangential, direction, axis=about, across=turned)
+    tangents = gathering.take(places.tangents, direction, axis=about, across=turned)
     gathering.end()
-    at, along = chosen or [], directions or []
-    across = places.normal if turned is None else places.cosines(turned)
-    second = None
-    if "second" in contact.ports:
-        first = places.tangents(direction, axis=about, across=turned)
-        second = places.cosines(np.cross(places.normals if turned is None else turned, first))
+    at, along = chosen or [], cosines(tangents)
+    outward = places.normals if turned is None else turned
+    across, second = cosines(outward), None
+    if tangents is not None and "second" in contact.ports:
+        second = cosines(np.cross(outward, tangents))
     if shared:
         contact = _sharing(contact, places.share(1.0, [k + 1 for k in at]))
     motion = _motion(rubbing, about, places.positions[at])
@@ -102,12 +104,36 @@ def surface_contacts(
     ]
 
 
+def _places(body: ReducedBody | ReducedSector, between: bool) -> tuple[ContactPoints, Callable[[Any], Any]]:
+    """The contact points, and what makes direction cosines by dof of unit vectors there."""
+    if between:
+        side = body.between if isinstance(body, ReducedSector) else None
+        if side is None:
+            remedy = "give between where the sector is reduced"
+            raise InputError(Fault("between", "the body has no contact points towards its neighbours", remedy=remedy))
+        return side.high, side.cosines
+    if body.points is None:
+        raise InputError(Fault("points", "the body has no contact points", remedy="give surface where it is reduced"))
+    return body.points, body.points.cosines
+
+
 def _checked(
-    body: object, name: object, contact: object, normal: object, shared: object, rubbing: object, axis: object
+    body: object,
+    name: object,
+    contact: object,
+    normal: object,
+    shared: object,
+    rubbing: object,
+    axis: Any,
+    between: object,
 ) -> Axis | None:
     """The axis, if there is one; InputError with everything that is of another kind."""
     gathering = Gathering()
-    gathering.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
+    what = "what ss.reduced_body, ss.reduced_blade or ss.reduced_sector returns"
+    gathering.take(one, "body", body, (ReducedBody, ReducedSector), what)
+    gathering.take(truth, "between", between)
+    if axis is None and isinstance(body, ReducedSector):
+        axis = body.axis
     gathering.take(text, "name", name)
     if not isinstance(contact, Law):
         gathering.faults.append(Fault("contact", found=shown(contact), expected="ss.FrictionContact(...), or a law"))

@@ -10,6 +10,7 @@ _FIGURES = {
     "points": "loop loops states history spectrum",
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping",
+    "rotor": "campbell interference",
     "study": "study_map study_curves",
     "quantities": "abscissa_text",
     "style": "save_figure",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.errors import InputError
 from slipstick.results.truncation import moved
 from slipstick.structure.skin import AtSkin, Skin

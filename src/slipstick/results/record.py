@@ -8,9 +8,9 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from slipstick.balance.balance import Balance
+from slipstick.balance.batch_evaluation import Together
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.many import Together
-from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -18,7 +18,7 @@ from slipstick.contact.law import Response
 from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of, state_names
-from slipstick.results.stability import PointStability, stability_values
+from slipstick.results.stability import PointStability, is_wave, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Reaction, Structures, moved, truncation
 from slipstick.solve.continuation import Step
@@ -36,7 +36,7 @@ class Point:
     parameter: float
     """Value of the followed quantity: the frequency itself or the named parameter."""
     kind: str
-    """One of ``schema.KINDS``."""
+    """One of ``schema.POINT_KINDS``."""
     peak_of: str
     """Name of the dof whose amplitude peaks here, else empty."""
     x: Array
@@ -156,8 +156,15 @@ class Outputs:
         """``-A G`` (n, n_far, L) for forces less loads ``G`` (n, n_columns, L)."""
         assert self.receptance is not None
         out = moved(self.receptance, self.balance.orders, G[:, :, 1:], omega, structures)
-        out[:, :, 0] = -(G[:, :, 0] @ self.receptance.static.T)
+        for i, values in enumerate(structures):
+            out[i, :, 0] = -(self._static(values) @ G[i, :, 0])
         return out
+
+    def _static(self, values: Mapping[str, float]) -> Array:
+        """Static compliance with parameters of the structure, on which that of few depends."""
+        assert self.receptance is not None
+        depends = values and hasattr(self.receptance, "static_by_parameter")
+        return adjusted(self.receptance, values).static if depends else self.receptance.static
 
 
 def _same_direction(directions: Array, wanted: Array) -> tuple[int, float] | None:
@@ -233,7 +240,9 @@ class Recorder:
             ),
         }
         if self.stability:
-            values |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
+            values |= stability_values(
+                [p.stability for p in points], len(layout.labels["rank"]), of_wave=is_wave(b.problem)
+            )
         values |= self.further(points)
         return {name: values[name] for name in layout.variables}
 

@@ -18,7 +18,7 @@ from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.errors import InputError, Outcome
-from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS, ranks
+from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS, is_wave, ranks
 from slipstick.results.table import ResultColumn, ResultTable
 from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import AnyArray, Array
@@ -116,6 +116,17 @@ STABILITY: dict[str, Declared] = {
 }  # fmt: skip
 """Every variable that is there where stability was asked for."""
 
+OF_WAVES: dict[str, Declared] = {
+    "wave_number": Declared(
+        (), "1", "wave number of the disturbance of a travelling wave that grows fastest, -1 where none is known",
+        whole=True,
+    ),
+}  # fmt: skip
+"""The same for travelling waves."""
+
+LARGEST = "largest"
+"""In place of names of dofs: the largest amplitude of all outputs, whichever that is."""
+
 ENDING = ("outcome", "outcome_text", "warnings")
 """Attributes that the end of a run changes."""
 
@@ -208,6 +219,7 @@ def layout_of(
     chosen = {name: _of_problem(problem, VARIABLES[name]) for name in only or ()}
     variables = dict(_declared(problem, parameter)) if only is None else chosen
     variables |= STABILITY if stability else {}
+    variables |= OF_WAVES if stability and is_wave(problem) else {}
     labels = {
         "dof": tuple(problem.outputs or ()),
         "coefficient": problem.harmonics.labels,

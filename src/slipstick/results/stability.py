@@ -15,9 +15,11 @@ if TYPE_CHECKING:
 
 EIGENVALUES = "eigenvalues"
 PIECES, SHOOTING, COUNT, ORDER_COUNT = "PW", "shooting", "count", "count by order"
-STABILITY_METHODS = (PIECES, SHOOTING, COUNT, ORDER_COUNT, EIGENVALUES)
+WAVE_COUNT = "count by wave number"
+STABILITY_METHODS = (PIECES, SHOOTING, COUNT, ORDER_COUNT, WAVE_COUNT, EIGENVALUES)
 """Exact pieces on the iterated motion; on the motion found by shooting; number of unstable exponents by the argument
-principle; the same with the receptance of each harmonic's own order; of steady sliding."""
+principle; the same with the receptance of each harmonic's own order, or of all wave numbers of a travelling wave; of
+steady sliding."""
 
 TURNING_POINT = "turning point"
 _AT_THE_FOLD = 0.02
@@ -56,6 +58,8 @@ class PointStability:
         Distance of the largest multiplier from that of the harmonic form; nan where only one is known.
     error
         How far the multipliers moved when the motion was iterated; nan where that was not looked at.
+    wave_number
+        Of a travelling wave: wave number of the disturbance that grows fastest, ``UNKNOWN`` where none is known.
     """
 
     multipliers: ComplexArray
@@ -64,6 +68,7 @@ class PointStability:
     neutral: int
     difference: float = np.nan
     error: float = np.nan
+    wave_number: int = UNKNOWN
 
 
 def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], unit: str) -> Iterator[str]:
@@ -90,6 +95,16 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
             "stability: the motion is a travelling wave; disturbances of the wave's own symmetry are judged, and of "
             "other wave numbers those alone that the harmonics kept can show"
         )
+    if "wave_number" in values:
+        counts, numbers = np.asarray(values["unstable_multipliers"]), np.asarray(values["wave_number"])
+        lost = np.flatnonzero((counts > 0) & (np.concatenate([[0], counts[:-1]]) <= 0)).tolist()
+        for i in lost:
+            if numbers[i] > 0:
+                yield (
+                    f"at {name} = {at[i]:.6g}{known} the wave loses its symmetry: a disturbance of wave number "
+                    f"{numbers[i]} grows, and the sectors no longer move alike; follow the whole disc, "
+                    "sector.mistuned().problem(problem)"
+                )
     if np.any(apart > WARNED_DIFFERENCE):
         worst = int(np.nanargmax(apart))
         yield (
@@ -141,7 +156,14 @@ def ranks(problem: Problem) -> tuple[str, ...]:
     return tuple(str(i + 1) for i in range(min(2 * n + len(problem.elements), MOST_MULTIPLIERS)))
 
 
-def stability_values(points: Sequence[PointStability | None], n_ranks: int) -> Mapping[str, AnyArray]:
+def is_wave(problem: Problem) -> bool:
+    """Whether the structure is a sector in a travelling wave, whose disturbances have wave numbers."""
+    return hasattr(problem.structure, "phase_number")
+
+
+def stability_values(
+    points: Sequence[PointStability | None], n_ranks: int, *, of_wave: bool = False
+) -> Mapping[str, AnyArray]:
     """Every variable of stability, (n_points, ...)."""
     multipliers = np.full((len(points), n_ranks, 2), np.nan)
     largest = np.full(len(points), np.nan)
@@ -151,7 +173,8 @@ def stability_values(points: Sequence[PointStability | None], n_ranks: int) -> M
             multipliers[i, : kept.size] = np.stack([kept.real, kept.imag], axis=1)
             largest[i] = abs(kept[0])
     unstable = np.array([UNKNOWN if point is None else point.unstable for point in points], dtype=np.int32)
-    return {
+    numbers = np.array([UNKNOWN if point is None else point.wave_number for point in points], dtype=np.int32)
+    return ({"wave_number": numbers} if of_wave else {}) | {
         "multiplier": multipliers,
         "multiplier_max": largest,
         "unstable_multipliers": unstable,

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from slipstick.balance.batch_evaluation import applied, respond
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.balance.many import applied, respond
 from slipstick.contact.law import Response
 from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
@@ -28,7 +28,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.balance.ports import Balance
+    from slipstick.balance.balance import Balance
     from slipstick.results.record import Outputs, Point
 
 Structures = Sequence[Mapping[str, float]]
@@ -104,7 +104,7 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
     added = np.zeros((n, sum(part.shape[1] for part in parts), wide.size))
     added[..., new] = np.concatenate(parts, axis=1)[..., 1:]
     largest, more = size.max(axis=1, initial=0.0), largest_deviation(wide, added).max(axis=1, initial=0.0)
-    worth = (_WORTH if balance.kind.name == "dense" else _WORTH_ITERATIONS) * largest
+    worth = (_WORTH if balance.backend.name == "dense" else _WORTH_ITERATIONS) * largest
     at = np.array([i for i, p in enumerate(points) if p.reaction is not None and more[i] > worth[i]], dtype=int)
     if at.size:
         tangents = [{pair: T.reshape(n, -1, *T.shape[1:])[at] for pair, T in r.by_motion.items()} for r in responses]

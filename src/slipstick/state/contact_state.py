@@ -43,7 +43,7 @@ class StateVariable(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """A parameter and its derivative by the state, of one shape."""
+    """A parameter of the law at values of a state, and its derivative by them, of one shape."""
 
     value: Array
     derivative: Array

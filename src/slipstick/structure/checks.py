@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, SMALLEST, Name, listed, shown, table
-from slipstick.typing import AnyArray, Array, Matrix, Sparse
+from slipstick.typing import AnyArray, Array, ComplexArray, Matrix, Sparse
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""
@@ -51,6 +51,20 @@ def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
         return []
     sizes = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"
     return [Fault(name, f"is complex ({sizes})", expected="real numbers", remedy=remedy)]
+
+
+def complex_numbers(value: Any) -> ComplexArray | None:
+    """An array of finite complex numbers, none of them above ``LARGEST``; None where it is not one."""
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind == "O":
+            array = np.asarray(value, dtype=complex)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    if array.dtype.kind not in "biufc":
+        return None
+    found = array.astype(complex)
+    return found if np.all(np.abs(found) <= LARGEST) else None
 
 
 def real(value: Any) -> Any:

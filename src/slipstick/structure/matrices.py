@@ -1,4 +1,4 @@
-"""Structure given by its mass, damping and stiffness matrices."""
+"""Structure given by its mass, damping and stiffness matrices, at rest or turning."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
 from slipstick.errors import Fault, InputError
+from slipstick.faults import number
 from slipstick.structure.checks import (
     array_faults,
     checked_names,
@@ -21,8 +22,17 @@ from slipstick.structure.checks import (
     number_faults,
     real,
 )
-from slipstick.structure.dynamic import DynamicStiffness, checked_values
-from slipstick.structure.matrix_checks import energy_fed, fed_modes, system_matrices
+from slipstick.structure.complex_modes import ComplexModes, complex_modes, critical_modes
+from slipstick.structure.dynamic import SPEED, DynamicStiffness, checked_values
+from slipstick.structure.matrix_checks import (
+    definite_faults,
+    energy_fed,
+    fed_modes,
+    is_symmetric,
+    rotation_matrices,
+    symmetric_part,
+    system_matrices,
+)
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
@@ -38,14 +48,18 @@ _POLE_ERROR = 1e-10
 
 
 class MatrixStructure:
-    """``M x'' + C x' + K x = forces``; hysteretic damping makes it ``K (1 + i loss_factor)`` at nonzero harmonics.
+    """``M x'' + (C + W G) x' + (K + W N) x = forces`` at a speed of rotation W, with hysteretic damping.
+
+    That makes the symmetric part of K ``K (1 + i loss_factor)`` at nonzero harmonics. G and N are zero unless given.
 
     Parameters
     ----------
     M, C, K
-        Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; real and symmetric; M and K
-        positive definite (a grounded structure). C that is not positive semidefinite feeds energy in: a problem with it
-        warns.
+        Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; real. M is symmetric and
+        positive definite. K of a grounded structure: positive definite where nothing turns, else regular. C and K
+        may be unsymmetric (bearings and seals, gyroscopic and circulatory forces at one speed), but one triangle alone
+        is refused. What feeds energy in (C not positive semidefinite, circulatory stiffness beyond the damping) makes a
+        problem warn.
     dofs
         A name for each degree of freedom, in the order of the matrices.
     loss_factor
@@ -53,7 +67,17 @@ class MatrixStructure:
     load_shapes
         Distributed loads: name -> forces on all dofs (n_dofs,).
     damping
-        Factor on C, >= 0: the parameter "damping".
+        Factor on the symmetric part of C, >= 0: the parameter "damping".
+    gyroscopic, circulatory
+        G and N (n_dofs, n_dofs), skew-symmetric: gyroscopic matrix, and the stiffness that damping in the rotating
+        part (internal damping) makes in the fixed frame, both for unit speed [G. Genta, Dynamics of
+        Rotating Systems, 2005].
+    speed
+        W, rad/s, fixed, of either sense: the parameter "speed" (without ``circulatory``, whose harmonic 0 depends on
+        it).
+    engine_order
+        In place of ``speed``: ``W = omega / engine_order``, tied to the response's fundamental frequency; 1 is
+        synchronous (unbalance). Not with ``circulatory``.
 
     Raises
     ------
@@ -80,6 +104,10 @@ class MatrixStructure:
         loss_factor: float = 0.0,
         load_shapes: Mapping[str, Reals] | None = None,
         damping: float = 1.0,
+        gyroscopic: MatrixLike | None = None,
+        circulatory: MatrixLike | None = None,
+        speed: float | None = None,
+        engine_order: int | None = None,
     ) -> None:
         self._dofs, faults = checked_names(dofs)
         n = len(self._dofs)
@@ -87,7 +115,11 @@ class MatrixStructure:
             raise InputError(faults)
         arguments = {"M": M, "K": K} | ({} if C is None else {"C": C})
         self._dense = n <= DENSE_LIMIT
-        matrices, wrong = system_matrices(arguments, n, dense=self._dense)
+        matrices, wrong = system_matrices(arguments, n, dense=self._dense, turns=gyroscopic is not None)
+        faults += wrong
+        turning, wrong = rotation_matrices(
+            {"gyroscopic": gyroscopic, "circulatory": circulatory}, speed, engine_order, n, dense=self._dense
+        )
         faults += wrong
         self._shapes: dict[str, Array] = {}
         for name, value in named_shapes(load_shapes, faults).items():
@@ -95,31 +127,97 @@ class MatrixStructure:
             wrong = number_faults(where, value)
             self._shapes[name] = np.zeros(n) if wrong else real(value)
             faults += wrong or array_faults(where, self._shapes[name], (n,))
-        for name, number in (("loss_factor", loss_factor), ("damping", damping)):
-            faults += number_faults(name, number) or array_faults(name, real(number), (), non_negative=True)
+        for name, value in (("loss_factor", loss_factor), ("damping", damping)):
+            faults += number_faults(name, value) or array_faults(name, real(value), (), non_negative=True)
         if faults:
             raise InputError(faults)
         self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
-        self.M, self.K, self._viscous = matrices["M"], matrices["K"], matrices.get("C")
+        self.M, self.K, given_damping = matrices["M"], matrices["K"], matrices.get("C")
+        self.gyroscopic: Any
+        self.circulatory: Any
+        self.gyroscopic, self.circulatory = turning.get("gyroscopic"), turning.get("circulatory")
+        self.speed = 0.0 if speed is None else float(real(speed))
+        self.engine_order = None if engine_order is None else int(engine_order)
+        self._elastic, self._skew_stiffness = _parts(self.K)
+        self._viscous: Any = None
+        self._skew_damping: Any = None
+        if given_damping is not None:
+            self._viscous, self._skew_damping = _parts(given_damping)
 
     @property
     def C(self) -> Any:
-        """Viscous damping (n_dofs, n_dofs), the factor ``damping`` included, or None."""
-        return self._viscous if self._viscous is None or self.damping == 1.0 else self.damping * self._viscous
+        """Matrix of the velocities (n_dofs, n_dofs), factor ``damping`` and rotation at ``speed`` included, or None."""
+        parts = (
+            [] if self._viscous is None else [self._viscous if self.damping == 1.0 else self.damping * self._viscous]
+        )
+        parts += [] if self._turned_damping is None else [self._turned_damping]
+        return sum(parts[1:], parts[0]) if parts else None
+
+    @property
+    def _turned_damping(self) -> Any:
+        """Skew part of the matrix of the velocities: that of C, and G at a fixed speed; None: there is none."""
+        turned = None if self.gyroscopic is None or self.engine_order else self.speed * self.gyroscopic
+        return _added(self._skew_damping, turned)
+
+    @property
+    def static_stiffness(self) -> Any:
+        """Matrix of the displacements (n_dofs, n_dofs), N at a fixed speed included."""
+        return _added(self.K, None if self.circulatory is None else self.speed * self.circulatory)
+
+    @property
+    def _circulates(self) -> bool:
+        return self._skew_stiffness is not None or self.circulatory is not None
+
+    @cached_property
+    def _indefinite(self) -> bool:
+        """Whether the stiffness of what turns is not positive definite: gyroscopic forces may hold it all the same."""
+        return not self._classical and bool(definite_faults("K", self._elastic))
+
+    @property
+    def _classical(self) -> bool:
+        """Whether nothing is unsymmetric."""
+        return self._skew_damping is None and self.gyroscopic is None and not self._circulates
 
     @property
     def values(self) -> dict[str, float]:
-        """Named parameters: ``loss_factor``, and ``damping``, a factor on the viscous damping, where there is any."""
-        return {"loss_factor": self.loss_factor} | ({} if self._viscous is None else {"damping": self.damping})
+        """Named parameters: ``loss_factor``; ``damping``, a factor on the viscous damping; ``speed`` (rad/s).
+
+        The last two where there is any; a speed that is fixed, and does not change the static compliance.
+        """
+        turns = self.gyroscopic is not None and not self.engine_order and self.circulatory is None
+        damped = {} if self._viscous is None else {"damping": self.damping}
+        return {"loss_factor": self.loss_factor} | damped | ({SPEED: self.speed} if turns else {})
 
     def changed(self, **values: float) -> MatrixStructure:
-        """A copy with another ``loss_factor`` or factor ``damping``; InputError below 0."""
-        new, checked = copy(self), checked_values(self.values, values)
-        for known in ("_poles", "energy_fed"):
-            new.__dict__.pop(known, None)
+        """A copy with another ``loss_factor``, factor ``damping`` (InputError below 0) or ``speed``."""
+        checked = checked_values(self.values, values)
+        new = self._copied(checked.get(SPEED, self.speed))
         new.loss_factor = checked.get("loss_factor", self.loss_factor)
         new.damping = checked.get("damping", self.damping)
         return new
+
+    def _copied(self, speed: float) -> MatrixStructure:
+        new, kept = copy(self), speed == self.speed
+        for known in ("_poles", "energy_fed", "self_excited"):
+            new.__dict__.pop(known, None)
+        for known in () if kept else ("_whirl", "_natural_frequencies", "_viscous_ratios", "_static_factors"):
+            new.__dict__.pop(known, None)
+        new.speed = speed
+        return new
+
+    def at_speed(self, speed: float) -> MatrixStructure:
+        """A copy that turns at a fixed speed, rad/s; InputError without ``gyroscopic`` and ``circulatory``."""
+        if self.gyroscopic is None and self.circulatory is None:
+            raise InputError(Fault("speed", "nothing turns", remedy="give the gyroscopic matrix for unit speed"))
+        new = self._copied(number("speed", speed))
+        new.engine_order = None
+        for known in ("_whirl", "_natural_frequencies", "_viscous_ratios"):
+            new.__dict__.pop(known, None)
+        return new
+
+    def turning_with(self, omega: float) -> MatrixStructure:
+        """The structure at a fundamental frequency, rad/s: at the speed that this is tied to."""
+        return self if self.engine_order is None else self.at_speed(omega / self.engine_order)
 
     @property
     def dofs(self) -> tuple[str, ...]:
@@ -129,7 +227,10 @@ class MatrixStructure:
     @property
     def arguments(self) -> dict[str, Any]:
         """What an equal structure is made from; matrices that are mostly zeros as sparse ones."""
-        matrices = {"M": self.M, "C": self._viscous, "K": self.K}
+        matrices = {"M": self.M, "C": _added(self._viscous, self._skew_damping), "K": self.K}
+        turns = self.gyroscopic is not None or self.circulatory is not None
+        tied = {"engine_order": self.engine_order} if self.engine_order else {SPEED: self.speed}
+        matrices |= {"gyroscopic": self.gyroscopic, "circulatory": self.circulatory} | (tied if turns else {})
         matrices = {name: _thin(matrix) for name, matrix in matrices.items() if matrix is not None}
         numbers = {"loss_factor": self.loss_factor, "damping": self.damping}
         return {**matrices, **numbers, "dofs": self._dofs, "load_shapes": self._shapes}
@@ -141,12 +242,26 @@ class MatrixStructure:
 
     @property
     def natural_frequencies(self) -> Array:
-        """Undamped natural frequencies, rad/s, ascending: all of them, or the lowest 20 of a large sparse structure."""
+        """Undamped natural frequencies, rad/s, ascending: all of them, or the lowest 20 of a large sparse structure.
+
+        Of a structure that turns at a fixed speed those of whirl in both senses; tied to the response's frequency those
+        at which it is in resonance (critical speeds times the engine order); of a large sparse one those at rest.
+        """
         return self._natural_frequencies
 
     @cached_property
     def _natural_frequencies(self) -> Array:
-        return np.sqrt(self._modes[0] if self._dense else self._lowest[0])
+        if self._dense and not self._classical:
+            return np.abs(self._whirl.poles.imag)
+        return np.sqrt(np.maximum(self._modes[0] if self._dense else self._lowest[0], 0.0))
+
+    @cached_property
+    def _whirl(self) -> ComplexModes:
+        """Complex modes in the upper half plane without what dissipates, by ascending frequency."""
+        skew = np.zeros_like(self.M) if self._turned_damping is None else self._turned_damping
+        if self.engine_order:
+            return critical_modes(self.M, self.gyroscopic / self.engine_order, skew, self._elastic)
+        return complex_modes(self.M, skew, self.static_stiffness).upper
 
     @property
     def damping_ratios(self) -> Array:
@@ -155,6 +270,11 @@ class MatrixStructure:
 
     @cached_property
     def _viscous_ratios(self) -> Array:
+        if self._dense and not self._classical:
+            poles, right, left = self._whirl
+            if self._viscous is None:
+                return np.zeros(poles.size)
+            return np.asarray((poles * np.einsum("ik,ij,jk->k", left, self._viscous, right)).real / np.abs(poles))
         squared, modes = self._modes if self._dense else self._lowest
         if self._viscous is None:
             return np.zeros(squared.size)
@@ -167,25 +287,44 @@ class MatrixStructure:
         return (fed_modes(self.natural_frequencies, self._viscous_ratios) or where) if where and self._dense else where
 
     @cached_property
+    def self_excited(self) -> str:
+        """What circulatory or negative stiffness makes grow without contacts, in words; empty where nothing grows."""
+        if self._classical or not (self._circulates or self._indefinite):
+            return ""
+        if not self._dense:
+            return f"perhaps: it is not known of {len(self._dofs)} dofs; reduce them with ss.models.craig_bampton"
+        tied = self.natural_frequencies[:_LISTED_FREQUENCIES] if self.engine_order else [0.0]
+        none = np.zeros((len(self._dofs), 0))
+        for omega in tied:
+            equations = self.turning_with(float(omega)).time_equations(none, none)
+            poles = complex_modes(equations.M, equations.C, equations.K).upper.poles
+            ratios = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
+            if words := fed_modes(np.abs(poles.imag), ratios):
+                return words
+        return ""
+
+    @cached_property
     def _lowest(self) -> tuple[Array, Array]:
         """The lowest 20 modes of a large sparse structure, as ``_modes``."""
         from scipy.sparse.linalg import eigsh
 
-        values, modes = eigsh(self.K, k=_LISTED_FREQUENCIES, M=self.M, sigma=0.0)
+        values, modes = eigsh(self._elastic, k=_LISTED_FREQUENCIES, M=self.M, sigma=0.0)
         order = np.argsort(values)
         return values[order], modes[:, order]
 
     @cached_property
     def _modes(self) -> tuple[Array, Array]:
-        """Squared frequencies (n,) and mass-normalised modes (n, n)."""
+        """Squared frequencies (n,) and mass-normalised modes (n, n) of the symmetric parts."""
         from scipy.linalg import eigh
 
-        values, modes = eigh(self.K, self.M)
+        values, modes = eigh(self._elastic, self.M)
         return np.maximum(values, 0.0), modes
 
     @cached_property
     def _modal_damping(self) -> Array | None:
-        """Viscous damping of each mode, without the factor on it, if the modes diagonalise it, else None."""
+        """Viscous damping of each mode, without the factor on it, if the modes diagonalise all matrices, else None."""
+        if not self._classical:
+            return None
         squared, modes = self._modes
         if self._viscous is None:
             return np.zeros(squared.size)
@@ -195,34 +334,33 @@ class MatrixStructure:
         return diagonal if rest <= 1e-12 * max(np.abs(diagonal).max(), 1e-300) else None
 
     @cached_property
-    def _poles(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
-        """Poles (2 n,) and complex modes (n, 2 n) with ``mode^T (2 pole M + C) mode = 1``, or None.
+    def _poles(self) -> ComplexModes | None:
+        """All complex modes of what has the same matrices at all frequencies, or None.
 
         They are not good where two poles meet (critical damping), so they are tried against direct solutions.
         """
         n = len(self._dofs)
-        if not self._dense or self.C is None or n > _POLE_LIMIT:
+        if not self._dense or self.C is None or n > _POLE_LIMIT or self.engine_order:
             return None
-        inverse = np.linalg.inv(self.M)
-        stiffness = self.K * (1.0 + 1j * self.loss_factor)
-        companion = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ self.C]])
-        poles, vectors = np.linalg.eig(companion)
-        modes = vectors[:n]
-        weights = 2.0 * poles * np.einsum("ik,ij,jk->k", modes, self.M, modes)
-        weights += np.einsum("ik,ij,jk->k", modes, self.C, modes)
-        if np.any(weights == 0.0):
-            return None
-        modes = modes / np.sqrt(weights)
-        for w in np.quantile(self.natural_frequencies, (0.0, 0.5, 1.0)) * (1.0, 1.1, 3.0):
+        lossy = 1j * self.loss_factor * self._elastic if self.loss_factor else 0.0
+        found = complex_modes(self.M, self.C, self.static_stiffness + lossy)
+        poles, right, left = found
+        positive = self.natural_frequencies[self.natural_frequencies > 0.0]
+        for w in np.quantile(positive, (0.0, 0.5, 1.0)) * (1.0, 1.1, 3.0) if positive.size else (1.0,):
             exact = np.linalg.inv(self._stiffness(float(w))[0])
-            if not np.abs((modes / (1j * w - poles)) @ modes.T - exact).max() <= _POLE_ERROR * np.abs(exact).max():
+            if not np.abs((right / (1j * w - poles)) @ left.T - exact).max() <= _POLE_ERROR * np.abs(exact).max():
                 return None
-        return poles, modes
+        return found
 
     def by_modes(self) -> ModalStructure:
         """The same by all of its modes; InputError where these do not exist, or are too many."""
         if not self._dense:
             raise InputError(f"the structure has {len(self._dofs)} dofs, too many for all of its modes: reduce it")
+        if not self._classical:
+            raise InputError(
+                "the structure has unsymmetric matrices (gyroscopic, circulatory, or as C or K were given), whose "
+                "modes are complex: what goes by real modes is not for it"
+            )
         if self._modal_damping is None:
             raise InputError("the viscous damping couples the modes: give damping ratios of the modes instead")
         squared, modes = self._modes
@@ -263,9 +401,9 @@ class MatrixStructure:
         solved = SolvedReceptance(stiffness=self._stiffness, rows=left, columns=right, static=static)
         if self._poles is None:
             return solved
-        poles, shapes_at_poles = self._poles
+        poles, from_right, from_left = self._poles
         return PoleReceptance(
-            left=left.T @ shapes_at_poles, right=right.T @ shapes_at_poles, poles=poles, static=static, solved=solved
+            left=left.T @ from_right, right=right.T @ from_left, poles=poles, static=static, solved=solved
         )
 
     def _static_solve(self, right: Array) -> Array:
@@ -273,14 +411,16 @@ class MatrixStructure:
 
     @cached_property
     def _static_factors(self) -> Callable[[Array], Array]:
-        """``K^-1`` applied to columns; the factors are kept, for a problem is projected more than once."""
+        """Inverse static stiffness applied to columns; the factors are kept: a problem is projected more than once."""
         if self._dense:
-            from scipy.linalg import cho_factor, cho_solve
+            from scipy.linalg import cho_factor, cho_solve, lu_factor, lu_solve
 
+            if self._circulates or self._indefinite:
+                return partial(lu_solve, lu_factor(self.static_stiffness))
             return partial(cho_solve, cho_factor(self.K))
         from scipy.sparse.linalg import splu
 
-        return splu(self.K).solve
+        return splu(csc_array(self.static_stiffness)).solve
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but the factors, which cannot be pickled."""
@@ -288,7 +428,12 @@ class MatrixStructure:
 
     @property
     def _stiffness(self) -> DynamicStiffness:
-        return DynamicStiffness(M=self.M, C=self._viscous, K=self.K, loss_factor=self.loss_factor, damping=self.damping)
+        skew = self._skew_damping  # of C as given: not damping, so not under its factor
+        return DynamicStiffness(
+            M=self.M, C=self._viscous, K=self.K, loss_factor=self.loss_factor, damping=self.damping, S=skew,
+            elastic=None if self._skew_stiffness is None else self._elastic, G=self.gyroscopic, N=self.circulatory,
+            speed=self.speed, engine_order=self.engine_order,
+        )  # fmt: skip
 
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
@@ -298,6 +443,9 @@ class MatrixStructure:
         ``damping_at`` is that frequency, rad/s.
         """
         n = len(self._dofs)
+        if self.engine_order:
+            tied = f"the speed of rotation is tied to the response's frequency (engine order {self.engine_order})"
+            raise InputError(Fault("engine_order", tied, remedy="give a fixed speed: at_speed, turning_with"))
         if not self._dense:
             raise InputError(
                 Fault(
@@ -308,7 +456,7 @@ class MatrixStructure:
             )
         damping = np.zeros((n, n)) if self.C is None else self.C
         if damping_at is not None:
-            damping = damping + self.loss_factor / damping_at * self.K
+            damping = damping + self.loss_factor / damping_at * self._elastic
         elif self.loss_factor:
             squared, modes = self._modes
             weighted = self.M @ modes
@@ -317,7 +465,7 @@ class MatrixStructure:
         return TimeEquations(
             M=self.M,
             C=damping,
-            K=self.K,
+            K=self.static_stiffness,
             rows=left.T.copy(),
             columns=right,
             feedthrough=np.zeros((left.shape[1], right.shape[1])),
@@ -325,6 +473,21 @@ class MatrixStructure:
 
     def __repr__(self) -> str:
         return f"MatrixStructure({len(self._dofs)} dofs, {'dense' if self._dense else 'sparse'})"
+
+
+def _parts(matrix: Matrix) -> tuple[Matrix, Matrix | None]:
+    """Symmetric and skew part of a matrix, the latter None for what is symmetric to rounding."""
+    if is_symmetric(matrix):
+        return matrix, None
+    even = symmetric_part(matrix)
+    return even, matrix - even
+
+
+def _added(first: Any, second: Any) -> Any:
+    """The sum of matrices of which either may be None."""
+    if first is None or second is None:
+        return second if first is None else first
+    return first + second
 
 
 def _thin(matrix: Matrix) -> Matrix:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from slipstick.errors import Fault
-from slipstick.faults import LARGEST, SMALLEST
+from slipstick.errors import Fault, InputError
+from slipstick.faults import LARGEST, SMALLEST, whole
 from slipstick.structure.checks import (
     DAMPING_ELSEWHERE,
+    array_faults,
     asymmetry,
     entry_faults,
     number_faults,
@@ -44,29 +45,119 @@ _FED = 3
 """Modes that are named."""
 
 
-def system_matrices(arguments: Mapping[str, Any], n: int, *, dense: bool) -> tuple[dict[str, Any], list[Fault]]:
+def system_matrices(
+    arguments: Mapping[str, Any], n: int, *, dense: bool, turns: bool = False
+) -> tuple[dict[str, Any], list[Fault]]:
     """Those of the matrices M, K, C (n, n) that are right, stored dense or sparse, and all faults.
 
-    What needs another matrix is left out where that one is missing or at fault.
+    What needs another matrix is left out where that one is missing or at fault. K is definite unless something
+    ``turns``, or C is unsymmetric: gyroscopic forces hold a rotor whose stiffness is not.
     """
     right: dict[str, Any] = {}
     faults: list[Fault] = []
     for name, value in arguments.items():
         wrong = number_faults(name, value, DAMPING_ELSEWHERE)
         matrix = None if wrong else _numbers(value)
-        wrong = wrong or _shape_faults(name, matrix, n) or symmetry_faults(name, matrix)
+        wrong = wrong or _shape_faults(name, matrix, n)
+        wrong = wrong or (symmetry_faults(name, matrix) if name == "M" else triangle_faults(name, matrix))
         faults += wrong
         if not wrong:
             right[name] = stored(matrix, dense)
+    turns = turns or not is_symmetric(right.get("C", np.zeros((1, 1))))
     for name in ("M", "K"):
-        wrong = definite_faults(name, right[name]) if name in right else []
+        regular = name == "K" and name in right and (turns or not is_symmetric(right[name]))
+        check = _regular_faults if regular else definite_faults
+        wrong = check(name, right[name]) if name in right else []
         faults += wrong
         if wrong:
             del right[name]
     return right, faults
 
 
-def stored(matrix: Matrix, dense: bool) -> Matrix:
+def rotation_matrices(
+    arguments: Mapping[str, Any], speed: Any, engine_order: Any, n: int, *, dense: bool
+) -> tuple[dict[str, Any], list[Fault]]:
+    """Skew-symmetric matrices for unit speed (None: there is none), stored dense or sparse, and what is wrong.
+
+    With them a speed or an engine order is needed, without them there is nothing to turn.
+    """
+    right: dict[str, Any] = {}
+    faults: list[Fault] = []
+    for name, value in arguments.items():
+        wrong = [] if value is None else number_faults(name, value)
+        matrix = None if wrong or value is None else _numbers(value)
+        wrong = wrong or ([] if value is None else _shape_faults(name, matrix, n) or _skew_faults(name, matrix))
+        faults += wrong
+        if not wrong and value is not None:
+            right[name] = stored(matrix, dense)
+    faults += [] if speed is None else number_faults("speed", speed) or array_faults("speed", real(speed), ())
+    if engine_order is not None:
+        try:
+            whole("engine_order", engine_order, 1)
+        except InputError as error:
+            faults += error.faults
+    turns = any(value is not None for value in arguments.values())
+    told = [name for name, value in (("speed", speed), ("engine_order", engine_order)) if value is not None]
+    if turns and len(told) != 1:
+        what = "both are given" if told else "neither is given"
+        faults.append(Fault("speed", f"of speed and engine_order {what}", remedy="what turns needs one of them"))
+    if told and not turns:
+        faults.append(
+            Fault(told[0], "nothing turns at it", remedy="give the gyroscopic matrix for unit speed, or leave it out")
+        )
+    if engine_order is not None and arguments.get("circulatory") is not None:
+        tied = "with an engine order harmonic 0 would have another compliance at each frequency"
+        faults.append(Fault("circulatory", tied, remedy="give a fixed speed"))
+    return right, faults
+
+
+def symmetric_part(matrix: Matrix) -> Any:
+    """Half the sum of a dense or sparse matrix and its transpose."""
+    return 0.5 * (matrix + matrix.T)
+
+
+def is_symmetric(matrix: Matrix) -> bool:
+    """Whether a dense or sparse square matrix is symmetric to rounding."""
+    return asymmetry(matrix) is None
+
+
+def triangle_faults(name: str, matrix: Matrix) -> list[Fault]:
+    """Faults of a matrix (n, n), symmetric or not, of which one triangle alone was given."""
+    if is_symmetric(matrix):
+        return []
+    return symmetry_faults(name, matrix) if any(abs(part).max() == 0.0 for part in _triangles(matrix)) else []
+
+
+def _triangles(matrix: Matrix) -> tuple[Any, Any]:
+    kind = sparse if sparse.issparse(matrix) else np
+    return kind.triu(matrix, 1), kind.tril(matrix, -1)
+
+
+def _skew_faults(name: str, matrix: Matrix) -> list[Fault]:
+    even = symmetric_part(matrix)
+    if abs(even).max() <= 1e-8 * abs(matrix).max():
+        return []
+    found = f"a symmetric part up to {abs(even).max():.3g} beside entries up to {abs(matrix).max():.3g}"
+    remedy = "symmetric parts are damping or stiffness: give them as C or K"
+    return [Fault(name, found=found, expected="a skew-symmetric matrix", remedy=remedy)]
+
+
+def _regular_faults(_: str, matrix: Sparse) -> list[Fault]:
+    """Faults of a matrix that must be regular."""
+    if sparse.issparse(matrix):
+        from scipy.sparse.linalg import splu
+
+        try:
+            pivots = np.abs(splu(sparse.csc_array(matrix)).U.diagonal())
+        except RuntimeError:
+            return [_FREE]
+        return [] if pivots.min() > 1e-14 * pivots.max() else [_FREE]
+    size = np.abs(matrix).sum(axis=1)
+    unit = matrix / np.sqrt(np.outer(size, size)) if np.all(size > 0.0) else 0.0 * matrix
+    return [] if np.linalg.svd(unit, compute_uv=False)[-1] > 1e-13 * len(matrix) else [_FREE]
+
+
+def stored(matrix: Matrix, dense: bool) -> Any:
     """Dense, or compressed sparse by columns."""
     if dense:
         return matrix.toarray() if hasattr(matrix, "toarray") else matrix
@@ -240,7 +331,7 @@ def _value_faults(name: str, A: Sparse, dofs: Sequence[str] | None) -> Iterator[
         yield (
             f"the {name} matrix is not symmetric, first in the row of dof {name_of(dofs, pair.row)} "
             f"({pair.entry:.6g} there, {pair.mirrored:.6g} in its column); "
-            "if one half is stored, mirror it; gyroscopic or follower terms cannot be reduced here"
+            "if one half is stored, mirror it; of gyroscopic or follower terms use ss.models.craig_bampton"
         )
 
 

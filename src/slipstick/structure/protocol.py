@@ -54,7 +54,8 @@ class Structure(Protocol):
 
     A structure may have parameters that can be changed and followed by name, such as "loss_factor": ``values`` holds
     them by name, ``changed(**values)`` is a copy with others. Its receptances then have ``changed(**values)`` too, and
-    ``by_parameter(name, orders, omega)``, their derivative, of the shape of ``at``.
+    ``by_parameter(name, orders, omega)``, their derivative, of the shape of ``at``; and where the static compliance
+    depends on them ``static_by_parameter(name)``, its derivative.
     """
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -284,7 +284,7 @@ class SolvedReceptance:
     ----------
     stiffness
         ``stiffness(w)`` returns ``Z(w)`` and ``dZ/dw``, (n_dofs, n_dofs), dense or scipy sparse; such as a
-        ``DynamicStiffness``, which knows parameters too.
+        ``DynamicStiffness``, which knows parameters too, and ``at(order, omega)`` where a speed is tied to ``omega``.
     rows, columns
         Directions (n_dofs, n_rows) and (n_dofs, n_columns).
     static
@@ -302,13 +302,29 @@ class SolvedReceptance:
         places, w, shape = _places(orders, omega, self.static.shape)
         value = np.empty((w.size, *self.static.shape), dtype=complex)
         slope = np.empty_like(value)
-        for i, each in enumerate(w[:, 0].tolist()):
-            Z, dZ = self._stiffness(each)
+        for i, (order, fundamental) in enumerate(_each(places, omega)):
+            Z, dZ = self._of(order, fundamental)
             solve = _solver(Z)
             motion = solve(self._columns, False)
             value[i] = self._rows.T @ motion
             slope[i] = -solve(self._rows, True).T @ (dZ @ motion)
-        return _by_omega(value.reshape(shape), slope.reshape(shape), places)
+        return value.reshape(shape), slope.reshape(shape)
+
+    def _of(self, order: float, omega: float) -> tuple[Any, Any]:
+        """``Z`` in a harmonic of a fundamental frequency, and its derivative by that."""
+        if hasattr(self._stiffness, "at"):
+            found: tuple[Any, Any] = self._stiffness.at(order, omega)
+            return found
+        Z, dZ = self._stiffness(order * omega)
+        return Z, order * dZ
+
+    def turning_with(self, omega: float) -> SolvedReceptance:
+        """The receptance at the speed of rotation that is tied to a fundamental frequency, fixed at all others."""
+        stiffness: Any = self._stiffness
+        if not getattr(stiffness, "engine_order", None):
+            return self
+        fixed = stiffness.changed(speed=omega / stiffness.engine_order, engine_order=None)
+        return SolvedReceptance(stiffness=fixed, rows=self._rows, columns=self._columns, static=self.static)
 
     def changed(self, **values: float) -> SolvedReceptance:
         """With other values of the parameters of the stiffness."""
@@ -319,12 +335,12 @@ class SolvedReceptance:
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by a parameter of the stiffness, shape as ``at``: ``-(Z^-T rows)^T (dZ/dp) Z^-1 columns``."""
-        _, w, shape = _places(orders, omega, self.static.shape)
+        places, w, shape = _places(orders, omega, self.static.shape)
         stiffness: Any = self._stiffness
         value = np.empty((w.size, *self.static.shape), dtype=complex)
-        for i, each in enumerate(w[:, 0].tolist()):
-            solve = _solver(stiffness(each)[0])
-            value[i] = -solve(self._rows, True).T @ (stiffness.rate(name, each) @ solve(self._columns, False))
+        for i, (order, fundamental) in enumerate(_each(places, omega)):
+            solve, rate = _solver(self._of(order, fundamental)[0]), stiffness.rate(name, order * fundamental)
+            value[i] = -solve(self._rows, True).T @ (rate @ solve(self._columns, False))
         return value.reshape(shape)
 
 
@@ -347,6 +363,11 @@ def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tupl
     m = np.asarray(orders, dtype=float)
     w = np.multiply.outer(omega, m)
     return m, w.reshape(-1, 1), (*w.shape, *shape)
+
+
+def _each(orders: Array, omega: ArrayLike) -> Iterator[tuple[float, float]]:
+    """Order and fundamental frequency of each of the places."""
+    return ((m, w) for w in np.ravel(np.asarray(omega, dtype=float)).tolist() for m in np.ravel(orders).tolist())
 
 
 def _by_omega(value: ComplexArray, slope: ComplexArray, orders: Array) -> tuple[ComplexArray, ComplexArray]:

@@ -7,7 +7,7 @@ import pytest
 
 import slipstick as ss
 from slipstick.analysis.curve import linear
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 
 
 @pytest.mark.parametrize("seconds", [1e-9, 2.0])

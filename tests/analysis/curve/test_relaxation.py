@@ -7,7 +7,7 @@ import pytest
 
 import slipstick as ss
 from slipstick.analysis.curve.state_continuation import relaxed
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.start import first_point
 from slipstick.verify.cases import oscillator
 

@@ -9,7 +9,7 @@ from helpers.faults import raises_fault
 import slipstick as ss
 from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.analysis.curve.request import common_arguments, followed_problem, response_options
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.errors import InputError
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.verify.cases import oscillator

@@ -7,8 +7,8 @@ import slipstick as ss
 from slipstick.analysis.peaks.continuation import bracketed_peak
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.results.record import Outputs
 from slipstick.verify.cases import oscillator
 

@@ -6,8 +6,8 @@ from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.analysis.peaks.tracking import highest_peak
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.errors import Outcome
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ContinuationOptions

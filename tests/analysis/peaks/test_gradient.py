@@ -6,8 +6,8 @@ from helpers.problems import difference, random_problem
 
 from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.results.record import Outputs
 from slipstick.trig.harmonics import Harmonics
 

@@ -6,8 +6,8 @@ from helpers.problems import difference, random_problem
 
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.results.record import Outputs
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")

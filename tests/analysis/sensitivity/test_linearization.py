@@ -6,8 +6,8 @@ from helpers.problems import difference, random_problem
 
 import slipstick as ss
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.results.record import Outputs
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")

@@ -8,7 +8,7 @@ from helpers.stability import point_at, two_dofs
 import slipstick as ss
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.harmonic_form import count_unstable, folded, net_turns, strip
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 
 OMEGA = 3.0
 NODES = strip([], OMEGA)

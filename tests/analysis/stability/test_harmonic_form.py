@@ -9,7 +9,7 @@ from helpers.stability import point_at, two_dofs
 import slipstick as ss
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.harmonic_form import HarmonicForm
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.residual import balanced, detail
 
 CASES = [

@@ -6,7 +6,7 @@ from helpers.oscillator import oscillator
 from helpers.stability import point_at
 
 from slipstick.analysis.stability.linear_systems import LinearSystems
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 
 
 def test_systems_are_kept_as_long_as_the_contacts_keep_their_parameters() -> None:

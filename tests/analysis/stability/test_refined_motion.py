@@ -6,7 +6,7 @@ from helpers.stability import contact_motion, point_at, two_dofs
 import slipstick as ss
 from slipstick.analysis.curve.response import follow
 from slipstick.analysis.stability.refined_motion import Iteration
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 
 
 def test_further_harmonics_are_those_of_a_balance_that_keeps_them() -> None:

@@ -6,7 +6,7 @@ from helpers.stability import point_at, two_dofs
 import slipstick as ss
 from slipstick.analysis.stability.refined_motion import Iteration
 from slipstick.analysis.stability.state_sequence import timeline, word_of
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.contact.forces import element_states
 from slipstick.contact.kernel.tuples import NAMES
 

@@ -61,3 +61,24 @@ def test_series_are_the_starts_of_the_pieces(recorded):
     np.testing.assert_allclose(motions[:, 0], np.interp(tau, t, x), atol=1e-9 * np.abs(x).max())
     np.testing.assert_allclose(friction[:, 0], np.interp(tau, t, f), atol=1e-6 * 240.0)
     assert record.tau == sorted(record.tau)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_extreme_within_a_piece_is_that_of_its_cubic(recorded, seed):
+    """A piece with ends, slopes and width at random, whose inner extremes numpy's roots give."""
+    problem, _, _ = recorded
+    record = PeriodRecord(Stepper(PiecewiseLinear(friction_system(problem, OMEGA))), problem.harmonics)
+    rng = np.random.default_rng(seed)
+    a, b, da, db = rng.standard_normal(4)
+    width = rng.uniform(0.1, 0.5)
+    n = record._n_motions
+    record._values.append(np.tile([[a], [b]], (1, n + 2)))
+    record._slopes.append(np.tile([[da / width], [-abs(db) * np.sign(da) / width]], (1, n)))
+    record._widths.append(width)
+    db = -abs(db) * np.sign(da)
+    cubic = np.polynomial.Polynomial([a, da, 3 * (b - a) - 2 * da - db, da + db - 2 * (b - a)])
+    turns = [s.real for s in cubic.deriv().roots() if abs(s.imag) < 1e-12 and 0.0 < s.real < 1.0]
+    expected = [a, b, *map(cubic, turns)]
+    low, high = record.extremes()
+    assert low[0] == pytest.approx(min(expected), abs=1e-12)
+    assert high[0] == pytest.approx(max(expected), abs=1e-12)

@@ -12,6 +12,9 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.mesh import Mesh
 from slipstick.importers.read_model import read_model
+from slipstick.io.model_file import load_model, save_model
+from slipstick.models.reduced_sector import reduced_sector
+from slipstick.solve.linear.lanczos import modes
 
 COUNT = 6
 
@@ -95,13 +98,41 @@ def test_a_sector_has_the_frequencies_of_calculix(tmp_path, sides):
     np.testing.assert_allclose(frequencies(model, COUNT), theirs[:COUNT], rtol=2e-6, atol=10.0)
 
 
-def test_other_nodal_diameters_are_refused_and_none_asked_for_is_told(tmp_path):
+def test_a_body_of_other_nodal_diameters_than_0_is_told(tmp_path):
     text = SECTOR + SIDES + CYCLIC.format("LEFT, RIGHT", 12) + AXIS
-    with pytest.raises(InputError, match="2 to 3 nodal diameters"):
-        read_model(write(tmp_path, text + ASKED.format(4, 2, 3)))
-    for more in ("", ASKED.format(4, 0, 3)):
-        with pytest.warns(SlipstickWarning, match="is computed for 0 nodal diameters alone"):
+    for more, said in (("", ""), (ASKED.format(4, 0, 3), "asks for 1 to 3 nodal diameters and ")):
+        with pytest.warns(SlipstickWarning, match=f"{said}is as a body computed for 0 alone, .*; ss.reduced_sector"):
             read_model(write(tmp_path, text + more))
+
+
+@pytest.mark.parametrize("sides", ["LEFT, RIGHT", "SAy1, SAy0"])
+def test_a_sector_is_read_with_its_faces(tmp_path, sides):
+    text = SECTOR.replace(HELD, HELD.replace(", 1\n", ", 1, 3\n"))
+    path = write(tmp_path, text + SIDES + CYCLIC.format(sides, 12) + AXIS + ASKED.format(4, 0, 0))
+    model = read_model(path)
+    assert model.symmetry.sectors == 12
+    sector = reduced_sector(model, keep=[model.symmetry.alone.dofs[0]], modes=4)
+    assert "numbered with the turning sense" in sector.notes[-1]
+    np.testing.assert_allclose(sector.natural_frequencies(0), np.sqrt(found_in(model, 4)), rtol=1e-9)
+    save_model(model, tmp_path / "m.h5")
+    again = reduced_sector(load_model(tmp_path / "m.h5"), keep=[model.symmetry.alone.dofs[0]], modes=4)
+    np.testing.assert_array_equal(again.natural_frequencies(3), sector.natural_frequencies(3))
+
+
+def found_in(model, count):
+    return modes(model.K, model.M, count).eigenvalues
+
+
+@needs_ccx
+@pytest.mark.parametrize("diameter", [2, 3, 6])
+def test_a_sector_has_the_frequencies_of_calculix_by_nodal_diameter(tmp_path, diameter):
+    text = SECTOR + SIDES + CYCLIC.format("LEFT, RIGHT", 12) + AXIS + ASKED.format(2 * COUNT, diameter, diameter)
+    model = read_model(write(tmp_path, text), quiet=True)
+    run(tmp_path / "m.inp")
+    rows = [line.split() for line in (tmp_path / "m.dat").read_text().splitlines()]
+    theirs = np.array([float(row[3]) for row in rows if len(row) == 6 and row[0] == str(diameter)])
+    found = reduced_sector(model, keep=[model.symmetry.alone.dofs[0]], modes=COUNT).natural_frequencies(diameter)
+    np.testing.assert_allclose(np.repeat(found, 2)[: len(theirs)], theirs, rtol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from slipstick.analysis.curve.state_continuation import FOLDS, NO_WORK, StateCon
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.preflight import parameter_warnings, problem_warnings
+from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import unanswered
 from slipstick.balance.scaling import scales
@@ -28,7 +28,9 @@ from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSyste
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import frequency
 from slipstick.interrupts import pass_on
+from slipstick.results.measures import amplitude
 from slipstick.results.record import Point, Recorder
+from slipstick.results.schema import LARGEST
 from slipstick.results.stability import STATE_CHANGE
 from slipstick.results.truncation import Reaction
 from slipstick.solve.continuation import ContinuationOptions, Step
@@ -294,13 +296,22 @@ class CurveRun(Run[CurveRequest]):
             kind = "regular"
         if special is not None and not take("stability", partial(special.confirmed, step), False):
             kind = "regular"
+        peak_of = step.name if kind == "peak" else ""
+        if peak_of == LARGEST and LARGEST not in self.recorder.outputs.names:
+            peak_of = self._largest(step)
         return Point.at(
             step.evaluation.detail if step.evaluation else unanswered(*request.system.at(step.parameter)),
             x=step.x, residual=residual, iterations=step.iterations, kind=kind, parameter=step.parameter,
-            part=self.state.segments[-1].number, peak_of=step.name if kind == "peak" else "",
+            part=self.state.segments[-1].number, peak_of=peak_of,
             stability=special and take("stability", partial(special.judged, step, compare=kind not in _ORDINARY), None),
             reaction=_reaction(step, before),
         )  # fmt: skip
+
+    def _largest(self, step: Step) -> str:
+        """The output whose amplitude is the largest at a step."""
+        outputs = self.recorder.outputs
+        motion, _ = outputs.motion_along(step, self.request.system)
+        return outputs.names[int(amplitude(outputs.balance.harmonics, motion).value.argmax())]
 
 
 _REACHES = (1e-4, 1e-3, 1e-2, 0.05)

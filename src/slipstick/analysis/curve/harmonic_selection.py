@@ -16,9 +16,9 @@ from math import ceil
 
 import numpy as np
 
+from slipstick.balance.balance import Balance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Adapted, Detail
 from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
@@ -197,7 +197,7 @@ class _AtPoint(Adapted):
         return len(self.rung.balance.harmonics.orders)
 
     @property
-    def given(self) -> Array:
+    def context(self) -> Array:
         """The context with which the same harmonics are in use, near the same contact states."""
         return self._context(self._number)
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.balance.batch_evaluation import Together, evaluated_together
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.many import Together, evaluated_together
 from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step
@@ -24,7 +24,7 @@ def context_between(first: Step, second: Step) -> Any:
     before, after = first.evaluation, second.evaluation
     if after.detail.adapted is None:
         return after.context
-    return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.given
+    return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.context
 
 
 class OutputObservables(Observables):
@@ -70,7 +70,10 @@ def _resonances(system: AnySystem) -> Array | None:
     balance = system.balance
     if isinstance(system, ParameterSystem) or balance.springs is not None:
         return np.empty(0)
-    natural = np.asarray(balance.problem.structure.natural_frequencies, dtype=float)
+    structure = balance.problem.structure
+    if hasattr(structure, "resonances"):  # orders with natural frequencies of their own
+        return np.asarray(structure.resonances(balance.orders), dtype=float)
+    natural = np.asarray(structure.natural_frequencies, dtype=float)
     return np.unique(np.divide.outer(natural[natural > 0.0], balance.orders)) if natural.size else None
 
 

@@ -163,7 +163,7 @@ class Run(ABC, Generic[R]):
         request, message, seconds = self.request, self.closing, self.seconds
         attributes = attributes_of(
             request.problem, self.outcome, message, [*request.warnings, *self.recorder.besides.sentences],
-            parameter=request.parameter, **self.attributes, seconds=seconds, jacobian=request.balance.kind.name,
+            parameter=request.parameter, **self.attributes, seconds=seconds, jacobian=request.balance.backend.name,
             **requested_attribute(request.requested),
         )  # fmt: skip
         return Stopped(
@@ -239,7 +239,7 @@ class Memory(Sink):
         super().__init__(run)
         balance = run.request.balance
         entries = balance.n_contacts * balance.L**2
-        if balance.kind.name == "dense":
+        if balance.backend.name == "dense":
             entries = max(entries, balance.size**2)  # the factors of the Jacobian wait too
         self._most = max(1, _KEPT // entries)
         self._slices: list[Mapping[str, Array]] = []

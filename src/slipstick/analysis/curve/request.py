@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import EventFunction
+from slipstick.balance.balance import Balance
 from slipstick.balance.checks import (
     peak_faults,
     range_faults,
@@ -19,9 +20,8 @@ from slipstick.balance.checks import (
     two_frequencies,
     two_numbers,
 )
-from slipstick.balance.kinds import KINDS, Kind
+from slipstick.balance.jacobian_backends import BACKENDS, JacobianBackend
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
@@ -37,8 +37,9 @@ from slipstick.faults import (
     whole,
     wrong,
 )  # fmt: skip
-from slipstick.results.afterwards import result_warnings
 from slipstick.results.record import Recorder
+from slipstick.results.result_warnings import result_warnings
+from slipstick.results.schema import LARGEST
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
@@ -67,7 +68,7 @@ class ResponseOptions(ContinuationOptions):
     jacobian
         In which form Jacobians are made: "dense", all entries, factorised; "iterative", products alone, for hundreds of
         contacts on a structure known by its modes; "auto", which of the two costs less. Or a kind of one's own, see
-        ``slipstick.balance.kinds``.
+        ``slipstick.balance.jacobian_backends``.
     adapt_harmonics
         Relative accuracy, such as 1e-3: each point is computed with as few of the problem's harmonics as that asks for;
         ``harmonics_in_use`` in the results says how many. None: all of them at every point.
@@ -77,7 +78,7 @@ class ResponseOptions(ContinuationOptions):
     max_step: float = 1 / 30
     output_step: float = 1 / 120
     event_tolerance: float = 1e-9
-    jacobian: Kind | str = "auto"
+    jacobian: JacobianBackend | str = "auto"
     adapt_harmonics: float | None = None
 
 
@@ -180,8 +181,8 @@ class Checks(Gathering):
         if self.problem is not None and parameter:
             self.take(_takes, self.problem, parameter, values or ())
 
-    def common(self, requested: tuple[float, ...], *arguments: Any, **named: Any) -> Any:
-        """``common_arguments``; InputError with all faults so far."""
+    def common(self, requested: tuple[float, ...], *arguments: Any, **named: Any) -> dict[str, Any]:
+        """The fields that ``common_arguments`` makes of them; InputError with all faults so far."""
         common = self.take(common_arguments, self.problem, requested, *arguments, **named)
         self.end()
         assert common is not None
@@ -248,7 +249,7 @@ def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
 
 
 def _balance(problem: Problem, options: ContinuationOptions) -> Balance:
-    return Balance(problem, kind=options.jacobian if isinstance(options, ResponseOptions) else "auto")
+    return Balance(problem, backend=options.jacobian if isinstance(options, ResponseOptions) else "auto")
 
 
 def _options(chosen: Any) -> ContinuationOptions:
@@ -288,8 +289,8 @@ def _accuracy(name: str, value: Any) -> float | None:
     return accuracy
 
 
-def _jacobian(name: str, value: Any) -> Kind | str:
-    if isinstance(value, Kind) or (isinstance(value, str) and value in ("auto", *KINDS)):
+def _jacobian(name: str, value: Any) -> JacobianBackend | str:
+    if isinstance(value, JacobianBackend) or (isinstance(value, str) and value in ("auto", *BACKENDS)):
         return value
     raise wrong(name, value, '"auto", "dense", "iterative", or an object of a kind of one\'s own')
 
@@ -328,6 +329,8 @@ def _peak_dofs(problem: Problem, peaks_of: Sequence[str] | str | None) -> tuple[
         rest = tuple(dof for dof in outputs if dof not in chosen)
         return chosen, rest if len(rest) <= LARGEST_OUTPUTS else ()
     chosen = names("peaks_of", peaks_of)
+    if chosen == (LARGEST,) and LARGEST not in outputs:
+        return chosen, ()
     faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]
     if faults:
         raise InputError(faults)

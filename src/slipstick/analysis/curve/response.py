@@ -48,7 +48,8 @@ def forced_response(
     peaks_of
         Names of output dofs whose amplitude's local maxima are located; by default all of at most 3 outputs, else those
         that are loaded or, without such, of the first contact's tangential direction, and of up to 100 others the
-        largest amplitude. The attributes ``peaks_of`` and ``largest_of`` of the results say which.
+        largest amplitude. The attributes ``peaks_of`` and ``largest_of`` of the results say which. "largest": the
+        local maxima of the largest amplitude of all outputs, as of the blades of a disc; ``branch.peaks("largest")``.
     options
         Step control; by default ``response_options()``. A dict of its fields will do: ``{"max_step": 0.01}``.
     listeners

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slipstick.analysis.curve.observables import context_between
+from slipstick.balance.balance import Balance
+from slipstick.balance.batch_evaluation import evaluated_together
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.many import evaluated_together
-from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome

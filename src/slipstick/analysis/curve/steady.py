@@ -12,7 +12,7 @@ from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_over, 
 from slipstick.analysis.curve.linear import frequencies_of
 from slipstick.analysis.curve.request import Checks, StabilityRequest
 from slipstick.analysis.events import EventFunction
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch

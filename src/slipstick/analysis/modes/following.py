@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.analysis.modes.start import LinearMode
 from slipstick.analysis.modes.system import ModeSystem, TargetMode
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import (
     ArclengthScaling,

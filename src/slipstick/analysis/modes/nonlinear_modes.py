@@ -17,19 +17,19 @@ from slipstick.analysis.modes.start import LinearMode, linear_mode
 from slipstick.analysis.modes.system import ModeDetail, ModeSystem, TargetMode
 from slipstick.analysis.peaks.continuation import NEWTON
 from slipstick.analysis.peaks.tracking import one_dof
+from slipstick.balance.balance import Balance
 from slipstick.balance.checks import two_numbers
-from slipstick.balance.kinds import Kind
+from slipstick.balance.jacobian_backends import JacobianBackend
 from slipstick.balance.loads import Load
-from slipstick.balance.ports import Balance
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import numbers, whole, wrong
 from slipstick.interrupts import pass_on
-from slipstick.results.afterwards import result_warnings
 from slipstick.results.record import Outputs, Point, Recorder
+from slipstick.results.result_warnings import result_warnings
 from slipstick.results.schema import Declared, Layout
 from slipstick.solve.continuation import BranchEvent, Step
 from slipstick.structure.matrices import MatrixStructure
@@ -120,8 +120,8 @@ def nonlinear_modes(
     assert ends is not None
     assert number is not None
     assert output is not None
-    kind = getattr(common["options"], "jacobian", "auto")
-    free, linear = free_problem(checks.problem, number - 1, output, kind)
+    backend = getattr(common["options"], "jacobian", "auto")
+    free, linear = free_problem(checks.problem, number - 1, output, backend)
     return ModeRequest(
         problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
         stop=ends[1], dof=output, factors=factors or (), options=common["options"],
@@ -149,7 +149,9 @@ def _factors(factors: Any) -> tuple[float, ...]:
 class FreeProblem:
     """A problem whose mode moves as prescribed, and what of the problem with loads its results are held against."""
 
-    def __init__(self, problem: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
+    def __init__(
+        self, problem: Problem, structure: ModalStructure, number: int, dof: str, backend: JacobianBackend | str
+    ) -> None:
         self.forced, self.modal = problem, structure
         directions = problem.direction_matrix(problem.port_directions)
         self.ports: Array = directions.T @ structure.mode_shapes
@@ -157,7 +159,7 @@ class FreeProblem:
         still = _resting(problem, structure)
         prescribed = PrescribedMode(structure, number, self.target.scale)
         self.problem = replace(still, structure=prescribed, loads=[*still.loads, Load(shape=MODE, cos=1.0)], told=None)
-        self.balance = Balance(self.problem, kind=kind)
+        self.balance = Balance(self.problem, backend=backend)
         self.balance.anchor_if_undamped(float(structure.omega[number]))
         self.outputs = Outputs(self.balance, (dof,))
 
@@ -177,7 +179,9 @@ class FreeProblem:
         return np.asarray(right.T @ (P[:, c] - 1j * P[:, s]))
 
 
-def free_problem(problem: Problem, number: int, dof: str, kind: Kind | str = "auto") -> tuple[FreeProblem, LinearMode]:
+def free_problem(
+    problem: Problem, number: int, dof: str, backend: JacobianBackend | str = "auto"
+) -> tuple[FreeProblem, LinearMode]:
     """The problem of free vibration in a mode, and the mode with contacts as they are at rest.
 
     The mode that is split off is the one with the largest share in that. InputError where there is no such mode.
@@ -187,7 +191,7 @@ def free_problem(problem: Problem, number: int, dof: str, kind: Kind | str = "au
     if abs(linear.at_dof) <= _STILL * linear.size:
         raise InputError(Fault("dof", f"{dof} does not move in mode {number + 1} with the contacts as they are at rest",
                                remedy="name one that does"))  # fmt: skip
-    return FreeProblem(problem, structure, linear.most, dof, kind), linear
+    return FreeProblem(problem, structure, linear.most, dof, backend), linear
 
 
 def _resting(problem: Problem, structure: ModalStructure) -> Problem:
@@ -203,6 +207,8 @@ def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
     if not isinstance(structure, ModalStructure):
         name = type(structure).__name__
         raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")
+    if getattr(structure, "couples", False):
+        raise InputError("damping or the gas couple the modes of the disc: there is no nonlinear mode of one of them")
     faults = motion_faults(problem)
     count = structure.omega.size
     shape = np.abs(structure.mode_shapes[:, number]) if number < count else np.zeros(0)
@@ -225,7 +231,7 @@ def motion_faults(problem: Problem) -> list[Fault]:
     if 1 not in problem.harmonics.orders:
         faults.append(Fault("harmonics", "a mode vibrates in harmonic 1, which is not kept", remedy="keep it"))
     if any(load.motion is not None for load in problem.loads):
-        faults.append(Fault("loads", "a support moves", remedy=_ALONE))
+        faults.append(Fault("loads", "a support moves or an unbalance turns", remedy=_ALONE))
     return faults
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import detail
 from slipstick.balance.start import FirstPoint

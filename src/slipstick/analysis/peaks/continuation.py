@@ -18,7 +18,7 @@ from slipstick.analysis.curve.state_continuation import NO_WORK, Work
 from slipstick.analysis.peaks.events import peak_events
 from slipstick.analysis.peaks.gradient import FLAT, Extreme
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.scaling import scales
 from slipstick.balance.systems import FrequencySystem
 from slipstick.errors import Outcome

@@ -13,6 +13,7 @@ from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude, amplitude_with_slope
 from slipstick.results.record import Outputs
+from slipstick.results.schema import LARGEST
 from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
@@ -30,7 +31,12 @@ _LEVEL = 1e-6
 def peak_events(
     outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem
 ) -> tuple[BranchEvent, ...]:
-    """An event for each named output dof: the derivative of its amplitude along the branch falls through zero."""
+    """An event for each named output dof: the derivative of its amplitude along the branch falls through zero.
+
+    With ``LARGEST`` alone, one event of the largest amplitude of all outputs.
+    """
+    if tuple(names) == (LARGEST,):
+        return (_envelope(_Slopes(outputs, system)),)
     slopes = _Slopes(Outputs(outputs.balance, tuple(names)), system)
     return tuple(_event(name, i, slopes) for i, name in enumerate(names))
 
@@ -40,6 +46,22 @@ def _event(name: str, i: int, slopes: _Slopes) -> BranchEvent:
         name=name, kind="peak", direction=-1, function=lambda step: float(slopes.at(step)[i]),
         along=lambda first, second, segment, places: slopes.along(first, second, segment, places)[:, i],
         height=lambda step: float(slopes.heights(step)[i]),
+    )  # fmt: skip
+
+
+def _envelope(slopes: _Slopes) -> BranchEvent:
+    """A peak of the largest amplitude of all outputs; where another becomes the largest its slope jumps up."""
+
+    def slope(step: Step) -> float:
+        return float(slopes.at(step)[np.argmax(slopes.heights(step))])
+
+    def along(first: Step, second: Step, arc: HermiteSegment, places: HermiteBasis) -> Array:
+        largest = np.argmax(slopes.heights_along(first, second, arc, places), axis=1)
+        return slopes.along(first, second, arc, places)[np.arange(largest.size), largest]
+
+    return BranchEvent(
+        name=LARGEST, kind="peak", direction=-1, function=slope, along=along,
+        height=lambda step: float(slopes.heights(step).max()),
     )  # fmt: skip
 
 

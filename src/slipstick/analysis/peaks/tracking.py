@@ -16,7 +16,7 @@ from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, Peak
 from slipstick.analysis.peaks.gradient import Extreme, StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.preflight import parameter_warnings
+from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch

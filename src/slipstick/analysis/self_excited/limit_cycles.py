@@ -16,9 +16,9 @@ from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
 from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
-from slipstick.balance.preflight import parameter_warnings
+from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import terms
 from slipstick.branch import Branch
@@ -30,6 +30,7 @@ from slipstick.results.schema import SELF_EXCITED
 from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, Step, continuation
 from slipstick.solve.norm import relative
+from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array, Real
 
 CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
@@ -193,6 +194,9 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
             fault = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
             yield Fault(("contact", pair.name), fault, expected="friction, or forces of motion and velocity")
     yield from (state.self_excited_fault() for state in problem.contact_states)
+    if turning_with(problem.structure, 1.0) is not problem.structure:
+        tied = "the speed of rotation is tied to a frequency that is not known before"
+        yield Fault(("structure", "engine_order"), tied, remedy="give the structure a fixed speed")
     if 1 not in problem.harmonics.orders:
         yield Fault("harmonics", "harmonic 1 is left out", expected="harmonics with 0 and 1, such as 0 to 10")
 

@@ -16,8 +16,8 @@ from slipstick.analysis.stability.floquet import unstable
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, law_tangent
 from slipstick.analysis.stability.refined_motion import Iteration
+from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import ParameterSystem
 from slipstick.contact.forces import element_intervals

@@ -21,14 +21,15 @@ from slipstick.analysis.stability.orbit import Orbit, orbit_beside, within_reach
 from slipstick.analysis.stability.refined_motion import Iteration, SmoothMotion
 from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
-from slipstick.balance.ports import Balance
+from slipstick.analysis.stability.wave_numbers import WaveDisturbances, wave_answers
+from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law
 from slipstick.errors import Fault, InputError
 from slipstick.faults import warn
-from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
-from slipstick.structure.dynamic import adjusted
+from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, WAVE_COUNT, PointStability
+from slipstick.structure.dynamic import adjusted, turning_with
 from slipstick.typing import Array, ComplexArray
 
 BEYOND = 1e-6
@@ -176,8 +177,11 @@ class StabilityWatch:
         if self.systems.in_time:
             answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
         else:
-            receptance = adjusted(balance.receptance, inputs.structure)
-            answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
+            receptance = turning_with(adjusted(balance.receptance, inputs.structure), detail.omega)
+            if hasattr(receptance, "wave_numbers"):
+                answers = wave_answers(receptance, orders, detail.omega, 0)
+            else:
+                answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = self._iterate.truncated(x, detail)
         ports = (motion.X, motion.Y)
         return harmonic_form(balance.harmonics, ports, motion.values, contacts, answers, detail.omega)
@@ -185,12 +189,15 @@ class StabilityWatch:
     def _by_order(self, omega: float) -> bool:
         """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
         if self._orders_differ is None:
-            self._orders_differ = depends_on_order(self.balance.receptance, self.balance.harmonics.m, omega)
+            receptance = turning_with(self.balance.receptance, omega)
+            self._orders_differ = depends_on_order(receptance, self.balance.harmonics.m, omega)
         return self._orders_differ
 
     def _counted(self, x: Array, detail: Detail) -> PointStability:
         if self.systems.law_ports.size:  # the form is that of friction contacts
             return PointStability(multipliers=NO_MULTIPLIERS, unstable=UNKNOWN, method="", neutral=0)
+        if hasattr(self.balance.receptance, "wave_numbers"):
+            return self._of_wave(x, detail)
         by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
         if by_order and not hasattr(self.balance.receptance, "of_order"):
             if not self._told:
@@ -206,6 +213,18 @@ class StabilityWatch:
             method="" if count is None else ORDER_COUNT if by_order else COUNT,
             neutral=form.neutral,
         )
+
+    def _of_wave(self, x: Array, detail: Detail) -> PointStability:
+        """Stability of a travelling wave against disturbances of every wave number."""
+        form, receptance = self.form(x, detail), adjusted(self.balance.receptance, detail.inputs.structure)
+        ring = WaveDisturbances(form, receptance, BEYOND * detail.omega / (2.0 * np.pi))
+        count = ring.count()
+        fastest = ring.fastest() if count else None
+        return PointStability(
+            multipliers=NO_MULTIPLIERS, unstable=UNKNOWN if count is None else count,
+            method="" if count is None else WAVE_COUNT, neutral=form.neutral,
+            wave_number=UNKNOWN if fastest is None else fastest.wave_number,
+        )  # fmt: skip
 
     def difference(self, x: Array, detail: Detail, stability: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""

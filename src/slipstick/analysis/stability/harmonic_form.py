@@ -276,7 +276,7 @@ FIRST = 33
 
 _LARGEST_STEP = pi / 3.0
 _MOST = 10_000
-_WHOLE = 0.1
+WHOLE = 0.1
 """A count that is further from a whole number is none."""
 
 
@@ -345,18 +345,18 @@ def net_turns(sign: Callable[[float], complex], nodes: Array) -> int | None:
     before: int | None = None
     finest = 1e-9 * float(nodes[-1])
     while True:
-        refined = _refined(at, nodes.tolist(), finest, known)
-        if refined is None:
+        turned = refined(at, nodes.tolist(), finest, known)
+        if turned is None:
             return None
-        turns, nodes = refined
+        turns, nodes = turned
         number = round(-turns / pi)
         if before is not None and number == before:
-            return number if abs(-turns / pi - number) < _WHOLE else None
+            return number if abs(-turns / pi - number) < WHOLE else None
         before = number
         nodes = np.sort(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
 
 
-def _refined(
+def refined(
     at: Callable[[float], complex], nodes: list[float], finest: float, known: dict[float, complex]
 ) -> tuple[float, Array] | None:
     """Change of the phase over the nodes, halved where it turns fast; None beyond all patience or at a zero."""

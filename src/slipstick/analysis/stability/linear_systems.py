@@ -9,10 +9,11 @@ import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics, dynamics
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import InputError
+from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array, IntArray
 
 IN_MOTION = 4.0
@@ -62,9 +63,10 @@ class LinearSystems:
         self._ports: IntArray = none if self._batch is None else port_numbers(balance, self._batch)
         self._structures: dict[tuple[tuple[str, float], ...], Dynamics] = {}
         self._key: object = None
+        self._known: Dynamics | None = None
         self._combinations: Combinations | None = None
         try:
-            self._dynamics({})
+            self._dynamics({}, 1.0)
             self.in_time = True
         except (InputError, NotImplementedError):
             self.in_time = False
@@ -79,21 +81,23 @@ class LinearSystems:
 
     def at(self, detail: Detail) -> Combinations:
         """Those of a point."""
-        contacts, structure, size = self.contacts(detail), self._dynamics(detail.inputs.structure), 0
+        contacts, structure, size = self.contacts(detail), self._dynamics(detail.inputs.structure, detail.omega), 0
         if not self._full and not self.law_ports.size:
             size = structure.count_below(IN_MOTION * self._balance.harmonics.highest * detail.omega)
         parameters = (p.tobytes() for p in (contacts.kt, contacts.mu, contacts.kn))
-        key = (size, *sorted(detail.inputs.structure.items()), *parameters)
-        if self._combinations is None or key != self._key:
+        key = (size, *parameters)
+        if self._combinations is None or key != self._key or structure is not self._known:
+            self._known = structure
             self._key = key
             self._combinations = Combinations(structure.slowest(size) if size else structure, contacts)
         return self._combinations
 
-    def _dynamics(self, values: Mapping[str, float]) -> Dynamics:
-        key = tuple(sorted(values.items()))
+    def _dynamics(self, values: Mapping[str, float], omega: float) -> Dynamics:
+        structure = self._balance.problem.structure
+        own = turning_with(structure, omega)
+        key = (*sorted(values.items()), *(() if own is structure else (("omega", omega),)))
         if key not in self._structures:
-            structure = self._balance.problem.structure
-            changed = structure.changed(**values) if values else structure  # type: ignore[attr-defined]
+            changed = own.changed(**values) if values else own
             directions, driven = self._balance.directions, self._balance.problem.load_columns
             columns = np.hstack([directions, driven.vectors])
             equations = changed.time_equations(directions, columns, driven.shapes, **self._damping)

@@ -22,7 +22,7 @@ from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import system_of
 from slipstick.analysis.time_domain.shooting import one_period, relative_change
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations

@@ -22,7 +22,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.balance.ports import Balance
+    from slipstick.balance.balance import Balance
     from slipstick.balance.residual import Detail
 
 WIDER = 4

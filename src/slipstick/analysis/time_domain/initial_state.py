@@ -175,7 +175,11 @@ def _answer(system: FrictionSystem, fx: Array, fy: Array, others: Array) -> tupl
     for m in kept:
         w = m * system.omega
         Z = equations.K - w**2 * equations.M + 1j * w * equations.C
-        answer = np.linalg.solve(Z, equations.columns @ force[:, m])
+        right = equations.columns @ force[:, m]
+        try:
+            answer = np.linalg.solve(Z, right)
+        except np.linalg.LinAlgError:  # at rest a structure that is not held: without rigid-body motion
+            answer = np.linalg.lstsq(Z, right, rcond=None)[0]
         q += answer.real
         p += (1j * m * answer).real
     return q, p

@@ -12,6 +12,7 @@ from slipstick.analysis.time_domain.piecewise import FrictionSystem
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
+from slipstick.structure.dynamic import turning_with
 from slipstick.structure.protocol import TimeEquations
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
@@ -49,7 +50,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     contact = problem.direction_matrix([*tangential, *(d for d in normal if d is not None), *ports])
     driven = problem.load_columns
     outputs = problem.direction_matrix({name: 1.0} for name in problem.outputs or ())
-    equations = problem.structure.time_equations(
+    equations = turning_with(problem.structure, omega).time_equations(
         np.hstack([contact, outputs]), np.hstack([contact, driven.vectors]), driven.shapes
     )
     h = problem.harmonics

@@ -19,7 +19,7 @@ from slipstick.analysis.time_domain.period_record import PeriodRecord
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole

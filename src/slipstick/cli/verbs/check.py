@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import copysign, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -110,6 +110,15 @@ def _structure(case: Case, problem: Problem) -> None:
     for number, omega in enumerate(frequencies[:_LISTED], start=1):
         damped = f", damping ratio {ratios[number - 1]:.3g}" if ratios.size else ""
         say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")
+    if hasattr(structure, "harmonics"):
+        _around(structure, problem.harmonics.orders)
+
+
+def _around(wave: Any, orders: Sequence[int]) -> None:
+    """How harmonics of a wave go round the disc."""
+    say(f"wave of engine order {wave.engine_order} on {wave.sectors} sectors; harmonics and their nodal diameters:")
+    for order, diameter, direction in wave.harmonics(orders):
+        say(f"  {order:>3}  {diameter} {direction}")
 
 
 def _reduction(case: Case, problem: Problem) -> None:

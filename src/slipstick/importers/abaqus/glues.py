@@ -9,6 +9,8 @@ from functools import partial
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.fem.axis import Axis
+from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.ties import Projection, Sector, cyclic_equations, face_size, project, sides, tie_equations
@@ -174,8 +176,27 @@ def on_cyclic(content: Content, block: Block) -> None:
         where = f"{content.where(block.line)}: {block.shown}"
         content.sectors.append((glue, sector, where))
         content.stated.append(
-            Stated(where=where, equations=partial(_sides, content, glue, sector, where), nodewise=False)
+            Stated(where=where, equations=partial(_sides, content, glue, sector, where), nodewise=False, cyclic=True)
         )
+
+
+def symmetry_of(content: Content, mesh: Mesh) -> CyclicSymmetry | None:
+    """The ring that a file is a sector of, its sectors numbered in the turning sense of the axis; None of none."""
+    if not content.sectors:
+        return None
+    count, low, high = content.sectors[0][1].count, [], []
+    for glue, sector, where in content.sectors:
+        dependent, onto, _ = _two_sides(content, glue, where, mesh)
+        other = nodes_of(content, mesh, glue.independent, where)
+        _, rotation = sides(mesh, sector, dependent, onto)
+        forward = np.allclose(rotation, sector.rotation(1.0))
+        high.append(dependent if forward else other)
+        low.append(other if forward else dependent)
+    first = content.sectors[0][1]
+    return CyclicSymmetry(
+        sectors=count, axis=Axis(point=first.start, direction=first.end - first.start),
+        low=np.unique(mesh.labels[np.concatenate(low)]), high=np.unique(mesh.labels[np.concatenate(high)]),
+    )  # fmt: skip
 
 
 def _two_sides(content: Content, glue: Glue, where: str, mesh: Mesh) -> tuple[IntArray, Surface | IntArray, float]:
@@ -208,15 +229,13 @@ def on_diameters(content: Content, block: Block) -> None:
 
 
 def about_diameters(content: Content) -> None:
-    """The family of 0 nodal diameters alone is real: a request for others is refused, one for none is warned of."""
+    """As a body a sector has the family of 0 nodal diameters alone, which is real: a request for others is told."""
     lines = [glue for glue in content.glues if glue.cyclic]
     if not lines:
         return
     line = int(lines[0].where.split("line ")[1].split(":")[0])
     others = sorted(content.diameters - {0})
-    if others and 0 not in content.diameters:
-        what = f"asks for {others[0]} to {others[-1]} nodal diameters, whose matrices are complex"
-        content.findings.add(Verdict.COUPLING, "*CYCLIC SYMMETRY MODEL", what, line)
-    elif others or not content.diameters:
-        what = "is computed for 0 nodal diameters alone: all sectors move alike"
+    if others or not content.diameters:
+        asked = f"asks for {others[0]} to {others[-1]} nodal diameters and " if others else ""
+        what = f"{asked}is as a body computed for 0 alone, all sectors alike; ss.reduced_sector computes all of them"
         content.findings.add(Verdict.APPROXIMATED, "*CYCLIC SYMMETRY MODEL", what, line)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.abaqus.content import Content, named
 from slipstick.importers.abaqus.couplings import frames
-from slipstick.importers.abaqus.glues import glue_warnings, moved_onto
+from slipstick.importers.abaqus.glues import glue_warnings, moved_onto, symmetry_of
 from slipstick.importers.abaqus.input_file import read_content
 from slipstick.importers.findings import Verdict
 from slipstick.importers.grouped import with_named_places
@@ -74,6 +75,7 @@ def read_input(path: Path) -> MeshModel:
         material_faults=faults,
         variants=content.variants,
         axes=frames(content),
+        symmetry=partial(symmetry_of, content),
     )
 
 

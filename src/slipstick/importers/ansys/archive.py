@@ -19,6 +19,7 @@ from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import in_global, supports
 from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.importers.ansys.commands import classify_commands
+from slipstick.importers.ansys.cyclic import read_cyclic
 from slipstick.importers.ansys.equations import read_equations
 from slipstick.importers.ansys.lumps import LUMP_TYPES, Lumps
 from slipstick.importers.ansys.materials import read_materials
@@ -107,6 +108,7 @@ def read_archive(path: Path) -> MeshModel:
     findings = Findings(source=path.name)
     supported = classify_commands(findings, text)
     read = read_materials(findings, text)
+    symmetry = read_cyclic(findings, text, groups)
     findings.refuse_incomplete()
     used = {name: int(name.split()[1]) for name in parts.sets}
     materials = {name: read.materials[number] for name, number in used.items() if number in read.materials}
@@ -130,6 +132,7 @@ def read_archive(path: Path) -> MeshModel:
         material_faults=tuple(fault for number in used.values() for fault in read.faults.get(number, ())),
         variants=parts.variants,
         axes=axes,
+        symmetry=lambda _mesh: symmetry,
     )
 
 

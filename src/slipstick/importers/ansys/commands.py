@@ -13,7 +13,7 @@ _MISSING = "brings in data that are not in the file; write one archive with CDWR
 _ROTATES = "rotates the structure: its stiffening and softening are left out"
 _DAMPING = "is not read; give the structure's loss_factor or damping_ratio"
 
-_COMMANDS = "NBLOCK EBLOCK CMBLOCK N ET KEYOP KEYOPT MP MPDATA MPTEMP D TB CE CP R RMORE RMODIF RLBLOCK /UNITS"
+_COMMANDS = "NBLOCK EBLOCK CMBLOCK N ET KEYOP KEYOPT MP MPDATA MPTEMP D TB CE CP R RMORE RMODIF RLBLOCK /UNITS CYCLIC"
 _HARMLESS_WORDS = """
     /COM /PREP7 /NOPR /GOPR /GO /TITLE /AUX15 /SOLU /POST1 /POST26 /BATCH /CONFIG /NERR /WB /DELETE /EOF
     /VIEW
@@ -31,7 +31,7 @@ _HARMLESS_WORDS = """
 COMMAND_VERDICTS: dict[str, VerdictRow] = {
     **rows(_COMMANDS, Verdict.READ),
     **rows(_HARMLESS_WORDS, Verdict.HARMLESS),
-    **rows("CEQN CEINTF CERIG CESGEN CECYC CYCLIC", Verdict.COUPLING, _TIES),
+    **rows("CEQN CEINTF CERIG CESGEN CECYC", Verdict.COUPLING, _TIES),
     **rows("CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES),
     "NROTAT": (Verdict.COUPLING, "rotates the directions of nodes"),
     "NANG": (Verdict.COUPLING, "rotates the directions of nodes"),

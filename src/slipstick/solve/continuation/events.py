@@ -118,7 +118,6 @@ class BracketedRoot:
     def __init__(self, a: float, fa: float, b: float, fb: float) -> None:
         self._a, self._fa, self._b, self._fb = a, fa, b, fb
         self.trial = a - fa * (b - a) / (fb - fa) if fb != fa else 0.5 * (a + b)
-        self._first = True
 
     @property
     def best(self) -> float:

@@ -1,4 +1,6 @@
-"""Lowest modes of sparse symmetric ``K phi = lambda M phi``: shift-invert block Lanczos with a proof of completeness.
+"""Lowest modes of sparse ``K phi = lambda M phi``: shift-invert block Lanczos with a proof of completeness.
+
+K and M are real and symmetric, or complex and Hermitian.
 
 The operator ``(K - s M)^-1 M`` is symmetric in the M inner product; a block of vectors finds repeated eigenvalues. The
 number of eigenvalues below a shift is the number of negative ones of ``K - shift M`` (Sylvester's law of inertia).
@@ -14,7 +16,14 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.solve.linear.factorisation import Factorisation, SingularMatrixError, factorise, one_blas_thread, shifted
+from slipstick.solve.linear.factorisation import (
+    Factorisation,
+    SingularMatrixError,
+    factorise,
+    factorise_hermitian,
+    one_blas_thread,
+    shifted,
+)
 from slipstick.solve.linear.modes import (
     WRONG,
     EigenError,
@@ -57,11 +66,13 @@ def modes(
 def factorise_shifted(
     K: Sparse, M: Sparse, shift: float, *, solver: str | None = None, ordering: Any = None
 ) -> Factorisation:
-    """Factors of ``K - shift M``; a singular K is explained."""
+    """Factors of ``K - shift M``, symmetric or Hermitian; a singular K is explained."""
+    matrix = K if shift == 0.0 else shifted(K, M, shift)
+    function = factorise_hermitian if np.iscomplexobj(matrix.data) else factorise
     try:
-        return factorise(K if shift == 0.0 else shifted(K, M, shift), solver=solver, ordering=ordering)
+        return function(matrix, solver=solver, ordering=ordering)
     except SingularMatrixError as error:
-        size = -1e-6 * K.diagonal().sum() / M.diagonal().sum()
+        size = -1e-6 * float(K.diagonal().real.sum() / M.diagonal().real.sum())
         remedy = f"constrain the body or, for its free modes, give a negative shift such as {size:.0e}"
         what = "the stiffness matrix is singular (a mechanism or an unconstrained body)"
         if shift != 0.0:
@@ -90,13 +101,14 @@ class BlockLanczos:
         self.n = K.shape[0]
         self._report("factorising", 0, 1)
         self._factors: Factorisation | None = factorise_shifted(K, M, shift, solver=solver, ordering=ordering)
-        self.solver, self.inertia, self._ordering = self._factors.name, self._factors.inertia, self._factors.ordering
-        self.basis = KrylovBasis(self.solve, self.M, self.options.block, start)
+        self.solver, self.inertia, self.ordering = self._factors.name, self._factors.inertia, self._factors.ordering
+        dtype = np.result_type(self.K.dtype, self.M.dtype, float)
+        self.basis = KrylovBasis(self.solve, self.M, self.options.block, start, dtype)
 
     def solve(self, B: Array) -> Array:
         """``(K - s M)^-1 B``, B (n, n_columns); factors dropped to save memory are made again."""
         if self._factors is None:
-            self._factors = factorise_shifted(self.K, self.M, self.shift, solver=self.solver, ordering=self._ordering)
+            self._factors = factorise_shifted(self.K, self.M, self.shift, solver=self.solver, ordering=self.ordering)
         return self._factors.solve(B)
 
     def modes(self, n_modes: int, *, count: bool = True) -> Modes:
@@ -108,7 +120,7 @@ class BlockLanczos:
             return self._result(n_modes, complete)
 
     def participations(self, n_modes: int, B: Sparse) -> tuple[Array, Array]:
-        """Of the lowest modes, converged but not counted, frequencies (rad/s) and ``B^T phi``, B (n, n_columns) sparse.
+        """Of the lowest modes, converged but not counted, frequencies (rad/s) and ``B^H phi``, B (n, n_columns) sparse.
 
         The modes themselves are not formed: it costs little beside them.
         """
@@ -116,7 +128,7 @@ class BlockLanczos:
             self._converge(n_modes)
             theta, Y, _ = self.basis.ritz()
             omega = np.sqrt(np.maximum(self.shift + 1.0 / theta[:n_modes], 0.0))
-            return omega, (B.T @ self.basis.V[:, : self.basis.m]) @ Y[:, :n_modes]
+            return omega, (B.conj().T @ self.basis.V[:, : self.basis.m]) @ Y[:, :n_modes]
 
     def _search(self, n_modes: int, count: bool) -> bool | None:
         """Converge, count below a shift, and search with random blocks for what is missing; whether it is all."""
@@ -129,7 +141,8 @@ class BlockLanczos:
         self._report("counting modes", n_modes, n_modes)
         self._factors = None  # two sets of factors would double the memory
         moved = shifted(self.K, self.M, at)
-        inertia = factorise(moved, solver=self.solver, check=False, ordering=self._ordering).inertia
+        function = factorise_hermitian if np.iscomplexobj(moved.data) else factorise
+        inertia = function(moved, solver=self.solver, check=False, ordering=self.ordering).inertia
         if inertia is None:
             return None
         self._complete(at, inertia.negative, n_modes)
@@ -213,7 +226,8 @@ class BlockLanczos:
         eigenvalues = self.shift + 1.0 / theta[:n_modes]
         shapes = np.asfortranarray(self.basis.V[:, : self.basis.m] @ Y[:, :n_modes])
         rows = np.argmax(np.abs(shapes) > (1.0 - 1e-6) * np.abs(shapes).max(axis=0), axis=0)
-        shapes *= np.sign(shapes[rows, np.arange(n_modes)])
+        largest = shapes[rows, np.arange(n_modes)]
+        shapes *= largest.conj() / np.abs(largest)
         residuals = backward_errors(self.K, self.M, eigenvalues, shapes)
         if residuals.max() > WRONG:
             raise EigenError(
@@ -236,20 +250,22 @@ class BlockLanczos:
 class KrylovBasis:
     """A block Krylov basis of ``A^-1 M``, and the projection of the operator on it.
 
-    Columns ``V`` (n, m) with ``V^T M V = 1``, ``H = V^T M A^-1 M V``, and the block ``Q`` that comes after them.
+    Columns ``V`` (n, m) with ``V^H M V = 1``, ``H = V^H M A^-1 M V``, and the block ``Q`` that comes after them.
 
     Always ``A^-1 M V = V H + Q coupling E^T``, E picking the last columns of V: what is left of a Ritz vector is
     ``coupling`` times its last entries.
     """
 
-    def __init__(self, solve: Callable[[Array], Array], M: Sparse, block: int, start: Array | None = None) -> None:
+    def __init__(
+        self, solve: Callable[[Array], Array], M: Sparse, block: int, start: Array | None = None, dtype: Any = float
+    ) -> None:
         self.solve, self.M, self.n = solve, M, M.shape[0]
         self.block = min(block, self.n)
-        self.random = np.random.default_rng(20120101)
-        self.V = np.zeros((self.n, 0), order="F")
-        self.H = np.zeros((0, 0))
+        self.random, self.dtype = np.random.default_rng(20120101), dtype
+        self.V = np.zeros((self.n, 0), dtype=dtype, order="F")
+        self.H = np.zeros((0, 0), dtype=dtype)
         self.m = 0
-        first = self._random_block() if start is None else np.array(start, dtype=float)
+        first = self._random_block() if start is None else np.array(start, dtype=dtype)
         self.Q, self.MQ, _ = self._orthonormalise(first)
         self.coupling = np.zeros((self.Q.shape[1], 0))
 
@@ -260,11 +276,11 @@ class KrylovBasis:
         self.m = m + width
         W = self.solve(self.MQ)
         C = self._remove(W, self.M @ W)
-        H = np.zeros((self.m, self.m))
+        H = np.zeros((self.m, self.m), dtype=self.dtype)
         H[:m, :m] = self.H
         H[:, m:] = C
-        H[m:, :m] = C[:m].T
-        H[m:, m:] = 0.5 * (C[m:] + C[m:].T)
+        H[m:, :m] = C[:m].conj().T
+        H[m:, m:] = 0.5 * (C[m:] + C[m:].conj().T)
         self.H = H
         self.Q, self.MQ, self.coupling = self._orthonormalise(W)
 
@@ -281,7 +297,7 @@ class KrylovBasis:
         if self.m + self.Q.shape[1] > limit:
             self._restart(keep)
         if limit > self.V.shape[1]:
-            grown = np.zeros((self.n, limit), order="F")
+            grown = np.zeros((self.n, limit), dtype=self.dtype, order="F")
             grown[:, : self.m] = self.V[:, : self.m]
             self.V = grown
 
@@ -302,15 +318,22 @@ class KrylovBasis:
 
     def _random_block(self) -> Array:
         """Random unit vectors; one application of the operator damps what the high modes put into them."""
-        block = self.solve(self.M @ self.random.standard_normal((self.n, self.block)))
+        block = self.solve(self.M @ self._random(self.block))
         self._remove(block, self.M @ block)
-        energy = np.abs(np.einsum("ij,ij->j", block, self.M @ block))
+        energy = np.abs(np.einsum("ij,ij->j", block.conj(), self.M @ block))
         return np.asarray(block / np.sqrt(np.maximum(energy, np.finfo(float).tiny)))
+
+    def _random(self, width: int) -> Array:
+        """Normally distributed vectors (n, width)."""
+        drawn: Any = self.random.standard_normal((self.n, width))
+        if np.issubdtype(self.dtype, np.complexfloating):
+            drawn = drawn + 1j * self.random.standard_normal((self.n, width))
+        return np.asarray(drawn)
 
     def _remove(self, W: Array, MW: Array) -> Array:
         """Take the basis out of W (n, width) in place, ``MW`` being ``M W``; the coefficients (m, width)."""
         V = self.V[:, : self.m]
-        C = V.T @ MW
+        C = (MW.conj().T @ V).conj().T  # so that only the few columns are conjugated
         W -= V @ C
         return np.asarray(C)
 
@@ -327,12 +350,12 @@ class KrylovBasis:
             values, vectors = values[-room:], vectors[:, -room:]
             floor = max(1e-14 * values[-1], np.finfo(float).tiny)
             root = np.sqrt(np.maximum(values, floor))
-            W, MW, R = W @ (vectors / root), MW @ (vectors / root), (root[:, None] * vectors.T) @ R
+            W, MW, R = W @ (vectors / root), MW @ (vectors / root), (root[:, None] * vectors.conj().T) @ R
             if turn and values[0] > 0.25:  # unit vectors that lost less than half to the basis
                 return W, MW, R
             dead = values <= floor
             if turn and dead.any():
-                W[:, dead] = self.random.standard_normal((self.n, int(dead.sum())))
+                W[:, dead] = self._random(int(dead.sum()))
                 R[dead] = 0.0
                 self._remove(W, self.M @ W)
             else:
@@ -341,8 +364,8 @@ class KrylovBasis:
         return W[:, :room], MW[:, :room], R[:room]
 
     def _gram(self, Q: Array, MQ: Array) -> tuple[Array, Array]:
-        G = Q.T @ MQ
-        values, vectors = np.linalg.eigh(0.5 * (G + G.T))
+        G = Q.conj().T @ MQ
+        values, vectors = np.linalg.eigh(0.5 * (G + G.conj().T))
         if values[0] < -1e-8 * max(values[-1], np.finfo(float).tiny):
             raise InputError("the mass matrix is indefinite: a motion has negative kinetic energy")
         return values, vectors

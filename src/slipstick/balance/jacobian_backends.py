@@ -1,4 +1,4 @@
-"""In which form the Jacobian of the balance is made, and the receptances it is made of: the one place that chooses."""
+"""Jacobian backends: in which form the Jacobian of the balance is made, and the receptances it is made of."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from slipstick.structure.protocol import Receptance
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.balance.ports import Balance, Tangents
+    from slipstick.balance.balance import Balance
+    from slipstick.balance.ports import Tangents
 
-WRITTEN_OUT_UP_TO = 500
+DENSE_UP_TO = 500
 """Unknowns up to which a dense Jacobian costs less than an iterative one, as far as it can be had (measured)."""
 
 MOST_UNKNOWNS = {"dense": 12_000, "iterative": 500_000}
@@ -32,8 +33,8 @@ AnyCompliance = Compliance | FactoredCompliance
 
 
 @runtime_checkable
-class Kind(Protocol):
-    """Makes Jacobians, and what they are made of."""
+class JacobianBackend(Protocol):
+    """Makes Jacobians, and what they are made of; ``options={"jacobian": ...}`` takes one of a user's own."""
 
     @property
     def name(self) -> str:
@@ -53,7 +54,7 @@ class Kind(Protocol):
         ...
 
 
-class WrittenOut:
+class DenseBackend:
     """All entries, factorised: for few contacts, and for structures known by their receptances alone."""
 
     name = "dense"
@@ -71,7 +72,7 @@ class WrittenOut:
         return DenseJacobian(lambda out: _write(balance, tangents, compliance, states, out), balance.size)
 
 
-class Products:
+class IterativeBackend:
     """Products alone, solved by GMRES: for many contacts on a structure known by its modes."""
 
     name = "iterative"
@@ -118,11 +119,11 @@ def _anchored(
     return anchored
 
 
-KINDS: Mapping[str, Kind] = {kind.name: kind for kind in (WrittenOut(), Products())}
+BACKENDS: Mapping[str, JacobianBackend] = {backend.name: backend for backend in (DenseBackend(), IterativeBackend())}
 
 
-def kind_of(asked: Kind | str, receptance: Receptance, unknowns: int) -> Kind:
-    """The kind asked for; with "auto" the one that costs least.
+def backend_of(asked: JacobianBackend | str, receptance: Receptance, unknowns: int) -> JacobianBackend:
+    """The backend asked for; with "auto" the one that costs least.
 
     Raises
     ------
@@ -136,16 +137,17 @@ def kind_of(asked: Kind | str, receptance: Receptance, unknowns: int) -> Kind:
             "structure as modes (ss.ModalStructure, ss.reduce)"
         )
     if asked == "auto":
-        asked = "iterative" if modal and unknowns > WRITTEN_OUT_UP_TO else "dense"
+        asked = "iterative" if modal and unknowns > DENSE_UP_TO else "dense"
     if isinstance(asked, str) and unknowns > MOST_UNKNOWNS[asked]:
         raise InputError(size_fault(unknowns, asked))
-    return KINDS[asked] if isinstance(asked, str) else asked
+    return BACKENDS[asked] if isinstance(asked, str) else asked
 
 
-def size_fault(unknowns: int, kind: str) -> Fault:
+def size_fault(unknowns: int, backend: str) -> Fault:
     """What is said of too many unknowns."""
-    modes = ", or give the structure as modes (reduce it)" if kind == "dense" else ""
+    modes = ", or give the structure as modes (reduce it)" if backend == "dense" else ""
     return Fault(
-        ("harmonics",), f"contacts and harmonics make {unknowns} unknowns", expected=f"at most {MOST_UNKNOWNS[kind]}",
+        ("harmonics",), f"contacts and harmonics make {unknowns} unknowns",
+        expected=f"at most {MOST_UNKNOWNS[backend]}",
         remedy=f"keep fewer harmonics or contacts{modes}",
     )  # fmt: skip

@@ -7,8 +7,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 import slipstick as ss
-from slipstick.balance.kinds import KINDS, WrittenOut, kind_of
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
+from slipstick.balance.jacobian_backends import BACKENDS, DenseBackend, backend_of
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError
 from slipstick.solve.linear import dense
@@ -56,11 +56,11 @@ def permutation_sign(p):
     return sign
 
 
-class SparseKind(WrittenOut):
+class SparseKind(DenseBackend):
     name = "sparse"
 
     def jacobian(self, *arguments):
-        return SparseJacobian(KINDS["dense"].jacobian(*arguments).matrix)
+        return SparseJacobian(BACKENDS["dense"].jacobian(*arguments).matrix)
 
 
 sparse_kind = SparseKind()
@@ -123,7 +123,7 @@ def test_first_points_found_the_long_way_round_use_the_kind_too(monkeypatch):
 
     monkeypatch.setattr(dense._Factorised, "_factors", refused)
     own = problem()
-    search = FirstPoint(Balance(own, kind=sparse_kind), own.inputs, 6.0)
+    search = FirstPoint(Balance(own, backend=sparse_kind), own.inputs, 6.0)
     tried = {name: attempt() is not None for name, attempt in search.strategies()}
     assert {"fewer harmonics first", "load ramp", "Newton homotopy"} <= tried.keys()
     assert all(tried.values()), tried
@@ -152,22 +152,22 @@ def test_undamped_structures_are_written_out_unless_asked_otherwise():
         law = ss.FrictionContact(kt=1.0, mu=0.3, kn=1.0, normal_load=1.0)
         pairs = [ss.ContactPair(name=f"c{i}", contact=law, tangential=f"d{i}") for i in range(n)]
         loads = [ss.Load(dof="d0", sin=1.0)]
-        balance = Balance(ss.Problem(modes, contacts=pairs, loads=loads, harmonics=range(8)), kind=asked)
+        balance = Balance(ss.Problem(modes, contacts=pairs, loads=loads, harmonics=range(8)), backend=asked)
         balance.anchor_if_undamped(1.37)
-        assert balance.kind.name == expected
+        assert balance.backend.name == expected
         assert (balance.springs is not None) == (expected == "dense")
 
 
 def test_more_unknowns_than_memory_holds_are_refused():
     modes = ss.ModalStructure(omega=[1.0], mode_shapes=[[1.0]], dofs=["x"])
     rows = modes.project(np.eye(1), np.eye(1))
-    assert kind_of("auto", rows, 400_000).name == "iterative"
+    assert backend_of("auto", rows, 400_000).name == "iterative"
     with raises_fault("harmonics", expected="at most 12000"):
-        kind_of("dense", rows, 400_000)
+        backend_of("dense", rows, 400_000)
     with raises_fault("harmonics", expected="at most 500000"):
-        kind_of("auto", rows, 600_000)
+        backend_of("auto", rows, 600_000)
     with pytest.raises(InputError, match="not known by its modes"):
-        kind_of("iterative", FunctionReceptance(), 10)
+        backend_of("iterative", FunctionReceptance(), 10)
 
 
 class FunctionReceptance:

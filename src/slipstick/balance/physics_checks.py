@@ -13,6 +13,7 @@ from slipstick.balance.compliance import lossless
 from slipstick.balance.contacts import same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
+from slipstick.contact.friction_law import is_friction
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -54,7 +55,11 @@ def problem_warnings(
         It vibrates freely: nothing need move it.
     """
     sentences = [
-        *([] if free else _motion_warnings(problem, still=bool(len(omega)) and not steady)),
+        *(
+            []
+            if free or (steady and _may_feed(problem))
+            else _motion_warnings(problem, bool(len(omega)) and not steady)
+        ),
         *_fed_warnings(problem),
         *_sum_warnings(problem),
     ]
@@ -92,7 +97,14 @@ def _static(problem: Problem) -> Array:
     return np.asarray(problem.load_columns.receptance(problem.structure, ports, ports).static, dtype=float)
 
 
-def _motion_warnings(problem: Problem, *, still: bool) -> Iterator[str]:
+def _may_feed(problem: Problem) -> bool:
+    """Whether it may vibrate by itself without rubbing: by its damping, or by a law that is not friction."""
+    return bool(getattr(problem.structure, "energy_fed", "")) or not all(
+        is_friction(pair.contact) for pair in problem.contacts
+    )
+
+
+def _motion_warnings(problem: Problem, still: bool) -> Iterator[str]:
     """``still``: also where nothing varies in time."""
     if not problem.load_coefficients().any() and not any(pair.rubbing.moves for pair in problem.contacts):
         yield "nothing moves the structure: there is no load and no rubbing motion; give one of them"
@@ -110,6 +122,11 @@ def _fed_warnings(problem: Problem) -> Iterator[str]:
             f"the structure's damping feeds energy in ({where}): without friction vibration grows, and a periodic "
             "motion need not be stable; judge it with stability, or correct the signs of the damping and write its "
             "numbers with more digits"
+        )
+    if where := getattr(problem.structure, "self_excited", ""):
+        yield (
+            f"the structure's circulatory or negative stiffness makes it grow by itself ({where}): without contacts "
+            "vibration grows, and a periodic motion need not be stable; judge it with stability"
         )
 
 

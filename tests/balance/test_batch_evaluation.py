@@ -5,9 +5,9 @@ import pytest
 from helpers.problems import random_problem
 
 import slipstick as ss
-from slipstick.balance.many import Together, evaluated_together, respond
+from slipstick.balance.balance import Balance
+from slipstick.balance.batch_evaluation import Together, evaluated_together, respond
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.norm import norm
 from slipstick.trig.harmonics import Harmonics

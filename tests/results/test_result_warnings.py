@@ -7,7 +7,7 @@ import pytest
 from helpers.oscillator import one_mass
 
 import slipstick as ss
-from slipstick.results.afterwards import result_warnings
+from slipstick.results.result_warnings import result_warnings
 
 
 def problem(gap: float) -> ss.Problem:

@@ -1,4 +1,4 @@
-"""Many states of one balance at once: every element of every state in one call of its law."""
+"""Many motions of one balance at once: every element at every motion in one call of its law."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from itertools import groupby
 
 import numpy as np
 
-from slipstick.balance.inputs import SURFACE, Given, Inputs
-from slipstick.balance.ports import Balance
+from slipstick.balance.balance import Balance
+from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
 from slipstick.contact.law import Motion, Response
 from slipstick.solve.norm import norm
 from slipstick.structure.dynamic import adjusted
@@ -20,18 +20,18 @@ from slipstick.typing import Array
 
 
 def evaluated_together(balance: Balance) -> bool:
-    """Whether states of a balance can be evaluated together.
+    """Whether motions of a balance can be evaluated together.
 
     Not with contact states, which depend on the neighbouring solution, and not in the forms of the equations that are
     made for one frequency at a time.
     """
-    return not balance.states and balance.springs is None and balance.kind.name == "dense"
+    return not balance.states and balance.springs is None and balance.backend.name == "dense"
 
 
 def respond(
     balance: Balance, k: int, x: Array, omega: Array, inputs: Sequence[Inputs], harmonics: Harmonics | None = None
 ) -> Response:
-    """Batch ``k`` at n states: unknowns (n, N), frequencies (n,); elements of the first state first.
+    """Batch ``k`` at n motions: unknowns (n, N), frequencies (n,); elements at the first motion first.
 
     With other ``harmonics`` that hold those of the balance, forces are given in these.
     """
@@ -48,13 +48,13 @@ def respond(
     return law.respond(Motion(harmonics or kept, each, tuple(moved), contact_inputs.drift(each)), contact_inputs.values)
 
 
-def _joined(states: Sequence[Given]) -> Given:
+def _joined(motions: Sequence[ContactInputs]) -> ContactInputs:
     """The elements of all in one, the motion in a new array."""
-    if len(states) == 1:
-        return states[0].changed(motion=states[0].motion.copy())
-    surface = {name: np.concatenate([getattr(g, name) for g in states], axis=1) for name in SURFACE}
-    values = {name: np.concatenate([g.values[name] for g in states]) for name in states[0].values}
-    return Given(values=values, **surface)
+    if len(motions) == 1:
+        return motions[0].changed(motion=motions[0].motion.copy())
+    surface = {name: np.concatenate([getattr(g, name) for g in motions], axis=1) for name in SURFACE}
+    values = {name: np.concatenate([g.values[name] for g in motions]) for name in motions[0].values}
+    return ContactInputs(values=values, **surface)
 
 
 def _in(wide: Harmonics, narrow: Harmonics, Q: Array) -> Array:
@@ -67,7 +67,7 @@ def _in(wide: Harmonics, narrow: Harmonics, Q: Array) -> Array:
 
 
 class Together:
-    """The response of each batch as ``respond`` gives it at n states: unknowns (n, N), frequencies (n,)."""
+    """The response of each batch as ``respond`` gives it at n motions: unknowns (n, N), frequencies (n,)."""
 
     def __init__(self, balance: Balance, x: Array, omega: Array, inputs: Sequence[Inputs]) -> None:
         self._balance, self._x, self._omega, self._inputs = balance, x, omega, inputs
@@ -140,7 +140,7 @@ class Together:
         return out
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
-        """The receptance of each structure, and the states that have it."""
+        """The receptance of each structure, and the motions that it answers."""
         first = 0
         for structure, same in groupby(self._inputs, lambda one: one.structure):
             at = slice(first, first + len(list(same)))

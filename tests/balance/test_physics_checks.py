@@ -13,7 +13,7 @@ import pytest
 from helpers.oscillator import one_mass
 
 import slipstick as ss
-from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.physics_checks import problem_warnings
 
 SHORT = {"max_points": 2}
 
@@ -204,6 +204,9 @@ def test_even_multiples_of_what_moves_count() -> None:
     (said,) = problem_warnings(ss.Problem(structure, contacts=pair, loads=load, harmonics=[0, 2, 6, 10]))
     assert "even multiples of 2" in said
     assert problem_warnings(ss.Problem(structure, contacts=pair, loads=load, harmonics=[0, 2, 4, 6])) == []
+    # on 4 and 6 together every second one counts, and 4 is an even multiple of 2
+    loads = [ss.Load(dof="x", harmonic=4, sin=1.0), ss.Load(dof="x", harmonic=6, sin=1.0)]
+    assert problem_warnings(ss.Problem(structure, contacts=pair, loads=loads, harmonics=[0, 4, 6])) == []
 
 
 @pytest.mark.parametrize(("count", "said"), [(16, True), (17, False)])

@@ -1,0 +1,73 @@
+"""Seconds from mesh to curve of a bladed sector: matrices, phases, a wave with friction; then stored, from disk.
+
+python benchmarks/bladed_sector.py [small | medium | large] [--cache FOLDER]
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+import slipstick as ss
+
+ENGINE_ORDER = 4
+HARMONICS = 6
+
+
+def curve(size: str, cache: Path) -> None:
+    """Once from mesh to curve, each stage with its seconds."""
+    began = last = perf_counter()
+
+    def told(what: str) -> None:
+        nonlocal last
+        now = perf_counter()
+        print(f"  {what:60s} {now - last:8.2f} s", flush=True)
+        last = now
+
+    model = ss.bladed_sector(size)
+    told(f"mesh and matrices, {model.n_dofs} dofs")
+    sector = ss.reduced_sector(
+        model, surface="tip", contacts=4, between=("shroud_low", "shroud_high"), between_contacts=4,
+        pressure="concave", loss_factor=1e-3, cache=cache,
+    )  # fmt: skip
+    told("faces paired, contact points")
+    wave = sector.travelling_wave(ENGINE_ORDER)
+    for k in sorted({h.nodal_diameter for h in wave.harmonics(range(HARMONICS + 1))}):
+        n = sector.natural_frequencies(k).size
+        told(f"nodal diameter {k}: {n} modes, complete: {sector.complete(k)}")
+    first = sector.natural_frequencies(ENGINE_ORDER)[0]
+    tip = ss.surface_contacts(
+        sector, "tip", contact=ss.FrictionContact(kt=1e5, mu=0.3, normal_load=0.5), direction="circumferential",
+        rubbing=ss.RubbingMotion(velocity=1.0),
+    )  # fmt: skip
+    shroud = ss.surface_contacts(
+        sector, "shroud", contact=ss.FrictionContact(kt=1e5, mu=0.4, normal_load=1.0), direction="axial", between=True
+    )
+    problem = ss.Problem(
+        wave, contacts=[*tip, *shroud], loads=[ss.Load(shape="pressure", harmonic=1, sin=20.0)],
+        harmonics=ss.Harmonics(range(HARMONICS + 1)), outputs=["c1x", "c1y", "c1z"],
+    )  # fmt: skip
+    branch = ss.forced_response(problem, omega=(0.9 * first, 1.3 * first))
+    told(f"curve of {branch.dataset.sizes['point']} points, {len(problem.contacts)} contacts: {branch.outcome}")
+    print(f"  {'from mesh to curve':60s} {perf_counter() - began:8.2f} s; largest amplitude "
+          f"{float(np.abs(branch.dataset.amplitude).max()):.4g} m")  # fmt: skip
+
+
+def main() -> None:
+    """Twice: the second time phases are read from disk."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("size", nargs="?", default="medium")
+    parser.add_argument("--cache", type=Path)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        for what in ("computed", "stored"):
+            print(f"{given.size}, {what}")
+            curve(given.size, given.cache or Path(folder))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,192 @@
+"""``[structure] kind = "disc"`` with a ``file`` or a ``size``: a finite element sector in a travelling wave."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator
+
+from slipstick.case.fe import (
+    MOST_CONTACTS,
+    Contacts,
+    MaterialTable,
+    ReductionTable,
+    Shapes,
+    SurfaceName,
+    imported_model,
+    material_of,
+    material_text,
+)
+from slipstick.case.rotor import AxisTable, axis_arguments
+from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
+from slipstick.case.source import inside
+from slipstick.case.structure import CACHE, Body, Tell, reducing_kind, reduction_folder, stages
+from slipstick.case.table import Frequency, Positive, RawTable, unexpected
+from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, SlipstickWarning
+
+if TYPE_CHECKING:
+    from slipstick.fem.imported import ImportedModel
+
+_OF_FILE = ("quadratic", "fixed", "low", "high", "axis", "tolerance")
+_REDUCED = (
+    "low", "high", "tolerance", "surface", "contacts", "radius", "between", "between_contacts", "pressure", "keep",
+    "modes", "loss_factor", "damping_ratio",
+)  # fmt: skip
+
+
+def _names(value: Any) -> Any:
+    if isinstance(value, str) and value:
+        return value
+    if not (isinstance(value, list) and value and all(isinstance(name, str) and name for name in value)):
+        raise unexpected('a node set or surface such as "LOW", or a list of them')
+    return value
+
+
+def _pair(value: Any) -> Any:
+    if not (isinstance(value, list) and len(value) == 2 and all(isinstance(name, str) and name for name in value)):
+        raise unexpected('two surfaces, low and high, such as ["SHROUD_LOW", "SHROUD_HIGH"]')
+    return tuple(value)
+
+
+Pair = Annotated[Any, PlainValidator(_pair)]
+Face = Annotated[Any, PlainValidator(_names)]
+
+
+class DiscFeTable(ReductionTable):
+    """``[structure] kind = "disc"`` from a finite element model of a sector."""
+
+    kind: Literal["disc"]
+    file: str | None = Field(default=None, description="the name of a model.h5, or of a mesh (.cdb, .inp, .msh, .bdf)")
+    size: str | None = Field(default=None, description='"coarse", "small", "medium" or "large": the parametric sector')
+    engine_order: int = Field(
+        ge=-1_000_000, le=1_000_000,
+        description="a whole number, of the fundamental frequency, < 0 for blades numbered in the sense of rotation",
+    )  # fmt: skip
+    sectors: int | None = Field(default=None, ge=2, le=1000, description="a whole number >= 2, how many the disc has")
+    low: Face | None = Field(default=None, description="a node set or surface: the face towards the sector before")
+    high: Face | None = Field(default=None, description="a node set or surface: the face towards the next sector")
+    axis: AxisTable | None = Field(default=None, description="a table such as { direction = [0, 0, 1] }")
+    tolerance: Positive | None = Field(default=None, description="a number > 0, the largest distance of paired nodes")
+    speed: Frequency | None = Field(default=None, description='the speed of the disc such as "3000 rpm"')
+    material: MaterialTable | None = Field(
+        default=None, description="a table such as { young = 2e11, poisson = 0.3, density = 7800.0 }"
+    )
+    quadratic: bool = Field(default=False, description="true or false: nodes in the middle of the edges of a mesh")
+    fixed: list[str] = Field(default=[], description='a list of node sets or surfaces such as ["BORE"]')
+    surface: SurfaceName | None = Field(default=None, description="the surface of contacts with the casing")
+    contacts: Contacts | None = Field(default=None, description="a number of contacts, node numbers, or positions")
+    between: Pair | None = Field(
+        default=None, description='surfaces that touch the neighbours such as ["SHROUD_LOW", "SHROUD_HIGH"]'
+    )
+    between_contacts: Contacts | None = Field(
+        default=None, description="a number of contacts, or places on the high one"
+    )
+    pressure: Shapes = Field(default={}, description='a surface, or a table such as { pressure = "PRESSURE_SURF" }')
+    keep: list[str] = Field(
+        default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y"]'
+    )
+    damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """The model is said in one way, and something is kept."""
+        faults = super().cross_check(raw)
+        if "file" in raw and "size" in raw:
+            faults.append(Fault("size", "is given together with file", remedy="keep one"))
+        if "size" in raw:
+            faults += [
+                Fault(key, "is that of the parametric sector", remedy="leave it out") for key in _OF_FILE if key in raw
+            ]
+        if not {"surface", "between", "keep"} & set(raw):
+            remedy = 'give surface or between for contacts, or keep = ["n123y"]'
+            faults.append(Fault(statement="nothing is kept", remedy=remedy))
+        for key, other in (("contacts", "surface"), ("between_contacts", "between")):
+            if key in raw and other not in raw:
+                faults.append(Fault(other, IS_MISSING, remedy=f"{key} lie on it"))
+        return faults
+
+
+def _disc(table: DiscFeTable, folder: Path, tell: Tell) -> Body:
+    """The sector in its wave, the phases of whose low harmonics are computed.
+
+    Raises
+    ------
+    InputError
+        For files, sets and surfaces that are not there, and faces that do not meet.
+    """
+    from slipstick.models.reduced_sector import reduced_sector
+
+    began = time.perf_counter()
+    model = _model(table, folder, tell)
+    tell(f"structure: a sector of {model.n_dofs} dofs, reduced or read from {CACHE} ...")
+    given = {name: value for name in _REDUCED if (value := getattr(table, name)) not in (None, [], {})}
+    given |= {} if table.axis is None else {"axis": axis_arguments(table.axis)}
+    given |= {} if table.speed is None else {"speed": table.speed}
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            sector = reduced_sector(
+                model, **given, up_to=table.up_to, sectors=table.sectors if table.file else None,
+                cache=reduction_folder(folder), listener=stages(tell),
+            )  # fmt: skip
+            wave = sector.travelling_wave(table.engine_order)
+            for d in {wave.phase_number(0), wave.phase_number(1)}:
+                sector.structure.phase_modes(d)
+    except InputError:
+        raise
+    except SlipstickError as error:
+        raise InputError(Fault(statement=str(error))) from None
+    return Body(structure=wave, sector=sector, force=table.force, seconds=time.perf_counter() - began)
+
+
+def _model(table: DiscFeTable, folder: Path, tell: Tell) -> ImportedModel:
+    from slipstick.models.bladed_sector import bladed_sector, sector_shape
+
+    material = {} if table.material is None else {"material": material_of(table.material)}
+    if table.size is not None:
+        own = {} if table.sectors is None else {"sectors": table.sectors}
+        tell(f"structure: {table.size} bladed sector ...")
+        try:
+            return bladed_sector(sector_shape(table.size, **own), **material)
+        except InputError as error:
+            raise InputError([_at_size(fault) for fault in error.faults]) from None
+    assert table.file is not None
+    try:
+        path = inside(folder, table.file)
+    except InputError as error:
+        raise InputError([fault.inside("file") for fault in error.faults]) from None
+    tell(f"structure: reading {table.file} ...")
+    return imported_model(table, path)
+
+
+def _at_size(fault: Fault) -> Fault:
+    own = fault.below("sector")
+    return own if own.where[:1] in (("size",), ("sectors",)) else own.inside("size")
+
+
+def _script(keys: KeysToWrite, _folder: Path) -> list[str]:
+    size, file, sectors = keys.take("size"), keys.take("file"), keys.take("sectors")
+    material, _ = keys.take("material"), keys.take("force")
+    arguments: dict[str, str] = {}
+    if material is not None:
+        arguments["material"] = material_text(material.model_dump(exclude_none=True))
+    if file is not None:
+        model = call("ss.import_model", here(file), **arguments, **keys.rest("fixed", "quadratic"))
+    else:
+        shape = literal(size) if sectors is None else call("sector_shape", literal(size), sectors=literal(sectors))
+        model = call("ss.bladed_sector", shape, **arguments)
+    order, axis = literal(keys.take("engine_order")), axis_arguments(keys.take("axis"))
+    reduction = {} if file is None or sectors is None else {"sectors": literal(sectors)}
+    reduction |= keys.rest(*_REDUCED)
+    reduction |= {} if axis is None else {"axis": literal(axis)}
+    for name in ("speed", "up_to"):
+        if keys.take(name) is not None:
+            reduction[name] = quantity_text(keys.raw[name])
+    body = call("ss.reduced_sector", "model", **reduction, cache=here(CACHE))
+    return [f"model = {model}", f"body = {body}", f"structure = body.travelling_wave({order})"]
+
+
+DISC_FE = reducing_kind(DiscFeTable, _disc, _script)

@@ -1,0 +1,73 @@
+"""The verb ``campbell``: whirl frequencies over the speed of rotation, and where engine orders meet them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from slipstick.cli.options import CasePath
+from slipstick.cli.terminal.answers import Answer
+from slipstick.cli.terminal.guard import DONE, say
+from slipstick.cli.verb import verb
+from slipstick.errors import InputError
+
+
+def whole_numbers(option: str, given: str) -> list[int]:
+    """Numbers such as "1,2"."""
+    found = [word.strip() for word in given.split(",")]
+    if not all(word.isdecimal() for word in found):
+        raise InputError(f"{option} {given}: expected whole numbers such as 1,2")
+    return [int(word) for word in found]
+
+
+_SENSE = {1: "forward", -1: "backward", 0: "no whirl"}
+
+
+@verb
+def campbell(
+    answer: Answer,
+    case: CasePath,
+    to: Annotated[str, typer.Option("--to", help='The highest speed, such as "9000 rpm".', metavar="SPEED")],
+    start: Annotated[str, typer.Option("--from", help="The lowest speed.", metavar="SPEED")] = "0 rpm",
+    orders: Annotated[str, typer.Option("--orders", help="Engine orders, such as 1,2.", metavar="LIST")] = "1",
+    points: Annotated[int, typer.Option("--points", help="Speeds in the diagram.", min=2, max=2000)] = 61,
+    modes: Annotated[int | None, typer.Option("--modes", help="So many of the lowest modes.", min=1)] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The figure; by default CASE-campbell.png, here.")
+    ] = None,
+) -> int:
+    """Frequencies of a rotor without contacts over its speed (structure with "gyroscopic"), and its critical speeds."""
+    import numpy as np
+
+    from slipstick.case.case import Case
+    from slipstick.faults import in_radians
+    from slipstick.plots import campbell as draw
+    from slipstick.plots import save_figure
+    from slipstick.structure.campbell import campbell as diagram
+
+    read = Case.from_file(case)
+    first, last = (in_radians(name, speed) for name, speed in (("--from", start), ("--to", to)))
+    if not 0.0 <= first < last:
+        raise InputError(f"--from {start} --to {to}: expected two speeds >= 0, the second one above the first")
+    structure: Any = read.problem().structure
+    found = diagram(
+        structure, np.linspace(first, last, points), engine_orders=whole_numbers("--orders", orders), modes=modes
+    )
+    met = {
+        name: found[f"crossing_{name}"].to_numpy().tolist() for name in ("speed", "frequency", "order", "mode", "whirl")
+    }
+    answer["crossings"] = [dict(zip(met, row, strict=True)) for row in zip(*met.values(), strict=True)]
+    for speed, frequency, order, mode, whirl in zip(*met.values(), strict=True):
+        say(
+            f"engine order {order} meets mode {mode} ({_SENSE[whirl]}) at {speed:.6g} rad/s "
+            f"({speed * 30 / np.pi:.5g} rpm): {read.frequency_text(frequency)}"
+        )
+    if not answer["crossings"]:
+        say(f"no crossing between {first:g} and {last:g} rad/s")
+    path = output or Path(f"{read.name}-campbell.png")
+    written = save_figure(draw(found), path.with_suffix(""), formats=(path.suffix.removeprefix(".") or "png",))
+    answer["figures"] = [str(each) for each in written]
+    say(f"figure in {', '.join(map(str, written))}")
+    return DONE

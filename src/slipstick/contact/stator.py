@@ -1,0 +1,180 @@
+"""Contact of a turning rotor with a circular stator: a radial spring beyond the clearance, and friction round about.
+
+With the centre of the rotor at ``(x, y) = r (cos a, sin a)`` from that of the stator and the surface of the rotor at
+the speed V (radius times speed of rotation, positive in the sense from x to y), where ``r > gap``::
+
+    N = kn (r - gap) + cn r',    T = mu N v / sqrt(v^2 + slip_velocity^2),    v = V + r a'
+
+N resists the motion outwards, T the sliding of the rotor's surface [A. Muszynska, Rotordynamics,
+2005]. There is no stick: below ``slip_velocity`` friction grows with the velocity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from slipstick.contact.law import Law, Motion, Response, TimeSlopes, Variable
+from slipstick.contact.sampled import SampledLaw
+from slipstick.errors import Fault
+from slipstick.faults import SMALLEST, Gathering, number_or_numbers, same_length, wrong
+from slipstick.typing import Array, Numbers
+
+X, Y, SPIN = 0, 1, 2
+_SAMPLES = 64
+"""Of the period for each order of the highest harmonic: the force has a corner where it touches."""
+
+
+def _force(q: Any, velocity: Any, kn: Any, mu: Any, gap: Any, cn: Any, slip_velocity: Any) -> Any:
+    """Forces along x and y, and the friction that brakes the rotor; complex steps pass through."""
+    (x, y, _), (dx, dy, speed) = q, velocity
+    squared = x * x + y * y
+    open_ = np.real(squared) <= gap * gap
+    r = np.sqrt(np.where(open_, 1.0, squared))
+    normal = kn * (r - gap) + cn * (x * dx + y * dy) / r
+    slip = speed + (x * dy - y * dx) / r
+    held = np.where(slip_velocity > 0.0, slip_velocity, 1.0)
+    friction = mu * normal * slip / np.sqrt(slip * slip + held * held)
+    normal, friction = np.where(open_, 0.0, normal / r), np.where(open_, 0.0, friction)
+    return normal * x - friction * y / r, normal * y + friction * x / r, friction
+
+
+_SAMPLED = SampledLaw(
+    force=_force, ports=("x", "y", "spin"),
+    parameters={"kn": 1.0, "mu": 0.0, "gap": 1.0, "cn": 0.0, "slip_velocity": 1.0},
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class StatorContact(Law):
+    """A rotor in a circular stator: ports "x" and "y", the way of the rotor's centre from the stator's.
+
+    The surface speed of the rotor is the rubbing motion: ``RubbingMotion(velocity=radius * speed)``, or
+    ``velocity_per_omega=radius`` of a rotor that turns with the fundamental frequency; negative where it turns from y
+    to x.
+
+    Parameters
+    ----------
+    kn
+        Radial contact stiffness, force/length, >= 0.
+    gap
+        Clearance, > 0.
+    mu
+        Friction coefficient, >= 0.
+    cn
+        Radial damping while in contact, force/velocity, >= 0. It may pull where the rotor leaves fast.
+    slip_velocity
+        Velocity at which friction has 0.71 of its limit; > 0 where there is friction. Much below the velocities at
+        which it slides it changes nothing, and what would stick creeps at a part of it.
+
+    Numbers, or arrays (n,) for n contacts.
+
+    Raises
+    ------
+    InputError
+        For values out of range.
+
+    Examples
+    --------
+    >>> from slipstick.trig.harmonics import Harmonics
+    >>> law = StatorContact(kn=2.0, gap=1.0)
+    >>> circle = np.array([[0.0, 1.5, 0.0]]), np.array([[0.0, 0.0, 1.5]]), np.zeros((1, 3))
+    >>> motion = Motion(Harmonics([0, 1]), 1.0, circle, np.zeros((3, 1)))
+    >>> values = {name: np.atleast_1d(value) for name, value in law.values.items()}
+    >>> float(law.respond(motion, values).force[0][0, 1].round(12))          # kn (r - gap)
+    1.0
+    """
+
+    kn: Numbers
+    gap: Numbers
+    mu: Numbers = 0.0
+    cn: Numbers = 0.0
+    slip_velocity: Numbers = 0.0
+
+    ports = _SAMPLED.ports
+    kind: ClassVar[str] = "stator"
+    optional_ports: ClassVar[tuple[str, ...]] = ("spin",)
+    prescribed_ports: ClassVar[tuple[str, ...]] = ("spin",)
+    surface_ports: ClassVar[Mapping[str, str]] = {"tangential": "spin"}
+    factors: ClassVar[Mapping[str, str]] = {"friction": "mu"}
+    linear_states: ClassVar[tuple[str, ...]] = ("free",)
+    force_names: ClassVar[tuple[str, ...]] = ("x", "y", "braking")
+    units: ClassVar[Mapping[str, str]] = {
+        "kn": "force/length", "gap": "length", "mu": "1", "cn": "force time/length", "slip_velocity": "length/time",
+    }  # fmt: skip
+    variables: ClassVar[Mapping[str, Variable]] = {
+        "friction_coefficient": Variable("mu", (), "1", "friction coefficient"),
+        "normal_stiffness": Variable("kn", (), "force/length", "normal contact stiffness"),
+        "gap": Variable("gap", (), "length", "clearance"),
+    }
+
+    def __post_init__(self) -> None:
+        checks = Gathering()
+        given: dict[str, Any] = {}
+        for name in (f.name for f in fields(self)):
+            least = SMALLEST if name == "gap" else 0.0
+            given[name] = checks.take(_number, name, getattr(self, name), least)
+        checks.end()
+        same_length("stator contact", given)
+        mu, slow = np.broadcast_arrays(given["mu"], given["slip_velocity"])
+        if np.any((mu > 0.0) & (slow <= 0.0)):
+            checks.faults.append(
+                Fault("slip_velocity", "friction needs it", remedy="give a velocity that counts as slow")
+            )
+        checks.end()
+        for name, value in given.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def values(self) -> Mapping[str, Numbers]:  # type: ignore[override]
+        """Every parameter by name."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def changed(self, **values: Numbers) -> StatorContact:
+        """A copy with other parameters."""
+        return replace(self, **values)
+
+    def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
+        """Forces of n elements sampled over the period, with exact derivatives of the samples."""
+        law = replace(_SAMPLED, samples=_SAMPLES * max(motion.harmonics.highest, 1))
+        return law.respond(motion, values)
+
+    def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
+        """Forces (n, k) at phases (k,)."""
+        return _SAMPLED.forces_in_time(motion, values, tau)
+
+    def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Forces at motion and velocity; there is no memory."""
+        return _SAMPLED.rate(q, velocity, memory, values)
+
+    def time_slopes(
+        self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array], scale: tuple[float, float]
+    ) -> TimeSlopes:
+        """Derivatives of ``rate``, exact."""
+        return _SAMPLED.time_slopes(q, velocity, memory, values, scale)
+
+    def size(self, values: Mapping[str, Array]) -> Array:
+        """The clearance."""
+        return np.asarray(values["gap"])
+
+    def ramps(self, values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
+        """Towards a first point: friction first, then stiffness."""
+        del values
+        return iter((("friction ramp", "mu", 0.0), ("contact ramp", "kn", 1e-3)))
+
+    def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
+        """What is suspicious in one contact."""
+        del ports, approach
+        if values["kn"] == 0.0:
+            yield "kn = 0, so it never acts; give the radial contact stiffness"
+
+
+def _number(name: str, value: Any, least: float) -> Any:
+    expected = "a number > 0, or one for each contact" if least else "a number >= 0, or one for each contact"
+    found = number_or_numbers(name, value, expected)
+    if np.any(np.asarray(found) < least):
+        raise wrong(name, value, expected)
+    return found

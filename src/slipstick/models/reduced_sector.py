@@ -1,0 +1,681 @@
+"""A finite element sector reduced to what touches, is loaded or is looked at, phase by phase."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csc_array, csr_array, hstack
+
+from slipstick.errors import Fault, InputError, Where
+from slipstick.faults import (
+    SMALLEST,
+    Gathering,
+    frequency,
+    names,
+    number,
+    one,
+    shown,
+    suggestion,
+    table,
+    text,
+    warn,
+    whole,
+)
+from slipstick.fem.assembly import assemble
+from slipstick.fem.axis import Axis
+from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.cyclic import ON_FACE, CyclicSymmetry, Joined, Pairing, face_nodes, joined, paired, turned
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.loads import pressure_load
+from slipstick.fem.mesh import Mesh, Surface, user_names
+from slipstick.fem.model import ElasticModel
+from slipstick.fem.rotation import sector_at_speed
+from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
+from slipstick.models.reduced_body import _contact_nodes, _surface
+from slipstick.models.surface_model import of_import
+from slipstick.structure.reduction import store
+from slipstick.structure.reduction.request import Accuracy, tools
+from slipstick.structure.reduction.sector import PhaseReduction, SectorModes, reduce_phase
+from slipstick.structure.truncation import WARNED_REDUCTION
+from slipstick.typing import Array, ComplexArray, Frequency, IntArray, Reals, Sparse
+
+if TYPE_CHECKING:
+    from slipstick.solve.linear.modes import StageListener
+    from slipstick.structure.cyclic import TravellingWave
+    from slipstick.structure.disc import Disc
+
+_STORED = ("omega", "shapes", "static", "second", "residuals")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Between:
+    """Contact points between a sector and the next one.
+
+    Attributes
+    ----------
+    high
+        Points "h1", "h2", ... on the face towards the next sector, with its normals.
+    turn
+        Rotation (3, 3) from a sector to the next one: the points "l1", "l2", ... of the next one lie opposite.
+    """
+
+    high: ContactPoints
+    turn: Array
+
+    def cosines(self, vectors: Array) -> list[dict[str, float]]:
+        """Motion of this sector less that of the next one along unit vectors (n, 3), by dof, one dict a point."""
+        found = []
+        for k, vector in enumerate(vectors, start=1):
+            pairs = [(f"h{k}{axis}", value) for axis, value in zip("xyz", vector, strict=True)]
+            pairs += [(f"l{k}{axis}@next", -value) for axis, value in zip("xyz", self.turn.T @ vector, strict=True)]
+            found.append({name: float(value) for name, value in pairs if abs(value) > 1e-12})
+        return found
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom of both sides."""
+        return tuple(f"{side}{k}{axis}" for side in "hl" for k in range(1, self.high.count + 1) for axis in "xyz")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReducedSector:
+    """A reduced finite element sector of a disc.
+
+    Attributes
+    ----------
+    structure
+        Modes and residuals of its phases at the kept dofs: "c1x", "c1y", ... of the contact points, "h1x", ... and
+        "l1x", ... of those between neighbours, then others, and the load shapes. Phases are computed when asked for.
+    points
+        The contact points on ``surface``; None without.
+    between
+        Those between neighbours; None without.
+    axis, turn
+        Of the disc; rotation (3, 3) from a sector to the next one.
+    n_dofs
+        Size of the sector, without its high face.
+    distance
+        The largest distance of two paired nodes of the faces.
+    source, notes, warnings
+        Of the imported model, with what was done here.
+    """
+
+    structure: SectorModes
+    points: ContactPoints | None = field(repr=False)
+    between: Between | None = field(repr=False)
+    axis: Axis
+    turn: Array = field(repr=False)
+    n_dofs: int
+    distance: float
+    source: str
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    phases: Phases = field(repr=False)
+    model: ImportedModel = field(repr=False)
+
+    @property
+    def sectors(self) -> int:
+        """Number of sectors N."""
+        return self.structure.sectors
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the kept dofs."""
+        return self.structure.dofs
+
+    @property
+    def seconds(self) -> Mapping[str, float]:
+        """Time by nodal diameter, of those computed by now."""
+        return self.phases.seconds
+
+    @property
+    def solver(self) -> str:
+        """The direct solver used last; empty where everything was read from disk."""
+        return self.phases.solver
+
+    def travelling_wave(self, engine_order: int) -> TravellingWave:
+        """The sector in a wave, see ``CyclicStructure.travelling_wave``."""
+        return self.structure.travelling_wave(engine_order)
+
+    def mistuned(
+        self,
+        stiffness: ArrayLike | None = None,
+        blade: str | Sequence[str] | None = None,
+        families: int | None = None,
+        *,
+        spread: float | None = None,
+        seed: int = 0,
+    ) -> Disc:
+        """The whole disc with blades that differ in stiffness: see ``CyclicStructure.mistuned``.
+
+        All phases are computed for it, which are not kept on disk.
+
+        Parameters
+        ----------
+        blade
+            Element sets that make the blade, whose stiffness (at rest) varies; needed where blades differ.
+        """
+        if blade is None:
+            return self.structure.mistuned(stiffness, None, families, spread=spread, seed=seed)
+        rows, share = _blade_share(self.model, blade)
+        made, motion = {}, {}
+        for k in range(self.sectors // 2 + 1):
+            made[k], motion[k] = self.phases.with_motion(k, rows)
+        sector = self.structure.with_blades(made, _by_stiffness(share, motion))
+        return sector.mistuned(stiffness, None, families, spread=spread, seed=seed)
+
+    def natural_frequencies(self, nodal_diameter: int) -> Array:
+        """Undamped natural frequencies of the modes kept of a nodal diameter, rad/s, ascending."""
+        return self.structure.natural_frequencies(nodal_diameter)
+
+    def complete(self, nodal_diameter: int) -> bool | None:
+        """Whether the inertia proved that no mode below the last is missing; None: the solver does not tell."""
+        self.structure.phase_modes(nodal_diameter)
+        return self.phases.complete.get(nodal_diameter)
+
+    def modes_below(self, nodal_diameter: int, omega: float) -> int | None:
+        """How many modes of a nodal diameter lie below a frequency, rad/s; one factorisation of the full sector."""
+        return self.phases.modes_below(nodal_diameter, omega)
+
+    def receptance_error(self, nodal_diameter: int, omega: float) -> float:
+        """Relative error of the undamped receptance between the kept dofs against the full sector; one solution."""
+        modes = self.structure.phase_modes(nodal_diameter)
+        exact = self.phases.direct(nodal_diameter, omega)
+        assert modes.second is not None
+        a, w2 = modes.shapes, modes.omega**2
+        found = (a * (1.0 / (w2 - omega**2) - 1.0 / w2)) @ a.conj().T + modes.static + omega**2 * modes.second
+        return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+
+
+class Phases:
+    """The full sector, from which phases are reduced when they are asked for.
+
+    Parameters
+    ----------
+    joined
+        How its faces are.
+    K, M
+        Of the sector alone, sparse (n, n).
+    directions
+        What is kept, sparse (n, n_keep).
+    want
+        How many modes.
+    """
+
+    def __init__(
+        self, joined: Joined, K: Sparse, M: Sparse, directions: Sparse, want: Accuracy, *,
+        solver: str | None, cache: Path | None, listener: StageListener | None,
+    ) -> None:  # fmt: skip
+        self.joined, self.directions, self.want = joined, csc_array(directions), want
+        self.K, self.M = joined.coupled(K), joined.coupled(M)
+        self._asked, self._cache, self._listener = solver, cache, listener
+        self._orderings: dict[bool, Any] = {}
+        self._name: str | None = None
+        self.seconds: dict[str, float] = {}
+        self.complete: dict[int, bool | None] = {}
+        self.solver = ""
+
+    def matrices(self, k: int) -> tuple[Any, Any, Any]:
+        """Stiffness, mass and kept directions of the phase ``2 pi k / N``: Hermitian, real where they are."""
+        phase, left = self.joined.phase(k), self.joined.left(k)
+        found = []
+        for A0, A1 in (self.K, self.M):
+            coupling = csr_array(phase * A1)
+            A = csr_array(A0 + coupling + coupling.conj().T)
+            if left is not None:
+                A = csr_array(left.conj().T @ A @ left)
+                A = csr_array((A + A.conj().T) * 0.5)
+            found.append(_real(A))
+        return found[0], found[1], _real(csc_array(self.joined.motion(k).conj().T @ self.directions))
+
+    def __call__(self, k: int) -> PhaseReduction:
+        """The reduction of the phase ``2 pi k / N``, computed or read."""
+        began = perf_counter()
+        path = None if self._cache is None else self._cache / f"sector-{self.name}-{k}.npz"
+        made = None if path is None else self._read(path)
+        if made is None:
+            made = self._reduced(k, *self.matrices(k))
+            if path is not None:
+                store.write(path, {n: getattr(made, n) for n in _STORED} | {"complete": np.array(str(made.complete))})
+        self.complete[k] = made.complete
+        self.seconds[f"nodal diameter {k}"] = perf_counter() - began
+        return replace(made, full=np.zeros((0, 0)))
+
+    def _reduced(self, k: int, K: Any, M: Any, B: Any) -> PhaseReduction:
+        is_real = not np.iscomplexobj(K.data)
+        made = reduce_phase(
+            K, M, B, self.want, solver=self._asked, listener=self._listener, where=f"nodal diameter {k}",
+            ordering=self._orderings.get(is_real),
+        )  # fmt: skip
+        self._orderings[is_real], self.solver = made.ordering, made.solver
+        if self.want.modes is None and made.error > WARNED_REDUCTION:
+            what = f"the {made.omega.size} modes of nodal diameter {k} leave an error of about {made.error:.1g}"
+            warn([f"{what} of the receptance up to ten times the first natural frequency, or up_to"])
+        return made
+
+    def with_motion(self, k: int, rows: IntArray) -> tuple[PhaseReduction, ComplexArray]:
+        """The reduction of a phase, and the modes at some degrees of freedom of the sector, (n_rows, n_modes)."""
+        K, M, B = self.matrices(k)
+        made = self._reduced(k, K, M, B)
+        self.complete[k] = made.complete
+        moved = self.joined.motion(k)[rows] @ made.full
+        return replace(made, full=np.zeros((0, 0))), np.asarray(moved, dtype=complex)
+
+    @property
+    def name(self) -> str:
+        """Changes with the matrices, what is kept, and the code."""
+        if self._name is None:
+            about = [self.joined.sectors, self.want, self._asked, store.code_digest("solve", "structure", "fem")]
+            parts = (*self.K, *self.M, self.directions, csr_array(self.joined.axial), csr_array(self.joined.turn))
+            self._name = store.content_key(parts, about)
+        return self._name
+
+    def _read(self, path: Path) -> PhaseReduction | None:
+        arrays = store.read(path)
+        if arrays is None or not set(arrays) >= {*_STORED, "complete"}:
+            return None
+        n, m = self.directions.shape[1], arrays["omega"].size
+        if arrays["shapes"].shape != (n, m) or arrays["static"].shape != (n, n) or arrays["second"].shape != (n, n):
+            return None
+        complete = {"True": True, "False": False}.get(str(arrays["complete"]))
+        known: dict[str, Any] = {name: arrays[name] for name in _STORED}
+        return PhaseReduction(**known, complete=complete, error=0.0, solver="", ordering=None, full=np.zeros((0, 0)))
+
+    def modes_below(self, k: int, omega: float) -> int | None:
+        """How many modes lie below a frequency."""
+        from slipstick.solve.linear.factorisation import factorise, factorise_hermitian, shifted
+
+        K, M, _ = self.matrices(k)
+        matrix = shifted(K, M, omega**2)
+        inertia = (factorise_hermitian if np.iscomplexobj(matrix.data) else factorise)(matrix).inertia
+        return None if inertia is None else inertia.negative
+
+    def direct(self, k: int, omega: float) -> Array:
+        """The receptance between the kept dofs of the full sector, undamped."""
+        from slipstick.solve.linear.factorisation import factorise, factorise_hermitian, shifted
+
+        K, M, B = self.matrices(k)
+        matrix = shifted(K, M, omega**2)
+        factors = (factorise_hermitian if np.iscomplexobj(matrix.data) else factorise)(matrix)
+        return np.asarray(B.conj().T @ factors.solve(B.toarray()))
+
+
+def _real(A: Any) -> Any:
+    """Without an imaginary part that is zero."""
+    if np.iscomplexobj(A.data) and not A.data.imag.any():
+        A = A.copy()
+        A.data = np.ascontiguousarray(A.data.real)
+    return A
+
+
+def reduced_sector(
+    model: ImportedModel,
+    *,
+    sectors: int | None = None,
+    low: str | Sequence[str] | Sequence[int] | None = None,
+    high: str | Sequence[str] | Sequence[int] | None = None,
+    axis: Axis | Mapping[str, Reals] | None = None,
+    tolerance: float | None = None,
+    surface: str | Surface | Mapping[str, Any] | None = None,
+    contacts: int | Reals = 8,
+    radius: float | None = None,
+    between: tuple[str, str] | None = None,
+    between_contacts: int | Reals = 4,
+    pressure: str | Mapping[str, str] | None = None,
+    keep: Sequence[str] = (),
+    speed: Frequency = 0.0,
+    modes: int | None = None,
+    up_to: Frequency | None = None,
+    loss_factor: float = 0.0,
+    damping_ratio: float = 0.0,
+    solver: str | None = None,
+    cache: str | Path | None = None,
+    listener: StageListener | None = None,
+) -> ReducedSector:
+    """Reduce a finite element sector of a disc to contact points, loads and named dofs, for each nodal diameter.
+
+    The nodes of the two faces are paired by rotation about the axis; the high face is that towards the next sector,
+    whichever way round that is. Modes of a nodal diameter are computed when a wave, or a whole disc, needs them.
+
+    Parameters
+    ----------
+    model
+        What ``ss.import_model`` or ``ss.bladed_sector`` returns: the sector alone, held where the disc is.
+    sectors
+        Number of sectors N; left out where the model says it, as ``low``, ``high`` and ``axis`` then may be.
+    low, high
+        Faces towards the sector before and the next one: node sets or surfaces by name, one or several, or node labels.
+    axis
+        Of the disc, ``{"point": (0, 0, 0), "direction": (0, 0, 1)}``; by default z through the origin.
+    tolerance
+        Largest distance of paired nodes, length; by default a thousandth of the distance of neighbouring nodes.
+    surface, contacts, radius
+        Contact points "c1", "c2", ...: see :func:`slipstick.reduced_body`.
+    between, between_contacts
+        Surfaces (low, high) that touch those of the neighbours, as of shrouds: points "h1", ... on the high one and
+        "l1", ... on the low one, opposite each other from sector to sector; how many, or node labels or positions on
+        the high one.
+    pressure
+        Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
+    keep
+        Dofs of the full model to keep besides, such as "n123y".
+    speed
+        Of rotation about the axis, rad/s: the stiffness is that about the static state under centrifugal forces, with
+        stress stiffening and spin softening (Coriolis forces are left out).
+    modes, up_to
+        A number of modes for each nodal diameter; else as many as bring the receptance to 1e-7 up to ten times the
+        first natural frequency and up to ``up_to`` (rad/s), 128 at most.
+    loss_factor, damping_ratio
+        Hysteretic loss factor; ratio to critical damping.
+    cache
+        Folder in which phases are kept and found again by content.
+
+    Raises
+    ------
+    InputError
+        For names that are not there, faces that do not meet (with the worst node and its distance), nodes held on one
+        face alone, and a sector that is not held.
+
+    Warns
+    -----
+    SlipstickWarning
+        A damping matrix, which is not used; a load shape without force.
+
+    Examples
+    --------
+    >>> from slipstick import bladed_sector
+    >>> sector = reduced_sector(bladed_sector("coarse"), surface="tip", contacts=2, modes=6)
+    >>> sector.sectors, sector.dofs[:3], sector.natural_frequencies(3).size
+    (24, ('c1x', 'c1y', 'c1z'), 6)
+    """
+    asked = _checked(
+        model, surface=surface, sectors=sectors, axis=axis, tolerance=tolerance, radius=radius, between=between,
+        pressure=pressure,
+        keep=keep, speed=speed, modes=modes, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
+        solver=solver, cache=cache, listener=listener,
+    )  # fmt: skip
+    symmetry = _symmetry(model, asked["sectors"], low, high, asked["axis"])
+    alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
+    if alone.speed or model.speed:
+        raise InputError(Fault("model", "is a model at speed already", remedy="give speed here instead"))
+    pairing, how = _joined(alone, symmetry, asked["tolerance"])
+    notes = [_paired_note(pairing, symmetry)]
+    K = alone.K
+    if asked["speed"]:
+        K, note = sector_at_speed(alone, how, asked["speed"])
+        notes.append(note)
+    found = _kept(alone, symmetry, pairing, asked["surface"], contacts, asked, between_contacts)
+    if not found.names:
+        remedy = 'give surface = "NAME" for contacts on a surface, between, or keep = ["n123y"]'
+        raise InputError(Fault("surface", "nothing is kept", remedy=remedy))
+    warnings = [*_unused(alone)]
+    warn(warnings)
+    phases = Phases(
+        how, K, alone.M, found.directions, Accuracy(modes=asked["modes"], reach=asked["up_to"] or 0.0),
+        solver=solver, cache=None if cache is None else Path(cache), listener=listener,
+    )  # fmt: skip
+    structure = SectorModes(
+        dofs=found.names, sectors=symmetry.sectors, load_shapes=found.loads, loss_factor=loss_factor,
+        damping_ratio=damping_ratio, compute=phases,
+    )  # fmt: skip
+    return ReducedSector(
+        structure=structure, points=found.points, between=found.between, axis=symmetry.axis, turn=pairing.turn,
+        n_dofs=how.n, distance=pairing.distance, source=f"{alone.source}; units: {alone.units}",
+        notes=(*alone.notes, *notes), warnings=(*alone.warnings, *warnings), phases=phases, model=alone,
+    )  # fmt: skip
+
+
+def _checked(model: Any, **given: Any) -> dict[str, Any]:
+    """The arguments that are numbers and tables."""
+    gathering = Gathering()
+    gathering.take(one, "model", model, ImportedModel, "what ss.import_model or ss.bladed_sector returns")
+    checked = {
+        "sectors": None if given["sectors"] is None else gathering.take(whole, "sectors", given["sectors"], 2, 1000),
+        "axis": None if given["axis"] is None else gathering.take(Axis.of, given["axis"]),
+        "keep": gathering.take(names, "keep", given["keep"]),
+        "modes": None if given["modes"] is None else gathering.take(whole, "modes", given["modes"], 1),
+        "speed": gathering.take(_speed, given["speed"]),
+        "up_to": None if given["up_to"] is None else gathering.take(frequency, "up_to", given["up_to"]),
+        **{
+            name: None
+            if given[name] is None
+            else gathering.take(number, name, given[name], "a length > 0", above=SMALLEST)
+            for name in ("tolerance", "radius")
+        },
+    }
+    surface = given["surface"]
+    if not (surface is None or isinstance(surface, str | Surface)):
+        surface = gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+    gathering.take(number, "loss_factor", given["loss_factor"], "a number >= 0", above=0.0)
+    gathering.take(number, "damping_ratio", given["damping_ratio"], "a number")
+    if given["modes"] is not None and given["up_to"] is not None:
+        gathering.faults.append(Fault("modes", "both modes and up_to are given", remedy="keep one"))
+    pressure = given["pressure"]
+    pressure = {} if pressure is None else {"pressure": pressure} if isinstance(pressure, str) else pressure
+    shapes = gathering.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
+    for name, on in (shapes or {}).items():
+        gathering.take(text, ("pressure", name), on, "the name of a surface")
+    between = given["between"]
+    if between is not None and not (
+        isinstance(between, list | tuple) and len(between) == 2 and all(isinstance(s, str) for s in between)
+    ):
+        expected = 'two surfaces, low and high, such as ("shroud_low", "shroud_high")'
+        gathering.faults.append(Fault("between", found=shown(between), expected=expected))
+    gathering.take(tools, given["solver"], given["cache"], given["listener"])
+    gathering.end()
+    return {**checked, "surface": surface, "pressure": shapes, "between": between}
+
+
+def _speed(given: Any) -> float:
+    from slipstick.faults import in_radians
+
+    return number("speed", in_radians("speed", given), "a speed >= 0, rad/s", above=0.0)
+
+
+def _symmetry(model: ImportedModel, sectors: int | None, low: Any, high: Any, axis: Axis | None) -> CyclicSymmetry:
+    """What is asked for, and for the rest what the model says."""
+    known = model.symmetry
+    given: dict[str, Any] = {"sectors": sectors, "axis": axis, "low": low, "high": high}
+    if known is None:
+        given["axis"] = axis or Axis()
+        missing = [
+            Fault(name, f"is not given, and {model.source or 'the model'} does not say it", remedy=remedy)
+            for name, remedy in (
+                ("sectors", "give how many sectors make the ring"),
+                ("low", "give the face towards the sector before, a node set or surface"),
+                ("high", "give the face towards the next sector, a node set or surface"),
+            )
+            if given[name] is None
+        ]
+        if missing:
+            raise InputError(missing)
+        return CyclicSymmetry(**given)
+    return replace(known, **{name: value for name, value in given.items() if value is not None})
+
+
+def _joined(model: ImportedModel, symmetry: CyclicSymmetry, tolerance: float | None) -> tuple[Pairing, Joined]:
+    known = np.unique(np.concatenate([model.dof_nodes, model.constrained[:, 0], model.dependent[:, 0]]))
+    gathering = Gathering()
+    low = gathering.take(face_nodes, symmetry.low, model.nodes_of, known, "low")
+    high = gathering.take(face_nodes, symmetry.high, model.nodes_of, known, "high")
+    gathering.end()
+    assert low is not None
+    assert high is not None
+    pairing = paired(symmetry, low, high, (model.positions(low), model.positions(high)), tolerance)
+    return pairing, joined(model.dof_nodes, model.dof_components, pairing, symmetry, model.dependent[:, 0])
+
+
+def _paired_note(pairing: Pairing, symmetry: CyclicSymmetry) -> str:
+    along = np.asarray(symmetry.axis.direction)
+    spin = float(along @ [pairing.turn[2, 1] - pairing.turn[1, 2], pairing.turn[0, 2] - pairing.turn[2, 0],
+                          pairing.turn[1, 0] - pairing.turn[0, 1]])  # fmt: skip
+    way = "with" if spin > 0.0 else "against"
+    axis = f" and {len(pairing.on_axis)} on the axis" if len(pairing.on_axis) else ""
+    return (
+        f"{len(pairing.low)} nodes of the faces paired{axis}, {pairing.distance:.2g} apart at most (up to {ON_FACE:g} "
+        f"of an edge is taken); sectors are numbered {way} the turning sense of the axis"
+    )
+
+
+@dataclass(frozen=True)
+class _Kept:
+    directions: Any
+    names: tuple[str, ...]
+    loads: tuple[str, ...]
+    points: ContactPoints | None
+    between: Between | None
+
+
+def _kept(
+    model: ImportedModel, symmetry: CyclicSymmetry, pairing: Pairing, surface: Any, contacts: Any,
+    asked: Mapping[str, Any], between_contacts: Any,
+) -> _Kept:  # fmt: skip
+    """Directions of everything kept, their names, and the contact points."""
+    parts: list[Any] = []
+    kept: list[str] = []
+    points = side = None
+    if surface is not None or asked["between"] is not None or asked["pressure"]:
+        elastic = of_import(model)
+        mesh = elastic.mesh
+        _require_surfaces(mesh, surface, asked)
+        if surface is not None:
+            on = _surface(surface, mesh)
+            patches = _patches(mesh, on, contacts, asked["radius"])
+            points = patches.points
+            parts.append(_axes(elastic, patches))
+            kept += points.dofs
+        if asked["between"] is not None:
+            side = _between(elastic, symmetry, pairing, asked, between_contacts, parts)
+            kept += side.dofs
+    unknown = [name for name in asked["keep"] if name not in {*model.dofs, *model.dependent_dofs}]
+    if unknown:
+        like = f"names look like {', '.join(model.dofs[:3])}"
+        raise InputError(
+            [Fault("keep", f"there is no free dof '{name}' in the model", remedy=like) for name in unknown[:20]]
+        )
+    if asked["keep"]:
+        parts.append(model.directions(asked["keep"]))
+        kept += asked["keep"]
+    for name, on_name in asked["pressure"].items():
+        load = elastic.restrict(pressure_load(mesh, mesh.surface(on_name)))
+        if not load.any():
+            raise InputError(Fault(("pressure", name), f"does no work: the nodes of '{on_name}' are held"))
+        parts.append(csc_array(load[:, None]))
+    twice = {name for name in asked["pressure"] if name in kept}
+    if twice:
+        raise InputError(Fault("pressure", f"'{min(twice)}' is the name of a dof too", remedy="choose another"))
+    loads = tuple(asked["pressure"])
+    return _Kept(csc_array(hstack(parts)) if parts else None, (*kept, *loads), loads, points, side)
+
+
+def _require_surfaces(mesh: Mesh, surface: Any, asked: Mapping[str, Any]) -> None:
+    named: dict[Where, str] = {("surface",): surface} if isinstance(surface, str) else {}
+    named |= {("pressure", shape): on for shape, on in asked["pressure"].items()}
+    named |= {("between", k): name for k, name in enumerate(asked["between"] or ())}
+    faults = [
+        Fault(where, f"there is no surface '{name}' in the model", remedy=suggestion(name, user_names(mesh.surfaces)))
+        for where, name in named.items()
+        if name not in mesh.surfaces
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _patches(mesh: Mesh, on: Surface, contacts: Any, radius: float | None) -> ContactPatches:
+    at = _contact_nodes(contacts, mesh)
+    return contact_patches(mesh, on, spread_nodes(mesh, on, at) if isinstance(at, int) else at, radius)
+
+
+def _axes(elastic: ElasticModel, patches: ContactPatches) -> Any:
+    """Columns x, y, z of each point."""
+    n = patches.points.count
+    axes = [patches.directions(np.tile(axis, (n, 1))) for axis in np.eye(3)]
+    order = np.arange(3 * n).reshape(3, n).T.ravel()
+    return elastic.restrict(hstack(axes, format="csc")[:, order]).tocsc()
+
+
+def _between(
+    elastic: ElasticModel, symmetry: CyclicSymmetry, pairing: Pairing, asked: Mapping[str, Any], contacts: Any,
+    parts: list[Any],
+) -> Between:  # fmt: skip
+    """Points on the face towards the next sector, and those opposite on the low one; their columns go to ``parts``."""
+    mesh = elastic.mesh
+    low, high = (mesh.surface(name) for name in asked["between"])
+    patches = _patches(mesh, high, contacts, asked["radius"])
+    back = turned(symmetry.axis, pairing.turn.T, patches.points.positions)
+    try:
+        opposite = contact_patches(mesh, low, back, float(patches.radii.max()) if asked["radius"] else None)
+    except InputError as error:
+        raise InputError([fault.inside("between") for fault in error.faults]) from None
+    apart = np.linalg.norm(opposite.points.positions - back, axis=1)
+    size = np.sqrt(patches.points.areas)
+    worst = int(np.argmax(apart / size))
+    if apart[worst] > 0.1 * size[worst]:
+        statement = f"point {worst + 1} of '{asked['between'][1]}' lies {apart[worst]:.3g} from '{asked['between'][0]}'"
+        remedy = "give surfaces of shrouds that touch, in the order low, high"
+        raise InputError(Fault("between", f"{statement} of the next sector", remedy=remedy))
+    parts += [_axes(elastic, patches), _axes(elastic, opposite)]
+    return Between(high=patches.points, turn=pairing.turn)
+
+
+def _blade_share(model: ImportedModel, blade: Any) -> tuple[IntArray, Any]:
+    """Rows of the model that some element sets move, (n,), and the stiffness of these between them, sparse (n, n)."""
+    sets = names("blade", blade)
+    mesh, materials = model.mesh, model.materials
+    if mesh is None or not materials:
+        raise InputError(Fault("blade", f"{model.source} has no mesh with material", remedy="import it too"))
+    unknown = [name for name in sets if name not in mesh.element_sets]
+    if unknown or not sets:
+        known = suggestion(unknown[0] if unknown else "", user_names(mesh.element_sets))
+        raise InputError(Fault("blade", f"there is no element set '{unknown[0] if unknown else ''}'", remedy=known))
+    chosen = {
+        kind: np.unique(np.concatenate([mesh.element_sets[name].get(kind, np.zeros(0, np.int64)) for name in sets]))
+        for kind in mesh.blocks
+    }
+    part = Mesh(
+        nodes=mesh.nodes,
+        blocks={kind: mesh.blocks[kind][at] for kind, at in chosen.items() if len(at)},
+        element_sets={
+            name: {kind: np.flatnonzero(np.isin(at, own.get(kind, ()))) for kind, at in chosen.items() if len(at)}
+            for name, own in mesh.element_sets.items()
+        },
+    )
+    used = {
+        name: material
+        for name, material in materials.items()
+        if any(len(at) for at in part.element_sets[name].values())
+    }
+    elastic = of_import(model)
+    full = assemble(part, used).stiffness
+    if elastic.basis is not None:
+        K = csr_array(elastic.basis.T @ full @ elastic.basis)
+    else:
+        K = csr_array(full[elastic.free][:, elastic.free])
+    rows = np.flatnonzero(np.diff(K.indptr))
+    return rows, K[rows][:, rows]
+
+
+def _by_stiffness(share: Any, motion: Mapping[int, ComplexArray]) -> dict[int, ComplexArray]:
+    """Motions (n, n_modes) by phase in fewer coordinates, in which the stiffness is 1: ``F`` with ``W' K W = F' F``."""
+    ends = np.cumsum([0, *(W.shape[1] for W in motion.values())])
+    every = np.hstack([*(W.real for W in motion.values()), *(W.imag for W in motion.values())])
+    values, vectors = np.linalg.eigh(every.T @ (share @ every))
+    kept = values > 1e-14 * values[-1]
+    F = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
+    half = F.shape[1] // 2
+    return {k: F[:, a:b] + 1j * F[:, half + a : half + b] for k, a, b in zip(motion, ends[:-1], ends[1:], strict=True)}
+
+
+def _unused(model: ImportedModel) -> list[str]:
+    if model.C is not None and model.C.nnz:
+        return [
+            f"{model.source}: holds a damping matrix, which a reduction to modes does not use; give loss_factor or "
+            "damping_ratio"
+        ]
+    return []

@@ -1,0 +1,700 @@
+"""Sectors of a disc with cyclic symmetry, and the waves that travel over them.
+
+Each of ``N`` equal sectors is described in its own coordinates, which turn with it. A wave repeats from sector to
+sector with a delay, ``x_s(tau) = x_0(tau - s phi_1)`` with ``phi_1 = 2 pi E / N`` (THEORY.md section 24): its harmonic
+m has the phase ``e^{-i s phi_m}``, ``phi_m = m phi_1``, and everything is known from sector 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipstick.errors import Fault, InputError
+from slipstick.faults import shown, whole
+from slipstick.structure.checks import (
+    DAMPING_ELSEWHERE,
+    array_faults,
+    checked_names,
+    complex_numbers,
+    directions,
+    known_shapes,
+    named_shapes,
+    number_faults,
+    real,
+    symmetry_faults,
+)
+from slipstick.structure.dynamic import checked_values
+from slipstick.structure.protocol import Receptance, TimeEquations
+from slipstick.typing import AnyArray, Array, ComplexArray
+
+if TYPE_CHECKING:
+    from slipstick.structure.disc import Disc
+
+NEXT = "@next"
+"""What stands behind the name of a dof that is one of the next sector."""
+
+DIAGONAL = 1e-12
+"""Largest coupling of modes by damping, relative to its diagonal, that is rounding."""
+_MOST_SECTORS = 1000
+_MOST_ORDER = 1_000_000
+_GROWS = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseModes:
+    """Modes of a sector for one phase from sector to sector, and what they leave out.
+
+    Attributes
+    ----------
+    omega
+        Natural frequencies (n_modes,), rad/s, ascending.
+    shapes
+        Modes at the dofs of the sector, complex (n_dofs, n_modes), ``V^H M(phi) V = 1``.
+    static
+        Exact static compliance ``K(phi)^-1`` at the dofs, complex and Hermitian (n_dofs, n_dofs).
+    damping
+        Viscous damping of the modes: (n_modes,) where they diagonalise it, else ``V^H C(phi) V``.
+    second
+        What the modes leave of ``K(phi)^-1 M(phi) K(phi)^-1`` at the dofs, (n_dofs, n_dofs); None: nothing.
+    """
+
+    omega: Array
+    shapes: ComplexArray
+    static: ComplexArray
+    damping: ComplexArray | Array
+    second: ComplexArray | None = None
+
+    def conjugate(self) -> PhaseModes:
+        """Of the opposite phase."""
+        return PhaseModes(
+            omega=self.omega, shapes=self.shapes.conj(), static=self.static.conj(), damping=self.damping.conj(),
+            second=None if self.second is None else self.second.conj(),
+        )  # fmt: skip
+
+
+class WaveHarmonic(NamedTuple):
+    """How one harmonic of a wave goes round the disc."""
+
+    order: int
+    nodal_diameter: int
+    direction: str
+    """"forward" towards growing sector numbers, "backward", or "standing"."""
+
+
+class CyclicStructure:
+    """One of N equal sectors that form a ring (THEORY.md section 24, (24.2)).
+
+    ``K(phi) = K0 + K1 e^{-i phi} + K1^T e^{i phi}``: ``K1[i, j]`` is the force on dof i of a sector from dof j of the
+    next one. M and C alike. All are in coordinates that turn with the sector.
+
+    Parameters
+    ----------
+    M, K, C
+        Pairs of matrices (n_dofs, n_dofs): within the sector (symmetric) and from the next one; the first alone where
+        there is no coupling. C may be left out.
+    dofs
+        A name for each degree of freedom of a sector.
+    sectors
+        Number of sectors N.
+    loss_factor
+        Hysteretic loss factor, >= 0.
+    load_shapes
+        Distributed loads on a sector: name -> forces (n_dofs,).
+    damping
+        Factor on C, >= 0: the parameter "damping".
+    aerodynamic
+        Influence coefficients of the gas, stiffness: j -> complex (n_dofs, n_dofs), the force against the motion on a
+        sector by the motion of the one j further (negative j: before it). A positive imaginary part for the motion of
+        the sector itself is damping. They hold at all frequencies above 0 and not for harmonic 0; see also
+        :meth:`with_aerodynamics`. Real arrays (2, n_dofs, n_dofs) are real and imaginary parts.
+
+    Raises
+    ------
+    InputError
+        With one sentence for each fault.
+
+    Examples
+    --------
+    >>> sector = CyclicStructure(M=([[1.0]], [[0.0]]), K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=4)
+    >>> [float(w.round(4)) for w in sector.natural_frequencies(1)]
+    [1.7321]
+    """
+
+    def __init__(
+        self,
+        *,
+        M: Any,
+        K: Any,
+        C: Any = None,
+        dofs: Iterable[str],
+        sectors: int,
+        loss_factor: float = 0.0,
+        load_shapes: Mapping[str, ArrayLike] | None = None,
+        damping: float = 1.0,
+        aerodynamic: Mapping[int, ArrayLike] | None = None,
+    ) -> None:
+        self.dofs, faults = checked_names(dofs)
+        self.sectors = whole("sectors", sectors, 2, _MOST_SECTORS)
+        n = len(self.dofs)
+        faults += [
+            Fault("dofs", f"{name!r} ends in {NEXT}, which means the next sector", remedy="rename it")
+            for name in self.dofs
+            if isinstance(name, str) and NEXT in name
+        ]
+        self._pairs: dict[str, tuple[Array, Array]] = {}
+        for name, given in {"M": M, "K": K, **({} if C is None else {"C": C})}.items():
+            pair, wrong = _pair(name, given, n)
+            faults += wrong
+            if pair is not None:
+                self._pairs[name] = pair
+        self._shapes: dict[str, Array] = {}
+        for name, value in named_shapes(load_shapes, faults).items():
+            where = ("load shape", name)
+            wrong = number_faults(where, value)
+            self._shapes[name] = np.zeros(n) if wrong else real(value)
+            faults += wrong or array_faults(where, self._shapes[name], (n,))
+        for name, number in (("loss_factor", loss_factor), ("damping", damping)):
+            faults += number_faults(name, number) or array_faults(name, real(number), (), non_negative=True)
+        self.aerodynamic, wrong = _influences(aerodynamic, n)
+        faults += wrong
+        if faults:
+            raise InputError(faults)
+        self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
+        self._by_phase: dict[int, PhaseModes] = {}
+
+    @property
+    def passive(self) -> bool:
+        """Whether nothing can feed energy in, which then need not be looked for phase by phase."""
+        return not self.aerodynamic and "C" not in self._pairs
+
+    @property
+    def load_shapes(self) -> tuple[str, ...]:
+        """Names of the distributed loads."""
+        return tuple(self._shapes)
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal sector is made from."""
+        return {
+            **self._pairs, "dofs": self.dofs, "sectors": self.sectors, "loss_factor": self.loss_factor,
+            "load_shapes": self._shapes, "damping": self.damping,
+            "aerodynamic": {j: np.array([L.real, L.imag]) for j, L in self.aerodynamic.items()},
+        }  # fmt: skip
+
+    def matrices(self, k: int) -> dict[str, ComplexArray]:
+        """``M(phi)``, ``K(phi)`` and ``C(phi)``, Hermitian, for ``phi = 2 pi k / N``."""
+        turn = np.exp(-2j * np.pi * k / self.sectors)
+        return {name: A0 + A1 * turn + A1.T * np.conj(turn) for name, (A0, A1) in self._pairs.items()}
+
+    def influence(self, k: int) -> ComplexArray | None:
+        """What the gas adds to ``K(phi)`` for ``phi = 2 pi k / N``, (n_dofs, n_dofs), of any kind; None without any."""
+        if not self.aerodynamic:
+            return None
+        turns = {j: np.exp(-2j * np.pi * j * k / self.sectors) for j in self.aerodynamic}
+        return np.asarray(sum(turns[j] * L for j, L in self.aerodynamic.items()), dtype=complex)
+
+    def blade_rows(self, k: int) -> ComplexArray | None:
+        """Motion of the blade by the modes of a phase, (n, n_modes), in which its stiffness is 1; None: not known."""
+        del k
+        return None
+
+    def load_vector(self, name: str) -> Array:
+        """The forces (n_dofs,) of a load shape."""
+        return self._shapes[name]
+
+    def with_aerodynamics(self, coefficients: ArrayLike, shape: ArrayLike) -> CyclicStructure:
+        """A copy with the gas as a complex stiffness for each nodal diameter (THEORY.md (24.8)).
+
+        Parameters
+        ----------
+        coefficients
+            Complex (N,), by the number d of the phase ``2 pi d / N``: d <= N/2 is the wave of d nodal diameters that
+            travels towards growing sector numbers, N - d the same against them. The imaginary part is the damping
+            force over the displacement: negative where the gas feeds the wave.
+        shape
+            Real, symmetric (n_dofs, n_dofs): which dofs feel it, 1 on the diagonal for a single one.
+        """
+        N, n = self.sectors, len(self.dofs)
+        given = complex_numbers(coefficients)
+        faults = number_faults("shape", shape) or array_faults("shape", real(shape), (n, n))
+        faults = faults or symmetry_faults("shape", real(shape))
+        if given is None or given.shape != (N,):
+            expected = f"{N} finite complex numbers, one for each phase"
+            faults.append(Fault("coefficients", found=shown(coefficients), expected=expected))
+        if faults:
+            raise InputError(faults)
+        assert given is not None
+        influence, matrix = np.fft.ifft(given), real(shape)  # sum_d c_d e^(2 pi i j d / N) / N
+        return type(self)(**{**self.arguments, "aerodynamic": {j: influence[j] * matrix for j in range(N)}})
+
+    def phase_modes(self, k: int) -> PhaseModes:
+        """Modes for the phase ``2 pi k / N`` from sector to sector; those of -k are the conjugates.
+
+        Raises InputError where mass or stiffness are not positive definite for that phase.
+        """
+        k %= self.sectors
+        if 2 * k > self.sectors:
+            return self.phase_modes(self.sectors - k).conjugate()
+        if k not in self._by_phase:
+            self._by_phase[k] = self._modes(k)
+        return self._by_phase[k]
+
+    def _modes(self, k: int) -> PhaseModes:
+        from scipy.linalg import cho_factor, cho_solve, eigh
+
+        at = self.matrices(k)
+        if k == 0 or 2 * k == self.sectors:
+            at = {name: np.ascontiguousarray(matrix.real) for name, matrix in at.items()}
+        for name in ("M", "K"):
+            if not _definite(at[name]):
+                remedy = f"hold the disc, and give {name}1[i, j] as what acts on dof i from dof j of the next sector"
+                raise InputError(Fault(name, f"is not positive definite for nodal diameter {k}", remedy=remedy))
+        factors = cho_factor(at["K"])
+        squared, V = eigh(at["K"], at["M"])
+        damping: Any = np.zeros(squared.size)
+        if "C" in at:
+            damping = V.conj().T @ at["C"] @ V
+            diagonal = np.diag(damping).real.copy()
+            rest = np.abs(damping - np.diag(diagonal)).max()
+            if rest <= DIAGONAL * max(np.abs(diagonal).max(), 1e-300):
+                damping = diagonal
+        return PhaseModes(
+            omega=np.sqrt(np.maximum(squared, 0.0)), shapes=V.astype(complex), damping=damping,
+            static=cho_solve(factors, np.eye(len(self.dofs), dtype=complex)),
+        )  # fmt: skip
+
+    def natural_frequencies(self, nodal_diameter: int) -> Array:
+        """Undamped natural frequencies of a nodal diameter, 0 to N/2, rad/s, ascending."""
+        return self.phase_modes(whole("nodal_diameter", nodal_diameter, 0, self.sectors // 2)).omega
+
+    def travelling_wave(self, engine_order: int) -> TravellingWave:
+        """The sector as the balance sees it in a wave: loads and contacts are those of sector 0, the others follow.
+
+        ``engine_order`` E is that of the fundamental frequency: sector s moves as sector 0 with the delay
+        ``2 pi s E / N``; only E modulo N counts. A pattern fixed in space that blades numbered in the sense of rotation
+        run through arrives earlier on the next blade: ``E = -EO``; numbered against it ``E = +EO``.
+        """
+        return TravellingWave(self, engine_order)
+
+    def mistuned(
+        self,
+        stiffness: ArrayLike | None = None,
+        blade: ArrayLike | None = None,
+        families: int | None = None,
+        *,
+        spread: float | None = None,
+        seed: int = 0,
+    ) -> Disc:
+        """The whole disc with blades that differ: sector s has ``stiffness[s] * blade`` more stiffness (24.6).
+
+        Parameters
+        ----------
+        stiffness
+            Deviations (N,), relative; None for a tuned disc, or where ``spread`` is given.
+        blade
+            The blade's share of ``K0``, (n_dofs, n_dofs), symmetric; needed where blades differ.
+        families
+            Families of tuned modes kept, at most n_dofs (by default all): those up to the highest harmonic kept.
+        spread, seed
+            Instead of ``stiffness``: standard deviation of normal random deviations, and the seed that they are drawn
+            with; the same seed gives the same blades.
+
+        Returns
+        -------
+        Disc
+            A structure with dofs "tip@0", "tip@1", ..., whose parameters "stiffness@0", ... are the deviations and
+            "mistuning" a factor on all of them: 0 is the tuned disc.
+
+        Raises
+        ------
+        InputError
+            For arrays of another shape, and deviations that make the disc unstable.
+        """
+        from slipstick.structure.disc import Disc, random_deviations
+
+        if spread is not None:
+            if stiffness is not None:
+                raise InputError(Fault("spread", "is given together with stiffness", remedy="keep one of them"))
+            stiffness = random_deviations(self.sectors, spread, seed)
+        return Disc(sector=self, stiffness=stiffness, blade=blade, families=families)
+
+    def changed(self, **values: float) -> CyclicStructure:
+        """A copy with another ``loss_factor`` or factor ``damping``; InputError below 0."""
+        new, given = copy(self), checked_values(self.values, values)
+        new.loss_factor = given.get("loss_factor", self.loss_factor)
+        new.damping = given.get("damping", self.damping)
+        return new
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Named parameters: ``loss_factor``, and ``damping``, a factor on C, where there is any."""
+        return {"loss_factor": self.loss_factor} | ({"damping": self.damping} if "C" in self._pairs else {})
+
+    def __repr__(self) -> str:
+        return f"CyclicStructure({len(self.dofs)} dofs, {self.sectors} sectors)"
+
+
+class TravellingWave:
+    """A sector in a wave: a structure with the dofs of sector 0 and, as ``dof@next``, of the sector after it.
+
+    Parameters
+    ----------
+    sector
+        The sector.
+    engine_order
+        E of the fundamental frequency, see :meth:`CyclicStructure.travelling_wave`.
+    """
+
+    def __init__(self, sector: CyclicStructure, engine_order: int) -> None:
+        self.sector = sector
+        self.engine_order = whole("engine_order", engine_order, -_MOST_ORDER, _MOST_ORDER)
+
+    @cached_property
+    def dofs(self) -> tuple[str, ...]:
+        """Those of the sector, and each with ``@next``."""
+        return (*self.sector.dofs, *(name + NEXT for name in self.sector.dofs))
+
+    @property
+    def load_shapes(self) -> tuple[str, ...]:
+        """Names of the distributed loads."""
+        return self.sector.load_shapes
+
+    @property
+    def sectors(self) -> int:
+        """Number of sectors N."""
+        return self.sector.sectors
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal wave is made from."""
+        return {"sector": self.sector, "engine_order": self.engine_order}
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Named parameters of the sector."""
+        return self.sector.values
+
+    def changed(self, **values: float) -> TravellingWave:
+        """A copy with other values of them."""
+        return TravellingWave(self.sector.changed(**values), self.engine_order)
+
+    def phase_number(self, order: int) -> int:
+        """``d`` of harmonic ``order``: its phase from sector to sector is ``2 pi d / N``."""
+        return int(order) * self.engine_order % self.sectors
+
+    def harmonic(self, order: int) -> WaveHarmonic:
+        """Nodal diameter and direction of a harmonic: it aliases to one of 0 to N/2."""
+        d = self.phase_number(order)
+        if 2 * d % self.sectors == 0:
+            return WaveHarmonic(int(order), d, "standing")
+        return WaveHarmonic(int(order), min(d, self.sectors - d), "forward" if 2 * d < self.sectors else "backward")
+
+    def harmonics(self, orders: Iterable[int]) -> tuple[WaveHarmonic, ...]:
+        """How each of some harmonics goes round the disc."""
+        return tuple(self.harmonic(order) for order in orders)
+
+    @property
+    def natural_frequencies(self) -> Array:
+        """Those of the nodal diameter of the fundamental, rad/s, ascending."""
+        return self.sector.phase_modes(self.phase_number(1)).omega
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratio of each of the ``natural_frequencies``: viscous, of the gas, with half the loss factor."""
+        modes, gas = self.sector.phase_modes(self.phase_number(1)), self.sector.influence(self.phase_number(1))
+        viscous = modes.damping if modes.damping.ndim == 1 else np.diag(modes.damping).real
+        ratios = 0.5 * (self.sector.loss_factor + self.sector.damping * viscous / modes.omega)
+        if gas is not None:
+            ratios = (
+                ratios + 0.5 * np.einsum("ir,ij,jr->r", modes.shapes.conj(), gas, modes.shapes).imag / modes.omega**2
+            )
+        return np.asarray(ratios, dtype=float)
+
+    def resonances(self, orders: Iterable[int]) -> Array:
+        """Frequencies at which one of the harmonics meets a natural frequency of its own nodal diameter, ascending."""
+        found = [self.sector.phase_modes(self.phase_number(m)).omega / m for m in orders if m]
+        return np.unique(np.concatenate([np.zeros(0), *found]))
+
+    def growing(self, d: int) -> ComplexArray:
+        """Poles of positive frequency of the sector without contacts, phase ``2 pi d / N``, that grow, rad/s."""
+        modes, gas = self.sector.phase_modes(d), self.sector.influence(d)
+        K = np.diag(modes.omega**2 * (1.0 + 1j * self.sector.loss_factor))
+        if gas is not None:
+            K = K + modes.shapes.conj().T @ gas @ modes.shapes
+        C = self.sector.damping * (np.diag(modes.damping) if modes.damping.ndim == 1 else modes.damping)
+        n = len(K)
+        poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]]))
+        return np.asarray(poles[(poles.imag > 0.0) & (poles.real > _GROWS * np.abs(poles))], dtype=complex)
+
+    @cached_property
+    def energy_fed(self) -> str:
+        """Nodal diameters in which damping or the gas feed energy in, in words; empty where there are none."""
+        if self.sector.passive:
+            return ""
+        known = sorted({min(k, self.sectors - k) for k in range(self.sectors) if self.growing(k).size})
+        if not known:
+            return ""
+        return f"nodal diameter{'s' if len(known) > 1 else ''} {', '.join(map(str, known))}"
+
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and load shapes.
+
+        A force on a dof of the next sector acts, from the contact with the sector before, on sector 0 (24.5).
+        """
+        known_shapes(shapes, dict.fromkeys(self.sector.load_shapes))
+        n, both = len(self.sector.dofs), len(self.dofs)
+        left, right = directions("rows", rows, both), directions("columns", columns, both)
+        if shapes:
+            loads = np.column_stack([self.sector.load_vector(name) for name in shapes])
+            right = np.hstack([right, np.vstack([loads, np.zeros_like(loads)])])
+        return WaveReceptance(self, left.reshape(2, n, -1), right.reshape(2, n, -1))
+
+    def time_equations(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
+    ) -> TimeEquations:
+        """None: the motion of a sector depends on what the one before it did earlier. Raises InputError."""
+        raise InputError(
+            Fault(
+                "time integration",
+                "a travelling wave has no equations in time of one sector",
+                remedy="integrate the whole disc, sector.mistuned().problem(problem)",
+            )
+        )
+
+    def __repr__(self) -> str:
+        return f"TravellingWave(engine order {self.engine_order}, {self.sectors} sectors)"
+
+
+class _PhaseTerms(NamedTuple):
+    """What the receptance of one phase is summed from; of several, each with an axis for them in front."""
+
+    omega: Array
+    damping: Any
+    left: ComplexArray
+    """Modes at the rows (n_rows, n_modes)."""
+    right: ComplexArray
+    """Conjugate modes at the columns (n_columns, n_modes)."""
+    residual: ComplexArray
+    gas: ComplexArray | None
+    """Stiffness of the gas between the modes (n_modes, n_modes)."""
+    second: ComplexArray | float
+    """How what the modes leave out grows with the square of the frequency."""
+
+
+class WaveReceptance:
+    """``A_m(w) = rows_m Z(phi_m, m w)^-1 columns_m`` by the modes of each phase and their residual (24.3).
+
+    Parameters
+    ----------
+    wave
+        The wave; harmonic m has its phase ``2 pi d_m / N``.
+    rows, columns
+        Direction cosines on sector 0 and on the next one, (2, n_dofs, n_rows) and (2, n_dofs, n_columns).
+    """
+
+    def __init__(self, wave: TravellingWave, rows: Array, columns: Array) -> None:
+        self._wave, self._rows, self._columns = wave, rows, columns
+        self._own = {"loss_factor": wave.sector.loss_factor, "damping": wave.sector.damping}
+        self._terms: dict[int, _PhaseTerms] = {}
+        self._stacked: dict[tuple[int, ...], _PhaseTerms] = {}
+        still = wave.sector.phase_modes(0).static.real
+        self.static: Array = (rows[0] + rows[1]).T @ still @ (columns[0] + columns[1])
+
+    def _phase(self, d: int) -> _PhaseTerms:
+        if d not in self._terms:
+            modes, turn = self._wave.sector.phase_modes(d), np.exp(-2j * np.pi * d / self._wave.sectors)
+            rows, columns = self._rows[0] + turn * self._rows[1], self._columns[0] + np.conj(turn) * self._columns[1]
+            left, right = rows.T @ modes.shapes, columns.T @ modes.shapes.conj()
+            residual = rows.T @ modes.static @ columns - (left / modes.omega**2) @ right.T
+            gas = self._wave.sector.influence(d)
+            if gas is not None:
+                gas = modes.shapes.conj().T @ gas @ modes.shapes
+            second = 0.0 if modes.second is None else rows.T @ modes.second @ columns
+            self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual, gas, second)
+        return self._terms[d]
+
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
+        value, rate = self._summed(orders, omega, "omega")
+        rate *= np.asarray(orders, dtype=float)[:, None, None]
+        return value, rate
+
+    @property
+    def wave_numbers(self) -> int:
+        """How many wave numbers disturbances may have: N."""
+        return self._wave.sectors
+
+    def phase_number(self, order: int) -> int:
+        """``d`` of a harmonic of the wave."""
+        return self._wave.phase_number(order)
+
+    def natural(self, d: int) -> Array:
+        """Natural frequencies for the phase ``2 pi d / N``, rad/s."""
+        return self._wave.sector.phase_modes(d % self._wave.sectors).omega
+
+    def growing(self, d: int) -> ComplexArray:
+        """Growing poles of the sector without contacts, of positive frequency, with the phase ``2 pi d / N``."""
+        wave = self._wave.changed(**{n: v for n, v in self._own.items() if n in self._wave.values})
+        return wave.growing(d)
+
+    def of_order(self, order: int, frequency: ArrayLike, wave_number: int = 0) -> ComplexArray:
+        """Receptance of a harmonic at any frequencies (...), rad/s, of either sign, (..., n_rows, n_columns).
+
+        A complex frequency ``-i s`` is an exponent s. Those of negative real part have the loss factor and the gas of
+        motion at negative frequency: what is real in time stays real.
+
+        ``wave_number`` k: of a disturbance with the phase ``2 pi k / N`` more from sector to sector (24.7).
+        """
+        w = np.asarray(frequency)
+        flat, d = w.reshape(-1), self._wave.phase_number(order) + wave_number
+        out = np.empty((flat.size, *self.static.shape), dtype=complex)
+        for below in (False, True):
+            at = (flat.real < 0.0) == below
+            if at.any():
+                own = -flat[at].conj() if below else flat[at]
+                terms = self._of_phases(((-d if below else d) % self._wave.sectors,))
+                found = self._at(terms, own[:, None], "omega")[0][:, 0]
+                out[at] = found.conj() if below else found
+        return out.reshape(*w.shape, *self.static.shape)
+
+    def changed(self, **values: float) -> WaveReceptance:
+        """A copy with another ``loss_factor`` or factor ``damping``."""
+        new = copy(self)
+        new._own = {**self._own, **values}
+        return new
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by ``loss_factor`` or ``damping``, of the shape of ``at``."""
+        return self._summed(orders, omega, name)[1]
+
+    def _summed(self, orders: ArrayLike, omega: ArrayLike, by: str) -> ComplexArray:
+        """Receptance at all orders of all omegas, and its derivative by each order's own frequency or a parameter."""
+        m = np.asarray(orders, dtype=float)
+        w = np.multiply.outer(np.asarray(omega, dtype=float), m)
+        return self._at(self._of_phases(tuple(self._wave.phase_number(int(order)) for order in m)), w, by)
+
+    def _of_phases(self, phases: tuple[int, ...]) -> _PhaseTerms:
+        """Terms of several phases, each with one axis more in front; modes that some have not move nothing."""
+        if phases not in self._stacked:
+            each = [self._phase(d % self._wave.sectors) for d in phases]
+            count = max((terms.omega.size for terms in each), default=0)
+            each = [_padded(terms, count) for terms in each]
+            if any(terms.damping.ndim == 2 or terms.gas is not None for terms in each):
+                each = [t._replace(damping=t.damping if t.damping.ndim == 2 else np.diag(t.damping)) for t in each]
+            parts: Any = (None if own[0] is None else np.array(own) for own in zip(*each, strict=True))
+            self._stacked[phases] = _PhaseTerms(*parts)
+        return self._stacked[phases]
+
+    def _at(self, terms: _PhaseTerms, w: AnyArray, by: str) -> ComplexArray:
+        """Receptance of phases at frequencies (..., n_phases) and its derivative, (2, ..., n_rows, n_columns)."""
+        if not terms.omega.size:
+            return np.zeros((2, *w.shape, *self.static.shape), dtype=complex)
+        e, factor = 1.0 + 1j * self._own["loss_factor"], self._own["damping"]
+        K: Any = terms.omega**2
+        C, one = terms.damping, np.ones(terms.omega.shape[-1:])
+        full = C.ndim == 3
+        if full:
+            K, one = K[..., None] * np.eye(one.size), np.eye(one.size)  # type: ignore[assignment]
+        second, each = np.asarray(terms.second), w[..., None, None]
+        growth = each * (second if second.ndim == 3 else second[:, None, None])
+        w = w.reshape(*w.shape, *(1,) * one.ndim)
+        Z = e * K + 1j * factor * w * C - w**2 * one
+        if terms.gas is not None:
+            Z = Z + terms.gas
+        if by == "omega":
+            slope = 1j * factor * C - 2.0 * w * one
+        else:
+            slope = 1j * K + 0.0 * w if by == "loss_factor" else 1j * w * C
+        left, right = terms.left, terms.right.swapaxes(-1, -2)
+        if full:
+            moved = np.linalg.solve(Z, np.broadcast_to(right, (*Z.shape[:-2], *right.shape[-2:])))
+            across = left.swapaxes(-1, -2)
+            turned = np.linalg.solve(Z.swapaxes(-1, -2), np.broadcast_to(across, (*Z.shape[:-2], *across.shape[-2:])))
+            value, rate = left @ moved, -turned.swapaxes(-1, -2) @ (slope @ moved)
+        else:
+            D = 1.0 / Z
+            value = (left * D[..., None, :]) @ right
+            rate = (left * (-slope * D * D)[..., None, :]) @ right
+        value += terms.residual / e + each * growth / e**2
+        if by == "loss_factor":
+            rate -= 1j * terms.residual / e**2 + 2j * each * growth / e**3
+        elif by == "omega":
+            rate += 2.0 * growth / e**2
+        return np.array([value, rate])
+
+
+_ABSENT = 1e30
+"""Natural frequency of a mode that is none."""
+
+
+def _padded(terms: _PhaseTerms, count: int) -> _PhaseTerms:
+    """With as many modes as are asked for, those added at rest."""
+    more = count - terms.omega.size
+    if not more:
+        return terms
+    ends = ((0, 0), (0, more))
+    square = ((0, more), (0, more))
+    return terms._replace(
+        omega=np.append(terms.omega, np.full(more, _ABSENT)), left=np.pad(terms.left, ends),
+        right=np.pad(terms.right, ends), damping=np.pad(terms.damping, square[: terms.damping.ndim]),
+        gas=None if terms.gas is None else np.pad(terms.gas, square),
+    )  # fmt: skip
+
+
+def _influences(given: Any, n: int) -> tuple[dict[int, ComplexArray], list[Fault]]:
+    """Influence coefficients by offset, complex (n, n)."""
+    found: dict[int, ComplexArray] = {}
+    faults: list[Fault] = []
+    expected = f"complex matrices ({n}, {n}) by how many sectors further the blade moves, such as {{0: L0, 1: L1}}"
+    if given is None:
+        return {}, []
+    if not isinstance(given, Mapping):
+        return {}, [Fault("aerodynamic", found=shown(given), expected=expected)]
+    for offset, value in given.items():
+        matrix = complex_numbers(value)
+        if matrix is not None and matrix.shape == (2, n, n) and not matrix.imag.any():
+            matrix = matrix[0] + 1j * matrix[1]
+        if isinstance(offset, bool) or not isinstance(offset, int | np.integer):
+            faults.append(Fault("aerodynamic", found=shown(offset), expected=expected))
+        elif matrix is None or matrix.shape != (n, n):
+            faults.append(Fault(("aerodynamic", int(offset)), found=shown(value), expected=expected))
+        else:
+            found[int(offset)] = matrix
+    return found, faults
+
+
+def _definite(M: ComplexArray) -> bool:
+    """Whether a Hermitian matrix is positive definite."""
+    try:
+        np.linalg.cholesky(M)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _pair(name: str, given: Any, n: int) -> tuple[tuple[Array, Array] | None, list[Fault]]:
+    """A matrix of the sector (n, n) and the one from the next sector; the first alone couples nothing."""
+    expected = f"a pair ({name}0, {name}1) of matrices ({n}, {n}), of the sector and from the next one"
+    pair = given if isinstance(given, tuple | list) and len(given) == 2 and np.ndim(given[0]) == 2 else (given, None)
+    matrices: list[Array] = []
+    for k, matrix in enumerate(pair):
+        if matrix is None:
+            matrices.append(np.zeros((n, n)))
+            continue
+        dense = matrix.toarray() if hasattr(matrix, "toarray") else matrix
+        where = (name, k)
+        wrong = number_faults(where, dense, DAMPING_ELSEWHERE) or array_faults(where, real(dense), (n, n))
+        wrong = wrong or ([] if k else symmetry_faults(where, real(dense)))
+        if wrong:
+            return None, [
+                Fault(f.where, f.statement or f"found {f.found}", expected=expected) if f.found else f for f in wrong
+            ]
+        matrices.append(real(dense))
+    return (matrices[0], matrices[1]), []

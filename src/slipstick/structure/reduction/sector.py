@@ -1,0 +1,281 @@
+"""A finite element sector reduced to modes and two residual terms at a few directions, phase by phase.
+
+The matrices of a phase ``phi = 2 pi k / N`` are Hermitian (THEORY.md (24.2)); what they give is that of a reduction of
+a structure (10.1) with ``a a^H`` in the place of ``a a^T``. Phases are computed when they are asked for: a wave needs
+those of its harmonics, a whole disc all of 0 to N/2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from copy import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipstick.errors import Fault, InputError
+from slipstick.faults import whole
+from slipstick.solve.linear.factorisation import SingularMatrixError
+from slipstick.solve.linear.lanczos import BlockLanczos
+from slipstick.solve.linear.modes import StageListener
+from slipstick.structure.checks import array_faults, checked_names, number_faults, real
+from slipstick.structure.cyclic import NEXT, CyclicStructure, PhaseModes
+from slipstick.structure.reduction.compute import BAND_BY_DEFAULT, MOST_BY_DEFAULT
+from slipstick.structure.reduction.request import Accuracy
+from slipstick.structure.truncation import Truncation
+from slipstick.typing import AnyArray, Array, ComplexArray, Sparse
+
+_PARTS = ("omega", "shapes", "static", "second")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseReduction:
+    """Modes of a phase at the directions kept, and how good they are.
+
+    ``second`` is what the modes leave of ``B^H K^-1 M K^-1 B``; ``complete``: whether the inertia proved that no mode
+    is missing (None: the solver does not tell); ``error``: estimated largest relative error of the receptance up to
+    ``reach``; ``residuals`` backward errors of the modes; ``full`` the modes of all degrees of freedom.
+    """
+
+    omega: Array
+    shapes: ComplexArray
+    static: ComplexArray
+    second: ComplexArray
+    complete: bool | None
+    error: float
+    residuals: Array
+    solver: str
+    ordering: Any
+    full: AnyArray
+
+
+def reduce_phase(
+    K: Sparse,
+    M: Sparse,
+    B: Sparse,
+    want: Accuracy,
+    *,
+    solver: str | None = None,
+    listener: StageListener | None = None,
+    ordering: Any = None,
+    where: str = "this phase",
+) -> PhaseReduction:
+    """Reduce symmetric or Hermitian sparse K, M (n, n) to directions B (n, n_keep).
+
+    Raises
+    ------
+    InputError
+        For a stiffness that is singular or not positive definite.
+    EigenError
+        Modes that do not converge.
+    """
+    try:
+        iteration = BlockLanczos(K, M, solver=solver, listener=listener, ordering=ordering)
+    except SingularMatrixError as error:
+        statement = f"the stiffness is singular for {where}: some motion meets no resistance"
+        raise InputError(Fault("model", statement, remedy="hold the disc, at its bore for instance")) from error
+    if iteration.inertia is not None and iteration.inertia.negative:
+        count = f"the stiffness has {iteration.inertia.negative} negative eigenvalues for {where}"
+        raise InputError(Fault("model", count, remedy="check material, speed and prestress"))
+    U = iteration.solve(B.toarray())
+    static, second = np.asarray(B.conj().T @ U), U.conj().T @ (M @ U)
+    static, second = 0.5 * (static + static.conj().T), 0.5 * (second + second.conj().T)
+    most = min(want.modes or MOST_BY_DEFAULT, iteration.n)
+    n_modes = most if want.modes is not None else min(16, most)
+    while want.modes is None and n_modes < most:
+        omega, a = iteration.participations(n_modes, B)
+        if _error(omega, a, static, second, want) <= want.relative:
+            break
+        n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), most)
+    modes = iteration.modes(n_modes)
+    if not np.all(modes.omega > 0.0):
+        raise InputError(Fault("model", f"a mode has no stiffness for {where}", remedy="hold the disc"))
+    a = np.asarray(B.conj().T @ modes.shapes)
+    return PhaseReduction(
+        omega=modes.omega, shapes=a.astype(complex), static=static.astype(complex),
+        second=_left(modes.omega, a, second).astype(complex), complete=modes.complete,
+        error=_error(modes.omega, a, static, second, want), residuals=modes.residuals, solver=modes.solver,
+        ordering=iteration.ordering, full=modes.shapes,
+    )  # fmt: skip
+
+
+def _left(omega: Array, a: AnyArray, second: AnyArray) -> AnyArray:
+    rest = second - (a / omega**4) @ a.conj().T
+    return np.asarray(0.5 * (rest + rest.conj().T))
+
+
+def _error(omega: Array, a: AnyArray, static: AnyArray, second: AnyArray, want: Accuracy) -> float:
+    """Estimated largest relative error (THEORY.md (10.3)) up to the highest frequency wanted."""
+    left_out = truncation(omega, a, static, _left(omega, a, second))
+    top = max(BAND_BY_DEFAULT * float(omega[0]), want.reach)
+    return float(left_out.error(top * np.linspace(0.02, 1.0, 50)).max())
+
+
+def truncation(omega: Array, a: AnyArray, static: AnyArray, second: AnyArray) -> Truncation:
+    """The estimate for Hermitian terms, by the real ones of twice the size that have the same norms."""
+    return Truncation(
+        omega=np.concatenate([omega, omega]), mode_shapes=_doubled(a), static_compliance=_doubled(static),
+        second_residual=_doubled(second),
+    )  # fmt: skip
+
+
+def _doubled(A: AnyArray) -> Array:
+    return np.block([[A.real, -A.imag], [A.imag, A.real]])
+
+
+class SectorModes(CyclicStructure):
+    """A sector known by the modes and residuals of its phases, as ``ss.reduced_sector`` makes it of finite elements.
+
+    Parameters
+    ----------
+    dofs
+        Names of the directions kept; each load shape is one of them, whose motion is what the load works on.
+    sectors
+        Number of sectors N.
+    phases
+        What is known: by k, 0 to N/2, of the phase ``2 pi k / N``. Arrays "omega" (n_modes,), "shapes"
+        (2, n_dofs, n_modes), "static" and "second" (2, n_dofs, n_dofs), real and imaginary parts; "blade"
+        (2, n, n_modes), where blades may differ: their motion, in coordinates in which their stiffness is 1.
+    load_shapes
+        Names of the dofs that are distributed loads.
+    loss_factor
+        Hysteretic loss factor, >= 0.
+    damping_ratio
+        Ratio to critical damping of all modes.
+    damping
+        Factor on it, >= 0: the parameter "damping".
+    compute
+        Gives the modes of a phase that is not known; None: these are all.
+    """
+
+    def __init__(
+        self,
+        *,
+        dofs: Iterable[str],
+        sectors: int,
+        phases: Mapping[int, Mapping[str, ArrayLike]] | None = None,
+        load_shapes: Iterable[str] = (),
+        loss_factor: float = 0.0,
+        damping_ratio: float = 0.0,
+        damping: float = 1.0,
+        compute: Callable[[int], PhaseReduction] | None = None,
+    ) -> None:
+        self.dofs, faults = checked_names(dofs)
+        self.sectors = whole("sectors", sectors, 2, 1000)
+        n = len(self.dofs)
+        if any(NEXT in str(name) for name in self.dofs):
+            faults.append(Fault("dofs", f"a name has {NEXT}, which means the next sector", remedy="rename it"))
+        self._shapes = {}
+        for name in load_shapes:
+            if name not in self.dofs:
+                faults.append(Fault("load_shapes", f"'{name}' is not among the dofs"))
+            else:
+                self._shapes[name] = np.eye(n)[self.dofs.index(name)]
+        for word, value in (("loss_factor", loss_factor), ("damping", damping), ("damping_ratio", damping_ratio)):
+            negative = word != "damping_ratio"
+            faults += number_faults(word, value) or array_faults(word, real(value), (), non_negative=negative)
+        if faults:
+            raise InputError(faults)
+        self.loss_factor, self.damping, self.damping_ratio = (
+            float(real(value)) for value in (loss_factor, damping, damping_ratio)
+        )
+        self.aerodynamic = {}
+        self._pairs = {"C": None} if self.damping_ratio else {}  # type: ignore[dict-item]
+        self._compute = compute
+        self._blade: dict[int, ComplexArray]
+        self._by_phase, self._blade = {}, {}
+        for k, arrays in (phases or {}).items():
+            self._by_phase[whole("phases", k, 0, self.sectors // 2)] = self._stored(k, arrays)
+
+    def _stored(self, k: int, arrays: Mapping[str, ArrayLike]) -> PhaseModes:
+        n = len(self.dofs)
+        try:
+            omega, shapes, static, second = (np.asarray(arrays[name], dtype=float) for name in _PARTS)
+        except KeyError as error:
+            raise InputError(Fault(("phases", k), f"{error.args[0]!r} is missing")) from None
+        if "blade" in arrays:
+            blade = np.asarray(arrays["blade"], dtype=float)
+            if blade.ndim != 3 or blade.shape[::2] != (2, omega.size):
+                raise InputError(Fault(("phases", k, "blade"), found=f"shape {blade.shape}"))
+            self._blade[k] = blade[0] + 1j * blade[1]
+        known = (2, n, n)
+        if shapes.shape != (2, n, omega.size) or static.shape != known or second.shape != known or omega.ndim != 1:
+            raise InputError(Fault(("phases", k), found=f"shapes of {shapes.shape}", expected=f"(2, {n}, n_modes)"))
+        parts = {name: value[0] + 1j * value[1] for name, value in (("shapes", shapes), ("static", static))}
+        return self._damped(omega=omega, **parts, second=second[0] + 1j * second[1])
+
+    def _damped(self, **known: Any) -> PhaseModes:
+        return PhaseModes(**known, damping=2.0 * self.damping_ratio * known["omega"])
+
+    def _modes(self, k: int) -> PhaseModes:
+        if self._compute is None:
+            found = ", ".join(map(str, sorted(self._by_phase))) or "none"
+            statement = f"the modes of nodal diameter {k} are not stored with this sector (those of {found} are)"
+            raise InputError(Fault("phases", statement, remedy="reduce the finite element model again"))
+        made = self._compute(k)
+        return self._damped(omega=made.omega, shapes=made.shapes, static=made.static, second=made.second)
+
+    @property
+    def passive(self) -> bool:
+        """Whether nothing can feed energy in."""
+        return not self.aerodynamic and self.damping_ratio >= 0.0
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal sector is made from: with the phases known by now."""
+        phases = {
+            k: {
+                "omega": modes.omega,
+                **{
+                    name: np.array([value.real, value.imag])
+                    for name in _PARTS[1:]
+                    if (value := getattr(modes, name)) is not None
+                },
+                **({"blade": np.array([self._blade[k].real, self._blade[k].imag])} if k in self._blade else {}),
+            }
+            for k, modes in sorted(self._by_phase.items())
+        }
+        return {
+            "dofs": self.dofs, "sectors": self.sectors, "phases": phases, "load_shapes": self.load_shapes,
+            "loss_factor": self.loss_factor, "damping_ratio": self.damping_ratio, "damping": self.damping,
+        }  # fmt: skip
+
+    def with_blades(self, phases: Mapping[int, PhaseReduction], blade: Mapping[int, ComplexArray]) -> SectorModes:
+        """A copy with the modes of phases, and the motion of the blade by them, of all 0 to N/2."""
+        new = copy(self)
+        new._by_phase = {
+            k: self._damped(omega=made.omega, shapes=made.shapes, static=made.static, second=made.second)
+            for k, made in phases.items()
+        }
+        new._blade = dict(blade)
+        return new
+
+    def blade_rows(self, k: int) -> ComplexArray | None:
+        """Motion of the blade by the modes of a phase, (n, n_modes), in which its stiffness is 1; None: not known."""
+        k %= self.sectors
+        if 2 * k > self.sectors:
+            found = self._blade.get(self.sectors - k)
+            return None if found is None else found.conj()
+        return self._blade.get(k)
+
+    def matrices(self, k: int) -> dict[str, ComplexArray]:
+        """None: a reduced sector has modes. Raises InputError."""
+        raise InputError(Fault("sector", "is reduced to modes: it has no matrices", remedy="see phase_modes"))
+
+    def reduction_error(self, nodal_diameter: int, frequency: ArrayLike) -> Array:
+        """Relative error of the receptance of a nodal diameter by the modes left out, estimated, undamped."""
+        modes = self.phase_modes(whole("nodal_diameter", nodal_diameter, 0, self.sectors // 2))
+        assert modes.second is not None
+        return truncation(modes.omega, modes.shapes, modes.static, modes.second).error(frequency)
+
+    def changed(self, **values: float) -> SectorModes:
+        """A copy with another ``loss_factor`` or factor ``damping``; phases computed later are shared."""
+        new = copy(self)
+        given = super().changed(**values)
+        new.loss_factor, new.damping = given.loss_factor, given.damping
+        return new
+
+    def __repr__(self) -> str:
+        return f"SectorModes({len(self.dofs)} dofs, {self.sectors} sectors)"

@@ -1,0 +1,67 @@
+"""The verb ``campbell``: crossings said and told as data, a figure, faults."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from slipstick.cli.main import app
+
+CASE = """format = 1
+harmonics = "0..3"
+[structure]
+kind = "matrices"
+dofs = ["x", "y"]
+mass = [[2.0, 0.0], [0.0, 2.0]]
+stiffness = [[40.0, 0.0], [0.0, 40.0]]
+gyroscopic = [[0.0, 1.2], [-1.2, 0.0]]
+engine_order = 1
+[[load]]
+dof = "x"
+motion = "unbalance"
+cos = 0.1
+[[contact]]
+name = "stop"
+tangential = "x"
+kt = 1.0
+mu = 0.3
+normal_load = 1.0
+[response]
+from = 1.0
+to = 3.0
+"""
+
+
+def test_a_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """``k = n^2 It W^2 -+ n Ip W^2``."""
+    monkeypatch.chdir(tmp_path)
+    Path("disc.toml").write_text(CASE)
+    result = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "20 rad/s", "--orders", "1,2", "--json"])
+    assert result.exit_code == 0, result.output
+    answer = json.loads(result.stdout)
+    exact = sorted((40.0 / (n * n * 2.0 - sense * n * 1.2)) ** 0.5 for n in (1, 2) for sense in (1, -1))
+    assert [row["speed"] for row in answer["crossings"]] == pytest.approx(exact)
+    assert Path("disc-campbell.png").stat().st_size > 10_000
+    said = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "9 rad/s", "-o", "own.svg"])
+    assert "engine order 1 meets mode 2 (forward) at 7.07107 rad/s" in said.output
+    assert Path("own.svg").exists()
+
+
+def test_what_does_not_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    still = "".join(line + "\n" for line in CASE.splitlines() if not line.startswith(("gyro", "engine")))
+    Path("still.toml").write_text(still)
+    result = CliRunner().invoke(app, ["campbell", "still.toml", "--to", "20 rad/s"])
+    assert result.exit_code == 2
+    assert "nothing in it turns" in result.output
+
+
+def test_a_rotor_is_no_disc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("disc.toml").write_text(CASE)
+    result = CliRunner().invoke(app, ["interference", "disc.toml", "--to", "20 rad/s", "--orders", "4"])
+    assert result.exit_code == 2
+    assert "no sector of a disc" in result.output

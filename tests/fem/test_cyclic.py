@@ -1,0 +1,150 @@
+"""Faces of a sector: paired by rotation, refused with the worst node, and nodes on the axis."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.ring_mesh import ring_model
+from scipy.sparse import csr_array
+
+from slipstick.errors import InputError
+from slipstick.fem.axis import Axis
+from slipstick.fem.box import box
+from slipstick.fem.cyclic import CyclicSymmetry, joined, paired, rotation, turned
+from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import elastic_model
+from slipstick.fem.refine import quadratic
+from slipstick.models.blade import BLADE_STEEL
+from slipstick.models.reduced_sector import Phases
+from slipstick.solve.linear.lanczos import modes
+from slipstick.structure.reduction.request import Accuracy
+
+N = 6
+
+
+def wedge(inner: float = 1.0, kind: str = "hex20") -> Mesh:
+    """A sector of a disc about z, between two radii; with ``inner`` 0 it ends in the axis."""
+    flat = box((1.0, 1.0, 0.4), (2, 2, 1), kind)
+    x, angle, z = flat.nodes[:, 0], 2.0 * np.pi / N * flat.nodes[:, 1], flat.nodes[:, 2]
+    r = inner + 2.0 * x
+    return Mesh(
+        nodes=np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1), blocks=flat.blocks, surfaces=flat.surfaces
+    )
+
+
+def pie() -> Mesh:
+    """A sector that ends in the axis: tetrahedra of wedges, with nodes on it that are one."""
+    flat = box((1.0, 1.0, 0.4), (3, 2, 1), "tet4")
+    x, y, z = flat.nodes.T
+    r, angle = 2.0 * x, 2.0 * np.pi / N * y
+    places = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+    _, first, number = np.unique(places.round(9), axis=0, return_index=True, return_inverse=True)
+    blocks = {kind: number.ravel()[block] for kind, block in flat.blocks.items()}
+    sound = {kind: part[[len(set(row)) == len(row) for row in part.tolist()]] for kind, part in blocks.items()}
+    used = np.unique(np.concatenate([part.ravel() for part in sound.values()]))
+    place = np.full(len(first), -1)
+    place[used] = np.arange(len(used))
+    return quadratic(Mesh(nodes=places[first][used], blocks={kind: place[part] for kind, part in sound.items()}))
+
+
+def symmetry(**other: Any) -> CyclicSymmetry:
+    return replace(CyclicSymmetry(sectors=N, axis=Axis(), low=(), high=()), **other)
+
+
+def faces(mesh: Mesh) -> tuple[Any, Any]:
+    angle = np.arctan2(mesh.nodes[:, 1], mesh.nodes[:, 0])
+    axis = np.hypot(*mesh.nodes.T[:2]) < 1e-9
+    low = np.flatnonzero((np.abs(angle) < 1e-9) | axis)
+    return low, np.flatnonzero((np.abs(angle - 2.0 * np.pi / N) < 1e-9) | axis)
+
+
+def pair(mesh: Mesh, low: Any, high: Any, what: CyclicSymmetry, tolerance: float | None = None) -> Any:
+    return paired(what, mesh.labels[low], mesh.labels[high], (mesh.nodes[low], mesh.nodes[high]), tolerance)
+
+
+def test_faces_are_paired_whichever_way_they_lie() -> None:
+    mesh = wedge()
+    low, high = faces(mesh)
+    found = pair(mesh, low, high, symmetry())
+    back = pair(mesh, high, low, symmetry())
+    assert np.allclose(found.turn, rotation(Axis(), 2.0 * np.pi / N))
+    assert np.allclose(back.turn, found.turn.T)
+    places = dict(zip(mesh.labels.tolist(), mesh.nodes, strict=True))
+    for a, b in zip(found.low.tolist(), found.high.tolist(), strict=True):
+        assert np.allclose(turned(Axis(), found.turn, places[a][None])[0], places[b])
+
+
+def test_the_worst_node_and_its_distance_are_named() -> None:
+    mesh = wedge()
+    low, high = faces(mesh)
+    nodes = mesh.nodes.copy()
+    nodes[high[3]] += [0.0, 0.0, 0.01]
+    spoilt = replace(mesh, nodes=nodes)
+    with pytest.raises(InputError, match=rf"node {mesh.labels[high[3]]} of high is 0.01 from the nearest node of low"):
+        pair(spoilt, low, high, symmetry())
+    assert pair(spoilt, low, high, symmetry(), tolerance=0.02).distance == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    ("what", "said"),
+    [
+        ({"sectors": 8}, "turned by 360/8 degrees.* they lie 60 degrees apart"),
+        ({"axis": Axis(direction=(1, 0, 0))}, "check sectors, axis and faces"),
+        ({"axis": Axis(point=(0.5, 0, 0))}, "check sectors, axis and faces"),
+    ],
+)
+def test_another_angle_or_axis_is_told(what: dict[str, Any], said: str) -> None:
+    mesh = wedge()
+    with pytest.raises(InputError, match=said):
+        pair(mesh, *faces(mesh), symmetry(**what))
+
+
+def test_faces_of_different_size_are_refused() -> None:
+    mesh = wedge()
+    low, high = faces(mesh)
+    with pytest.raises(InputError, match=r"nodes of low and \d+ of high; node \d+ of low is .* from its place on high"):
+        pair(mesh, low, high[:-2], symmetry())
+    with pytest.raises(InputError, match="has no nodes"):
+        pair(mesh, low[:0], high, symmetry())
+
+
+def test_faces_are_held_alike() -> None:
+    mesh = wedge()
+    low, high = faces(mesh)
+    found = pair(mesh, low, high, symmetry())
+    held = elastic_model(mesh, BLADE_STEEL, np.union1d(mesh.surfaces["x0"].nodes, high[-1:]))
+    nodes = mesh.labels[held.free // 3]
+    with pytest.raises(InputError, match=rf"node {mesh.labels[high[-1]]} is held otherwise than node \d+ of low"):
+        joined(nodes, held.free % 3, found, symmetry(), np.zeros(0, dtype=np.int64))
+    with pytest.raises(InputError, match="depends on others by an equation"):
+        joined(nodes, held.free % 3, found, symmetry(), found.low[:1])
+
+
+def phases(mesh: Mesh, fixed: Any) -> Phases:
+    held = elastic_model(mesh, BLADE_STEEL, fixed)
+    found = pair(mesh, *faces(mesh), symmetry())
+    how = joined(mesh.labels[held.free // 3], held.free % 3, found, symmetry(), np.zeros(0, dtype=np.int64))
+    keep = csr_array(([1.0], ([0], [0])), shape=(len(held.free), 1))
+    return Phases(how, held.K, held.M, keep, Accuracy(modes=4), solver=None, cache=None, listener=None)
+
+
+@pytest.mark.parametrize("on_axis", [False, True])
+def test_frequencies_are_those_of_the_ring(on_axis: bool) -> None:
+    mesh = pie() if on_axis else wedge()
+    radius = np.hypot(*mesh.nodes.T[:2])
+    fixed = np.flatnonzero(radius > 2.0 - 1e-9) if on_axis else mesh.surfaces["x0"].nodes
+    ring, _ = ring_model(mesh, N, np.union1d(*faces(mesh)), fixed)
+    exact = modes(ring.K, ring.M, 24).omega
+    sector = phases(mesh, fixed)
+    found = []
+    for k in range(N // 2 + 1):
+        K, M, _ = sector.matrices(k)
+        omega = modes(K, M, 12).omega
+        found += [*omega] if k in (0, N // 2) else [*omega, *omega]
+    assert np.allclose(np.sort(found)[:24], exact, rtol=1e-9)
+    sizes = [sector.matrices(k)[0].shape[0] for k in range(N)]
+    assert sum(sizes) == ring.K.shape[0]
+    assert len(set(sizes)) == (2 if on_axis else 1)

@@ -1,0 +1,154 @@
+"""Reduced sectors: what is asked, stored, turned at speed, and refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.ring_mesh import ring_model
+
+import slipstick as ss
+from slipstick.errors import InputError
+from slipstick.fem.imported import ImportedModel
+from slipstick.models.bladed_sector import SectorShape, sector_shape
+from slipstick.solve.linear.lanczos import modes
+
+N = 6
+SHAPE = SectorShape(
+    sectors=N, element_size=0.03, bore=0.04, rim=0.08, tip=0.14, thickness=0.2, stagger=3.0, twist=5.0
+)  # fmt: skip
+MODEL = ss.bladed_sector(SHAPE)
+
+
+def reduced(**more: Any) -> Any:
+    return ss.reduced_sector(MODEL, **{"surface": "tip", "contacts": 1, "modes": 4, **more})
+
+
+def test_phases_are_computed_when_they_are_needed_and_read_again(tmp_path: Path) -> None:
+    first = reduced(cache=tmp_path)
+    assert not first.seconds
+    omega = first.natural_frequencies(2)
+    assert list(first.seconds) == ["nodal diameter 2"]
+    assert first.solver
+    again = reduced(cache=tmp_path)
+    assert np.array_equal(again.natural_frequencies(2), omega)
+    assert again.solver == ""
+    assert again.complete(2) == first.complete(2)
+    other = reduced(cache=tmp_path, modes=5)
+    assert other.natural_frequencies(2).size == 5
+
+
+@pytest.mark.filterwarnings("ignore:the harmonics left out")
+def test_a_result_comes_back_with_its_sector(tmp_path: Path) -> None:
+    sector = reduced(pressure="concave", loss_factor=1e-3)
+    contact = ss.FrictionContact(kt=1e6, mu=0.3, normal_load=10.0)
+    problem = ss.Problem(
+        sector.travelling_wave(2), contacts=ss.surface_contacts(sector, contact=contact, direction="circumferential"),
+        loads=[ss.Load(shape="pressure", harmonic=1, sin=1e3)], harmonics=ss.Harmonics(range(6)), outputs=["c1y"],
+    )  # fmt: skip
+    omega = 0.95 * sector.natural_frequencies(2)[0]
+    branch = ss.steady_response(problem, omega=omega)
+    branch.save(tmp_path / "r.nc")
+    back = ss.load(tmp_path / "r.nc")
+    again = ss.steady_response(back.problem, omega=omega)
+    assert np.array_equal(again.dataset.displacement, branch.dataset.displacement)
+    with pytest.raises(InputError, match="nodal diameter 1 are not stored with this sector"):
+        back.problem.structure.sector.natural_frequencies(1)
+
+
+def test_a_turning_sector_is_the_turning_ring() -> None:
+    speed, mesh = 800.0, MODEL.mesh
+    assert mesh is not None
+    faces = np.union1d(mesh.surfaces["low"].nodes, mesh.surfaces["high"].nodes)
+    ring, _ = ring_model(mesh, N, faces, mesh.surfaces["bore"].nodes)
+    every = {kind: np.arange(len(block)) for kind, block in ring.mesh.blocks.items()}
+    imported = ImportedModel(
+        K=ring.K, M=ring.M, dof_nodes=ring.mesh.labels[ring.free // 3], dof_components=ring.free % 3,
+        mesh=replace(ring.mesh, element_sets={"all": every}), materials=MODEL.materials,
+    )  # fmt: skip
+    turning = ss.at_speed(imported, speed, axis={"direction": (0, 0, 1)})
+    exact = modes(turning.K, turning.M, 12).omega
+    sector = reduced(speed=speed)
+    found = [w for k in range(N // 2 + 1) for w in np.repeat(sector.natural_frequencies(k), 1 + (k not in (0, N // 2)))]
+    assert np.allclose(np.sort(found)[:12], exact, rtol=1e-8)
+    assert exact[0] > 1.0005 * min(reduced().natural_frequencies(k)[0] for k in range(N // 2 + 1))
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"low": "LOW"}, "node set 'LOW' is not in the imported model"),
+        ({"low": "low", "high": "tip"}, "high: found node .* from the nearest node of low"),
+        ({"sectors": 7}, "turned by 360/7 degrees.* they lie 60 degrees apart"),
+        ({"sectors": 1}, "sectors"),
+        ({"surface": None}, "nothing is kept"),
+        ({"surface": "TIP"}, "there is no surface 'TIP' in the model; did you mean 'tip'"),
+        ({"between": ("shroud_low", "shroud_hi")}, "there is no surface 'shroud_hi'"),
+        ({"between": ("shroud_high", "shroud_low")}, "between"),
+        ({"between": "shroud_low"}, "two surfaces, low and high"),
+        ({"keep": ["n1w"]}, "there is no free dof 'n1w'"),
+        ({"pressure": "bore"}, "does no work: the nodes of 'bore' are held"),
+        ({"modes": 3, "up_to": 1e3}, "both modes and up_to are given"),
+        ({"speed": -1.0}, "speed"),
+        ({"axis": {"direction": (1, 0, 0)}}, "check sectors, axis and faces"),
+    ],
+)
+def test_what_cannot_be_reduced_is_said(asked: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        reduced(**asked)
+
+
+def test_a_model_that_says_nothing_needs_sectors_and_faces() -> None:
+    plain = replace(MODEL, symmetry=None)
+    with pytest.raises(InputError) as error:
+        ss.reduced_sector(plain, surface="tip")
+    assert [fault.where[0] for fault in error.value.faults] == ["sectors", "low", "high"]
+    told = ss.reduced_sector(plain, sectors=N, low="low", high=["high"], surface="tip", contacts=1, modes=4)
+    assert np.array_equal(told.natural_frequencies(1), reduced().natural_frequencies(1))
+
+
+def test_a_sector_is_no_body() -> None:
+    with pytest.raises(InputError, match=r"one of 6 sectors of a disc, and its faces are free; reduce it with ss.red"):
+        ss.reduced_body(MODEL, surface="tip")
+
+
+def test_a_disc_that_is_not_held_is_told() -> None:
+    mesh = MODEL.mesh
+    assert mesh is not None
+    from slipstick.fem.assembly import assemble
+    from slipstick.models.blade import BLADE_STEEL
+
+    whole = assemble(mesh, BLADE_STEEL)
+    rows = np.arange(3 * mesh.n_nodes)
+    free = replace(
+        MODEL, K=whole.stiffness, M=whole.mass, dof_nodes=mesh.labels[rows // 3], dof_components=rows % 3,
+        constrained=np.zeros((0, 2), dtype=np.int64),
+    )  # fmt: skip
+    sector = ss.reduced_sector(free, surface="tip", contacts=1, modes=4)
+    with pytest.raises(InputError, match="singular for nodal diameter 1: some motion meets no resistance"):
+        sector.natural_frequencies(1)
+    assert sector.natural_frequencies(2)[0] > 0.0  # which moves no centre of mass
+
+
+@pytest.mark.parametrize(
+    ("dimensions", "said"),
+    [
+        ({"stagger": 60.0}, "the blade does not fit on its sector"),
+        ({"rim": 0.5}, "expected bore < rim < tip - shroud_height"),
+        ({"sectors": 2}, "sectors"),
+        ({"shroud_gap": 0.7}, "0 to 0.5 of a sector"),
+        ({"element_size": 1.0}, "well below the chord"),
+    ],
+)
+def test_dimensions_that_make_no_sector(dimensions: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        SectorShape(**dimensions)
+
+
+def test_sizes_by_name() -> None:
+    assert ss.bladed_sector(sector_shape("coarse", shroud_gap=0.1)).n_dofs == ss.bladed_sector("coarse").n_dofs
+    with pytest.raises(InputError, match="size"):
+        sector_shape("huge")

@@ -1,0 +1,121 @@
+"""Structures that are not held: receptance against the full matrices, statics by inertia relief, whole problems."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.imported import STEEL
+from scipy.linalg import eigh
+
+import slipstick as ss
+from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.structure.free import FreeStructure, free_structure
+
+N = 40
+
+
+def chain() -> tuple[np.ndarray, np.ndarray]:
+    """Forty masses in a row, that nothing holds."""
+    k = np.linspace(800.0, 1500.0, N - 1)
+    K = np.diag(np.append(k, 0.0) + np.append(0.0, k)) - np.diag(k, 1) - np.diag(k, -1)
+    return K, np.diag(np.linspace(1.0, 2.0, N))
+
+
+NAMES = [f"u{i}" for i in range(N)]
+KEPT = ["u0", "u10", "u39"]
+
+
+def reduced(modes: int = 20, **given: Any) -> FreeStructure:
+    K, M = chain()
+    return free_structure(K, M, dofs=NAMES, keep=KEPT, modes=modes, **given)
+
+
+def exact(w: float) -> np.ndarray:
+    K, M = chain()
+    own = [0, 10, 39]
+    return np.linalg.inv(K - w * w * M)[np.ix_(own, own)]
+
+
+def test_the_receptance_is_that_of_the_matrices() -> None:
+    receptance = reduced(modes=39).project(np.eye(3), np.eye(3))
+    for w in (0.05, 2.0, 5.0):
+        value, slope = receptance.at([1, 2], w)
+        for i, m in enumerate((1, 2)):
+            assert value[i].real == pytest.approx(exact(m * w), rel=1e-8, abs=1e-9 * np.abs(exact(m * w)).max())
+            ends = (exact(m * (w + 1e-6)) - exact(m * (w - 1e-6))) / 2e-6
+            assert slope[i].real == pytest.approx(ends, rel=1e-4, abs=1e-4 * np.abs(ends).max())
+
+
+def test_statics_are_those_of_inertia_relief() -> None:
+    """By the sum over all elastic modes, and between two dofs by the springs between them."""
+    K, M = chain()
+    values, shapes = eigh(K, M)
+    elastic = shapes[[0, 10, 39], 1:]
+    static = reduced(modes=4).elastic.static_compliance
+    assert static == pytest.approx((elastic / values[1:]) @ elastic.T, rel=1e-9, abs=1e-12)
+    apart = np.array([[1.0], [-1.0], [0.0]])
+    springs = np.sum(1.0 / np.linspace(800.0, 1500.0, N - 1)[:10])
+    assert reduced(modes=4).project(apart, apart).static == pytest.approx(springs, rel=1e-10)
+
+
+def test_a_mesh_that_floats() -> None:
+    """Six rigid-body modes; sparse matrices, Lanczos."""
+    model = assemble_mesh(MeshModel(mesh=box((0.3, 0.03, 0.01), (8, 2, 1), "hex20")), source="free", material=STEEL)
+    K, M = model.K, model.M
+    assert K.shape[0] > 400
+    keep = [model.dofs[0], model.dofs[100], model.dofs[-1]]
+    found = free_structure(K, M, dofs=model.dofs, keep=keep, modes=12)
+    assert found.rigid_shapes.shape == (3, 6)
+    values = eigh(K.toarray(), M.toarray(), eigvals_only=True, subset_by_index=(6, 8))
+    assert found.natural_frequencies[:3] == pytest.approx(np.sqrt(values), rel=1e-6)
+    w = 0.5 * found.natural_frequencies[0]
+    own = [model.dofs.index(name) for name in keep]
+    full = np.linalg.inv(K.toarray() - w * w * M.toarray())[np.ix_(own, own)]
+    value = found.project(np.eye(3), np.eye(3)).at([1], w)[0][0].real
+    assert np.abs(value - full).max() < 1e-6 * np.abs(full).max()
+
+
+def floating(load: ss.Load | None = None, **ports: Any) -> ss.Problem:
+    damper = ss.FrictionContact(kt=300.0, mu=0.3, normal_load=10.0)
+    pair = ss.ContactPair(name="damper", contact=damper, **(ports or {"tangential": {"u10": 1.0, "u39": -1.0}}))
+    loads = [ss.Load(dof="u0", sin=8.0), *([] if load is None else [load])]
+    return ss.Problem(reduced(modes=12, damping_ratio=0.02), contacts=pair, loads=loads, harmonics=range(8))
+
+
+def test_a_floating_chain_with_a_damper_against_time_integration() -> None:
+    branch = ss.forced_response(floating(), omega=(1.3, 1.9), requested=[1.5])
+    assert branch.outcome is ss.Outcome.COMPLETED
+    assert branch.dataset.newton_iterations.values.mean() < 5
+    at = branch.at(1.5)
+    assert branch.dataset.slip_fraction.values[at, 0] > 0.0
+    assert branch.check_in_time(at).relative_difference < 5e-3
+
+
+def test_rigid_body_motion_is_no_loss_of_stability() -> None:
+    data = ss.steady_response(floating(), omega=1.5, stability=True).dataset
+    assert bool(data.stable[0])
+
+
+def test_it_is_stored(tmp_path: Path) -> None:
+    branch = ss.steady_response(floating(), omega=1.5)
+    branch.save(tmp_path / "free.nc")
+    again = ss.steady_response(ss.load(tmp_path / "free.nc").problem, omega=1.5)
+    assert again.dataset.displacement.values == pytest.approx(branch.dataset.displacement.values, rel=1e-12)
+
+
+def test_what_pushes_it_away_is_refused() -> None:
+    with pytest.raises(InputError, match="contact 'damper': its mean force pushes the structure away"):
+        floating(tangential="u10")
+    with pytest.raises(InputError, match="those of harmonic 0 are not in balance"):
+        floating(ss.Load(dof="u0", harmonic=0, cos=1.0))
+    K, M = chain()
+    K[0, 0] += 100.0
+    with pytest.raises(InputError, match="K: holds the body"):
+        free_structure(K, M, dofs=NAMES, keep=KEPT, modes=3)
+    with pytest.raises(InputError, match="there is no dof 'v'"):
+        free_structure(K, M, dofs=NAMES, keep=["v"], modes=3)
