@@ -150,3 +150,29 @@ def test_derivatives_by_the_second_velocity() -> None:
             for s in (step, -step)
         ]
         assert abs((ends[0] - ends[1]) / (2 * step * value) - slope) < 1e-5 * abs(slope) + 1e-9
+
+
+def test_a_wave_round_a_disc_with_shrouds_that_slide_in_two_directions() -> None:
+    """One sector with a phase to the next one is the whole disc."""
+    M, K1 = np.eye(2), -np.array([[5.0, 1.0], [0.5, 4.0]])
+    sector = ss.CyclicStructure(
+        M=(M, 0.0 * M), K=(np.diag([60.0, 70.0]), K1), C=(0.6 * M, 0.0 * M), dofs=["x", "y"], sectors=6
+    )
+    contact = ss.PlanarFrictionContact(kt=30.0, mu=0.3, normal_load=100.0)
+    shroud = ss.ContactPair(
+        name="shroud", contact=contact, tangential=({"x": 1.0, "x@next": -1.0}, {"y": 1.0, "y@next": -1.0}),
+        rubbing=ss.RubbingMotion(cos={1: (0.1, 0.2)}),
+    )  # fmt: skip
+    loads = [ss.Load(dof="x", cos=20.0), ss.Load(dof="y", sin=15.0)]
+    wave = ss.Problem(sector.travelling_wave(engine_order=1), contacts=[shroud], loads=loads, harmonics=range(4))
+    disc = sector.mistuned()
+    whole = ss.Problem(
+        disc, contacts=[disc.contacts(shroud, engine_order=1)], harmonics=range(4),
+        loads=[each for load in loads for each in disc.loads(load, engine_order=1)],
+    )  # fmt: skip
+    one, all_of = (ss.steady_response(p, omega=9.0).dataset for p in (wave, whole))
+    assert float(one["slip_fraction"][0, 0]) > 0.1
+    np.testing.assert_allclose(all_of["slip_fraction"][0], float(one["slip_fraction"][0, 0]), atol=1e-6)
+    for dof in ("x", "y"):
+        found = [float(all_of["amplitude"].sel(dof=f"{dof}@{s}")[0]) for s in range(6)]
+        np.testing.assert_allclose(found, float(one["amplitude"].sel(dof=dof)[0]), rtol=1e-6)
