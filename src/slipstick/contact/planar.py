@@ -20,6 +20,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Reals
 
 TOLERANCE = 1e-8
+TINY = float(np.finfo(float).tiny)
 _PIECES = (512, 8192, 131072)
 """Room for the pieces of a period; more where it does not suffice."""
 _PARAMETERS = ("kt", "mu", "kn", "gap")
@@ -209,7 +210,7 @@ class _Inputs:
                 for i, (f, v) in enumerate(((f1, v1), (f2, v2))):
                     forces[i, inside] = f + kt * (moved[:, i] + v * since[inside])
             else:
-                angle = angle_within(first, theta, since[inside] / (end - start), kind)
+                angle = angle_within(first, theta, since[inside] / max(end - start, TINY), kind)
                 forces[:, inside] = mu * normal[inside] * np.array([np.cos(angle), np.sin(angle)])
         return forces[0], forces[1], normal
 
