@@ -287,7 +287,7 @@ number = st.floats(-3, 3).map(lambda x: round(x, 2))
     v=(1.11, -3.0), gap=-1.0, kt=2.0, mu=0.01,
 )  # fmt: skip
 @given(
-    X=st.lists(number, min_size=15, max_size=15), v=st.tuples(number, number), gap=st.floats(-2.0, 1.0).map(lambda x: round(x, 3)),
+    X=st.lists(number, min_size=15, max_size=15), v=st.tuples(number, number),
     kt=st.floats(0.1, 30.0), mu=st.floats(0.01, 1.5),
 )  # fmt: skip
 def test_the_force_stays_within_the_circle_and_dissipates(X: Any, v: Any, gap: float, kt: float, mu: float) -> None:

@@ -377,7 +377,7 @@ class Disc(ModalStructure):
             for side in ("tangential", "normal")
             if (cosines := getattr(pair, side)) is not None
         }
-        second = (pair.ports or {}).get("second")
+        second: Any = (pair.ports or {}).get("second")
         if second is not None and set(pair.ports or ()) == {"second"}:
             along["ports"] = {"second": [self._turned_to(second, s) for s in every]}
         if len(pair) != 1 or (pair.ports and "ports" not in along):
