@@ -288,7 +288,7 @@ number = st.floats(-3, 3).map(lambda x: round(x, 2))
 )  # fmt: skip
 @given(
     X=st.lists(number, min_size=15, max_size=15), v=st.tuples(number, number),
-    kt=st.floats(0.1, 30.0), mu=st.floats(0.01, 1.5),
+    gap=st.integers(-2000, 1000).map(lambda x: x / 1000), kt=st.floats(0.1, 30.0), mu=st.floats(0.01, 1.5),
 )  # fmt: skip
 def test_the_force_stays_within_the_circle_and_dissipates(X: Any, v: Any, gap: float, kt: float, mu: float) -> None:
     Q = np.reshape(X, (3, 5))
