@@ -180,7 +180,7 @@ class TestBesideMarching:
         assert np.nanmax(error) < 1e-8
 
     @pytest.mark.verify
-    @pytest.mark.parametrize(("states", "count"), [(random_states, 10_000), (structured_states, 2_000)])
+    @pytest.mark.parametrize(("states", "count"), [(random_states, 5_000), (structured_states, 2_000)])
     def test_many_states(self, states: Any, count: int) -> None:
         """Marching with large steps misses short slips: where it is apart from the element its steps are cut."""
         X, par = states(count, seed=2)
