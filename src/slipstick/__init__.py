@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Harmonics": "slipstick.trig.harmonics",
     "FrictionContact": "slipstick.contact.friction",
+    "PlanarFrictionContact": "slipstick.contact.planar",
     "RubbingMotion": "slipstick.contact.rubbing",
     "SampledLaw": "slipstick.contact.sampled",
     "casing_motion": "slipstick.contact.casing",
@@ -83,6 +84,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
+    from slipstick.contact.planar import PlanarFrictionContact as PlanarFrictionContact
     from slipstick.contact.rubbing import RubbingMotion as RubbingMotion
     from slipstick.contact.rubbing import common_period as common_period
     from slipstick.contact.sampled import SampledLaw as SampledLaw

@@ -155,3 +155,19 @@ def test_a_law_that_is_none_is_told_with_what_was_expected(body):
         ss.surface_contacts(body, contact=3, direction=(1, 0, 0))
     (fault,) = raised.value.faults
     assert (fault.found, fault.expected) == ("3", "ss.FrictionContact(...), or a law")
+
+
+def test_points_that_slide_in_two_directions(body: ReducedBody) -> None:
+    """The second direction is normal x direction; vectors of rubbing are the same for all points."""
+    law = ss.PlanarFrictionContact(kt=1e5, mu=0.4, kn=2e4, normal_load=6.0)
+    rub = ss.RubbingMotion(velocity=(3.0, 4.0), sin={1: (0.0, 5.0)})
+    contacts = ss.surface_contacts(
+        body, "a", contact=law, direction=(1.0, 0.0, 0.0), normal=True, shared=True, rubbing=rub
+    )
+    assert contacts[1].direction("tangential") == pytest.approx({"c2x": 1.0})
+    assert contacts[1].direction("second") == pytest.approx({"c2z": -1.0})  # y x x
+    assert [(pair.rubbing.velocity, pair.rubbing.second_velocity) for pair in contacts] == [(3.0, 4.0)] * 3
+    assert contacts[0].rubbing.second_sin == {1: 5.0}
+    assert sum(loads(contacts)) == pytest.approx(6.0)
+    with pytest.raises(InputError, match="those of two points"):
+        ss.surface_contacts(body, "a", contact=law, direction=(1, 0, 0), points=[1, 2], rubbing=rub)

@@ -16,7 +16,7 @@ from slipstick.balance.base_motion import DISPLACEMENT, base_faults
 from slipstick.balance.contacts import direction_faults, dof_faults
 from slipstick.balance.loads import UNBALANCE, place_faults
 from slipstick.balance.states import state_faults
-from slipstick.contact.rubbing import MOTION_PARTS, common_period
+from slipstick.contact.rubbing import MOTION_PARTS, SECOND, common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import in_radians, listed, number, shown, suggestion, wrong
 
@@ -185,8 +185,15 @@ def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
             f"{across[0]} moves the surface along a port called 'normal', which its law does not have",
             remedy=f"it has {', '.join(pair.contact.ports)}",
         )
-    along = pair.contact.surface_ports.get("tangential")
-    slides = [name for name, value in pair.rubbing.components() if name not in across and np.any(value)]
+    moves = [name for name, value in pair.rubbing.components() if name not in across and np.any(value)]
+    second, port = [name for name in moves if name.startswith(SECOND)], pair.contact.surface_ports.get("second")
+    if second and (port is None or port not in pair.given):
+        yield Fault(
+            "rubbing",
+            f"{second[0]} slides along a second direction, which the contact does not have",
+            remedy="give a PlanarFrictionContact and two tangential directions, or leave it out",
+        )
+    along, slides = pair.contact.surface_ports.get("tangential"), [name for name in moves if name not in second]
     optional = set(pair.contact.optional_ports) - set(pair.contact.prescribed_ports)
     if slides and along in optional and along not in pair.given:
         yield Fault(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.contact.law import Law
-from slipstick.contact.rubbing import VELOCITIES, RubbingMotion
+from slipstick.contact.rubbing import SECOND, VELOCITIES, RubbingMotion
 from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import Gathering, listed, number, one, shown, suggestion, table, text, wrong
 from slipstick.trig.harmonics import Harmonics
@@ -36,9 +36,12 @@ class ContactPair:
     name
         Its name in results, events and parameters; the k-th of many is "name.k", counted from 1.
     contact
-        The law with its parameters: a ``FrictionContact``, a ``SampledLaw``, or a law of your own.
+        The law with its parameters: a ``FrictionContact``, a ``PlanarFrictionContact``, a ``SampledLaw``, or a law of
+        your own.
     tangential
-        Direction cosines by dof; a name alone means cosine 1; a list of such for many contacts.
+        Direction cosines by dof; a name alone means cosine 1; a list of such for many contacts. Of a
+        ``PlanarFrictionContact`` the two perpendicular directions of its surface: ``("x", "y")``, and for many contacts
+        two lists, the first directions and the second ones.
     normal
         As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``. A stop, a
         ``FrictionContact`` without kt and mu, has this direction alone.
@@ -46,7 +49,8 @@ class ContactPair:
         Directions by the names of the law's ports, instead of tangential and normal.
     rubbing
         How side 1 slides over the opposing surface beside its vibration, along ``tangential``, and how that surface
-        comes nearer (``RubbingMotion``, with the sign); none by default.
+        comes nearer (``RubbingMotion``, with the sign); none by default. Of one contact that slides in two directions,
+        values of two numbers are vectors.
 
     Raises
     ------
@@ -79,6 +83,10 @@ class ContactPair:
         if not isinstance(contact, Law) or isinstance(contact, type):
             expected = "contact=ss.FrictionContact(...), or a law (a subclass of slipstick.contact.law.Law)"
             checks.faults.append(Fault("contact", found=shown(contact), expected=expected))
+        both = "second" in getattr(contact, "ports", ())
+        if both and isinstance(tangential, tuple | list) and "second" not in (ports or {}):
+            tangential, second = checks.take(_two_directions, ("tangential",), tangential) or (None, None)
+            ports = {**(ports or {}), **({} if second is None else {"second": second})}
         values["tangential"] = checks.take(_one_or_many, ("tangential",), tangential)
         values["normal"] = checks.take(_one_or_many, ("normal",), normal)
         values["ports"] = ports
@@ -92,11 +100,16 @@ class ContactPair:
         checks.end(*(("contact", name) if isinstance(name, str) else ()))
         for key, value in values.items():
             object.__setattr__(self, key, value)
+        if both and self._vectors:
+            object.__setattr__(self, "rubbing", self.rubbing.parted())
 
     def __repr__(self) -> str:
+        ports, tangential = {p: _said(d) for p, d in (self.ports or {}).items()}, _said(self.tangential)
+        if "second" in self.contact.ports and {"second"} == set(ports) and tangential is not None:
+            tangential = (tangential, ports.pop("second"))
         shown = {
-            "name": self.name, "contact": self.contact, "tangential": _said(self.tangential),
-            "normal": _said(self.normal), "ports": self.ports and {p: _said(d) for p, d in self.ports.items()},
+            "name": self.name, "contact": self.contact, "tangential": tangential,
+            "normal": _said(self.normal), "ports": ports or None,
         }  # fmt: skip
         said = [f"{name}={value!r}" for name, value in shown.items() if value is not None]
         said += [f"rubbing={self.rubbing!r}"] if self.rubbing.names != ("velocity",) or self.rubbing.moves else []
@@ -124,10 +137,18 @@ class ContactPair:
             raise InputError(Fault(("contact", self.name), found=arrays, expected="one number"))
         return several[0] if several else 1
 
-    def _array_sizes(self) -> list[int]:
-        rub = self.rubbing
-        arrays = [*self.contact.values.values(), *(v for _, v in rub.components())]
+    def _array_sizes(self, rubbing: bool = True) -> list[int]:
+        moved = self.rubbing.components() if rubbing else ()
+        arrays = [*self.contact.values.values(), *(v for _, v in moved)]
         return [int(np.size(v)) for v in arrays if np.ndim(v)]
+
+    @property
+    def _vectors(self) -> bool:
+        """Whether values of two numbers in the rubbing motion are vectors, and not those of two contacts."""
+        alone = all(size == 1 for size in (*map(len, self.given.values()), *self._array_sizes(rubbing=False)))
+        along = [value for name, value in self.rubbing.components() if not name.startswith("normal_")]
+        told = any(name.startswith(SECOND) for name in self.rubbing.names)
+        return alone and not told and max(map(np.size, along)) == 2
 
     def __len__(self) -> int:
         return self._count
@@ -166,7 +187,9 @@ class ContactPair:
     @property
     def quantities(self) -> tuple[str, ...]:
         """Names of what can be changed or followed, as in "tip.velocity"."""
-        return (*self.contact.values, *self.contact.derived_parameters, *self.rubbing.names)
+        second = "second_velocity"
+        moves = (second,) if "second" in self.given and second not in self.rubbing.names else ()
+        return (*self.contact.values, *self.contact.derived_parameters, *self.rubbing.names, *moves)
 
     def values(self, name: str) -> Array:
         """A parameter of the law, a derived one, or a component of the rubbing motion, (n,)."""
@@ -187,6 +210,13 @@ class ContactPair:
         if name in self.rubbing.names or self.rubbing.is_component(name):
             return replace(self, rubbing=self.rubbing.with_component(name, new))
         return replace(self, contact=self.contact.changed(**{name: new}))
+
+
+def _two_directions(name: Where, given: Any) -> tuple[Any, Any]:
+    """The two directions of one surface, or of many."""
+    if len(given) != 2:
+        raise wrong(name, given, 'the two directions of a surface such as ("x", "y"), or two lists of such')
+    return given[0], given[1]
 
 
 def prescribed(pair: ContactPair, harmonics: Harmonics, factor: int) -> dict[str, Array]:
@@ -217,6 +247,9 @@ def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> It
     for port in set(pair.ports or ()) & {"tangential", "normal"}:
         if getattr(pair, port) is not None:
             yield Fault(("ports", port), f"is given together with {port}", remedy="keep one of them")
+    for first, other in zip(by_port.get("tangential", ()), by_port.get("second", ()), strict=False):
+        if first and other and same_direction(first, other):
+            yield Fault(pair.place("second"), "is the tangential direction", remedy="give the one perpendicular to it")
     for port in by_port:
         if port not in law.ports:
             yield Fault(pair.place(port), f"its law has no port '{port}'", remedy=f"it has {', '.join(law.ports)}")

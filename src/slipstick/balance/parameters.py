@@ -14,7 +14,7 @@ from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
 from slipstick.balance.paths import Line, Path, StructureValue
 from slipstick.contact.friction_law import is_friction
-from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
 from slipstick.structure.dynamic import FACTOR_UNITS, SPEED, structure_values
@@ -188,7 +188,7 @@ def parameter_units(problem: Problem, name: str) -> str:
     target = parameter_target(problem, name)
     if target.load is not None:
         return target.load.units(target.quantity)
-    if target.quantity == "velocity":
+    if target.quantity.removeprefix(SECOND) == "velocity":
         return "length/time"
     if target.structure:
         return "rad/s" if target.quantity == SPEED else FACTOR_UNITS
@@ -199,7 +199,9 @@ def parameter_units(problem: Problem, name: str) -> str:
 
 
 def _has(pair: object, quantity: str) -> bool:
-    return quantity in pair.quantities or pair.rubbing.is_component(quantity)  # type: ignore[attr-defined]
+    along = "second" if quantity.startswith(SECOND) else "tangential"
+    moves = pair.rubbing.is_component(quantity) and (along == "tangential" or along in pair.contact.surface_ports)  # type: ignore[attr-defined]
+    return quantity in pair.quantities or moves  # type: ignore[attr-defined]
 
 
 def parameter_path(problem: Problem, name: str) -> Path:

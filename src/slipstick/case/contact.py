@@ -5,9 +5,9 @@ from __future__ import annotations
 import builtins
 import keyword
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
@@ -21,7 +21,19 @@ from slipstick.case.rotor import (
     rotor_motion,
 )
 from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
-from slipstick.case.table import Cosines, NotNegative, Periodic, RawTable, Table, is_whole, unexpected, vector
+from slipstick.case.table import (
+    AlongSurface,
+    Cosines,
+    Directions,
+    NotNegative,
+    Periodic,
+    PeriodicAlong,
+    RawTable,
+    Table,
+    is_whole,
+    unexpected,
+    vector,
+)
 from slipstick.case.thermal import ContactThermalTable, NumberOrTable, ThermalTable, background_of, cold_value
 from slipstick.case.validation import ReadTable
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
@@ -34,17 +46,20 @@ if TYPE_CHECKING:
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.models.reduced_sector import ReducedSector
 
+PLANAR = "planar"
 _NEUTRAL = {"kt": 1.0, "mu": 0.0, "kn": 1.0, "normal_load": 1.0}
 """In place of what is at fault, where a contact is only looked at and not computed with."""
 
 
 class RubbingTable(Table):
-    """``rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }``."""
+    """``rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }``; along two directions ``{ velocity = [3.0, 0.0] }``."""
 
-    velocity: float = Field(default=0.0, description="a finite number, length/time")
-    velocity_per_omega: float = Field(default=0.0, description="a finite number, length: added for each rad/s of omega")
-    cos: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
-    sin: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
+    velocity: AlongSurface = Field(default=0.0, description="a finite number, length/time")
+    velocity_per_omega: AlongSurface = Field(
+        default=0.0, description="a finite number, length: added for each rad/s of omega"
+    )
+    cos: PeriodicAlong = Field(default={}, description='a table such as { "1" = 2.0 }')
+    sin: PeriodicAlong = Field(default={}, description='a table such as { "1" = 2.0 }')
     normal_cos: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
     normal_sin: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
 
@@ -53,7 +68,10 @@ class ContactTable(Table):
     """``[[contact]]``."""
 
     name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
-    tangential: Cosines = Field(description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }')
+    tangential: Directions = Field(
+        description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }, or both directions '
+        'of the surface such as ["x", "y"]'
+    )
     normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
     mu: NumberOrTable = Field(description="a number >= 0, the friction coefficient")
@@ -81,16 +99,33 @@ class ContactTable(Table):
             faults.append(Fault("kn", IS_MISSING, remedy=remedy))
         elif raw.get("kn") == 0 and raw.get("normal_load"):
             faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
-        return faults
+        return faults + list(_vector_faults(raw))
 
 
 class StopTable(ContactTable):
     """``[[contact]]`` without friction and without a tangential direction."""
 
-    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")
     normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
     mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+
+
+def is_planar(table: ContactTable) -> bool:
+    """Whether its surface slides in both directions."""
+    return isinstance(getattr(table, "tangential", None), tuple) or getattr(table, "friction", None) == PLANAR
+
+
+def _vector_faults(raw: RawTable) -> Iterator[Fault]:
+    """Vectors of rubbing motion where the surface slides in one direction alone."""
+    rubbing = raw.get("rubbing")
+    if isinstance(raw.get("tangential"), list) or raw.get("friction") == PLANAR or not isinstance(rubbing, Mapping):
+        return
+    for key, value in rubbing.items():
+        values = value.values() if isinstance(value, Mapping) else (value,)
+        if any(isinstance(one, list) for one in values):
+            remedy = 'give tangential = ["x", "y"], or friction = "planar" on a surface'
+            yield Fault(("rubbing", key), "is a vector, but the contact slides in one direction", remedy=remedy)
 
 
 def _moves_along_normal(contact: RawTable) -> bool:
@@ -135,12 +170,15 @@ class SurfaceContactTable(ContactTable):
     direction: Annotated[Any, PlainValidator(_along)] = Field(
         description='the rubbing direction such as [0, 1, 0], projected on the surface; with an axis "circumferential"'
     )
-    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")
     normal: Annotated[Any, PlainValidator(_from_surface)] = Field(
         default=None, description='"surface", for a normal load that varies with the motion; with an axis "radial"'
     )
     axis: AxisTable | None = Field(default=None, description="a table such as { direction = [0, 0, 1] }")
     rotor: RotorTable | None = Field(default=None, description="a table such as { engine_order = 2 }")
+    friction: Literal["planar"] | None = Field(
+        default=None, description='"planar": the surface slides along direction and across it'
+    )
     between: bool = Field(default=False, description="true or false: towards the next sector of a disc")
     normal_load_total: NotNegative | None = Field(
         default=None, description="a number >= 0, the normal load of all points, shared by area"
@@ -284,7 +322,9 @@ def _any_direction(body: Any) -> Any:
 def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> FrictionContact:
     """The parameters of a contact, cold; neutral ones where these are at fault, and all faults that are its own."""
     from slipstick.contact.friction import FrictionContact
+    from slipstick.contact.planar import PlanarFrictionContact
 
+    law = PlanarFrictionContact if is_planar(row.table) else FrictionContact
     background, arguments = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
     for key in ("kt", "mu", "kn"):
         value = row.get(key)
@@ -299,11 +339,11 @@ def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> Fri
     else:
         arguments = {**_NEUTRAL, **arguments, "gap": None}
     try:
-        return FrictionContact(**arguments)
+        return law(**arguments)
     except InputError as error:
         told = [fault for fault in error.faults if row.complete or fault.where]
         gathering.faults += [fault.inside(*row.where) for fault in told]
-        return FrictionContact(**_NEUTRAL)
+        return law(**_NEUTRAL)
 
 
 def _rubbing(row: ReadTable, gathering: Gathering) -> RubbingMotion:
@@ -312,7 +352,8 @@ def _rubbing(row: ReadTable, gathering: Gathering) -> RubbingMotion:
 
     rub = row.table.rubbing
     arguments = {} if rub is None else rub.stated
-    return gathering.inside(row.where, lambda: RubbingMotion(**arguments)) or RubbingMotion()
+    motion = gathering.inside(row.where, lambda: RubbingMotion(**arguments)) or RubbingMotion()
+    return motion.parted() if is_planar(row.table) else motion
 
 
 def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
@@ -366,23 +407,31 @@ def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
     total = keys.take("normal_load_total")
     values["normal_load"] = values["normal_load"] if total is None else total
     cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
-    return call("ss.FrictionContact", **{name: literal(value) for name, value in cold.items()})
+    law = "ss.PlanarFrictionContact" if is_planar(keys.table) else "ss.FrictionContact"
+    return call(law, **{name: literal(value) for name, value in cold.items()})
 
 
 def _pair_text(keys: KeysToWrite, law: str) -> str:
     arguments = {"name": literal(keys.take("name")), "contact": law}
     for port in ("tangential", "normal"):
         direction = keys.take(port)
-        if direction is not None:
-            alone = len(direction) == 1 and next(iter(direction.values())) == 1.0
-            arguments[port] = literal(next(iter(direction)) if alone else direction)
+        if isinstance(direction, tuple):
+            arguments[port] = f"({', '.join(map(_direction_text, direction))})"
+        elif direction is not None:
+            arguments[port] = _direction_text(direction)
     return call("ss.ContactPair", **arguments, **_rubbing_text(keys))
+
+
+def _direction_text(direction: Mapping[str, float]) -> str:
+    alone = len(direction) == 1 and next(iter(direction.values())) == 1.0
+    return literal(next(iter(direction)) if alone else direction)
 
 
 def _surface_text(keys: KeysToWrite, law: str) -> str:
     direction = keys.take("direction")
     arguments = {"contact": law, "direction": literal(direction if isinstance(direction, str) else list(direction))}
     points, _, normal = keys.take("points"), keys.take("tangential"), keys.take("normal")
+    keys.take("friction")
     arguments |= {} if points in (None, "all") else {"points": literal(points)}
     arguments |= {} if normal is None else {"normal": literal(normal) if normal in WORDS else "True"}
     axis, rotor = axis_arguments(keys.take("axis")), keys.take("rotor")
@@ -400,6 +449,10 @@ def _rubbing_text(keys: KeysToWrite) -> dict[str, str]:
     rub = keys.take("rubbing")
     if rub is None:
         return {}
+    if is_planar(keys.table):
+        from slipstick.contact.rubbing import RubbingMotion
+
+        return {"rubbing": f"ss.{RubbingMotion(**rub.stated).parted()!r}"}
     return {"rubbing": call("ss.RubbingMotion", **{key: literal(value) for key, value in rub.stated.items()})}
 
 

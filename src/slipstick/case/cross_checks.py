@@ -86,10 +86,13 @@ def _contact(row: ReadTable, known: Known) -> Iterator[Fault]:
 
     if not isinstance(row.table, SurfaceContactTable):
         for side in ("tangential", "normal"):
-            yield from (fault.inside(side) for fault in cosine_faults(row.get(side) or {}, known.dofs))
+            given = row.get(side) or {}
+            for i, cosines in enumerate(given if isinstance(given, tuple) else (given,)):
+                at = (side, i) if isinstance(given, tuple) else (side,)
+                yield from (fault.inside(*at) for fault in cosine_faults(cosines, known.dofs))
     rubbing = row.table.rubbing
     if rubbing is not None:
-        moved = {part: getattr(rubbing, part) for part in MOTION_PARTS}
+        moved = {part: getattr(rubbing, part, {}) for part in MOTION_PARTS}
         yield from (fault.inside("rubbing") for fault in motion_faults(moved, known))
 
 

@@ -102,6 +102,29 @@ def cosines(value: Any) -> dict[str, float]:
     return {str(dof): float(cosine) for dof, cosine in value.items()}
 
 
+def directions(value: Any) -> dict[str, float] | tuple[dict[str, float], dict[str, float]]:
+    """One direction, or the two of a surface that slides in its plane, ``["x", "y"]``."""
+    if not isinstance(value, list):
+        return cosines(value)
+    if len(value) != 2:
+        raise unexpected('one direction such as "x", or two such as ["x", "y"]')
+    return cosines(value[0]), cosines(value[1])
+
+
+def _along_both(value: Any) -> bool:
+    """Whether it is a vector of two finite numbers."""
+    return isinstance(value, list) and len(value) == 2 and all(map(is_number, value))
+
+
+def along_surface(value: Any) -> float | tuple[float, float]:
+    """A number, or a vector of two for a surface that slides in its plane."""
+    if _along_both(value):
+        return float(value[0]), float(value[1])
+    if not is_number(value):
+        raise unexpected("a finite number, or two such as [3.0, 0.0] with two tangential directions")
+    return float(value)
+
+
 def _orders_to_numbers(value: Any) -> dict[int, float]:
     """``{ "1" = 2.0 }``: harmonic of the rubbing motion -> amplitude."""
     right = isinstance(value, dict) and all(
@@ -110,6 +133,12 @@ def _orders_to_numbers(value: Any) -> dict[int, float]:
     if not right:
         raise unexpected('a table of harmonic = amplitude such as { "1" = 2.0 }, amplitudes finite lengths')
     return {int(order): float(amplitude) for order, amplitude in value.items()}
+
+
+def _orders_along(value: Any) -> dict[int, Any]:
+    """The same with amplitudes that may be vectors of two."""
+    plain = isinstance(value, dict) and {k: 0.0 if _along_both(v) else v for k, v in value.items()}
+    return {order: along_surface(value[str(order)]) for order in _orders_to_numbers(plain)}
 
 
 def list_or_file(value: Any) -> Any:
@@ -132,6 +161,9 @@ def list_or_file(value: Any) -> Any:
 
 Frequency = Annotated[float, PlainValidator(positive_frequency)]
 Cosines = Annotated[dict[str, float], PlainValidator(cosines)]
+Directions = Annotated[Any, PlainValidator(directions)]
+AlongSurface = Annotated[Any, PlainValidator(along_surface)]
+PeriodicAlong = Annotated[dict[int, Any], PlainValidator(_orders_along)]
 Periodic = Annotated[dict[int, float], PlainValidator(_orders_to_numbers)]
 Harmonic = Annotated[int, Field(ge=0, le=10_000)]
 NotNegative = Annotated[float, Field(ge=0)]

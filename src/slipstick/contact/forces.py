@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from slipstick.typing import Array, IntArray
 if TYPE_CHECKING:
     from slipstick.contact.kernel.tuples import States
 
+_T = TypeVar("_T")
 SERIAL = 64
 """Below this number of elements threads cost more than they give."""
 
@@ -143,13 +144,7 @@ def _evaluate(
     out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
     intervals = _room(count, kernel.most_intervals(tables.top)) if states else kernel.no_room
     work = ((X, Y, par), tuple(tables), out, intervals)
-    parts = 1 if count < SERIAL else _threads()
-    if parts == 1:
-        ended = [kernel.run_elements(0, count, *work)]
-    else:
-        ends = [i * count // parts for i in range(parts + 1)]
-        ended = list(_pool().map(lambda a, b: kernel.run_elements(a, b, *work), ends[:-1], ends[1:]))
-    for e in ended:
+    for e in shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work)):
         if e != kernel.done:
             raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
     return out, intervals
@@ -187,6 +182,15 @@ def _threads() -> int:
 
     config: Any = numba.config
     return int(config.NUMBA_NUM_THREADS)
+
+
+def shared_out(count: int, serial: int, run: Callable[[int, int], _T]) -> list[_T]:
+    """What ``run(first, last)`` returns for parts of a batch, in threads from ``serial`` elements on."""
+    parts = 1 if count < serial else _threads()
+    if parts == 1:
+        return [run(0, count)]
+    ends = [i * count // parts for i in range(parts + 1)]
+    return list(_pool().map(run, ends[:-1], ends[1:]))
 
 
 @cache

@@ -122,11 +122,11 @@ class FrictionContact(FrictionLaw):
             shown = again
         else:
             shown["gap"] = self.gap
-        return f"FrictionContact({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
+        return f"{type(self).__name__}({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
 
     def _says(self, arguments: Mapping[str, Numbers]) -> bool:
         """Whether such arguments make the same contact."""
-        return bool(np.array_equal(FrictionContact(**arguments).gap, self.gap))
+        return bool(np.array_equal(type(self)(**arguments).gap, self.gap))
 
     def changed(self, **values: Reals) -> FrictionContact:
         """A copy with other parameters; a normal load becomes a gap at the present ``kn``."""
@@ -135,7 +135,7 @@ class FrictionContact(FrictionLaw):
             del numbers["kt"], numbers["mu"]
         if "normal_load" in values:
             del numbers["gap"]
-        new = FrictionContact(**numbers)
+        new = type(self)(**numbers)
         object.__setattr__(new, "_loaded", "normal_load" in values or (self._loaded and "gap" not in values))
         return new
 
@@ -243,6 +243,11 @@ def contact_forces(
     ([240.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [(0.0, 6.283185307179586, 'slip+')], 2160.0)
     """
     contact = one("contact", contact, FrictionContact, "an ss.FrictionContact")
+    if "second" in contact.ports:
+        remedy = (
+            "ask the law: contact.respond(motion, values), slipstick.contact.law.Motion has the motion of all ports"
+        )
+        raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
     rubbing = RubbingMotion() if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)

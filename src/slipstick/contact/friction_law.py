@@ -69,7 +69,7 @@ class FrictionLaw(Law):
         X, Y = motion.Q
         return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **values)
 
-    def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, Array]:
+    def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Friction and normal force (n, k) at phases (k,): those of the states, with corners (THEORY.md (3.1))."""
         from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
 

@@ -274,6 +274,16 @@ class Law(ABC):
         with np.errstate(all="ignore"):
             return self.rate(still, still.copy(), np.zeros((len(self.memory), 1, 1)), values) is not None
 
+    @default
+    def rate_remedy(self) -> str:
+        """What to do where it is wanted in time and does not tell its ``rate``."""
+        return "give the law the method rate (slipstick.contact.law.Law)"
+
+    @default
+    def slips_at_once(self) -> bool:
+        """Whether a contact may begin to slip at all times at one point of a curve: the corner of a square root."""
+        return False
+
     # what is asked of it besides
 
     @default

@@ -18,9 +18,12 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Numbers, Reals
 
 VELOCITIES = (VELOCITY, SWEPT) = ("velocity", "velocity_per_omega")
-MOTION_PARTS = ("cos", "sin", "normal_cos", "normal_sin")
+SECOND = "second_"
+"""Before the names of what goes along the second direction of a surface."""
+ALL_VELOCITIES = (*VELOCITIES, *(SECOND + name for name in VELOCITIES))
+MOTION_PARTS = ("cos", "sin", "second_cos", "second_sin", "normal_cos", "normal_sin")
 _NONE: Mapping[int, float] = MappingProxyType({})
-_COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
+_COMPONENT = re.compile(r"((?:normal_|second_)?(?:cos|sin))(0|[1-9][0-9]*)")
 
 
 class PortMotion(NamedTuple):
@@ -52,6 +55,9 @@ class RubbingMotion:
     cos, sin
         Amplitudes of the periodic part by harmonic order, length; order 0 is allowed in ``cos`` (an offset, which
         changes no force). Values are scalars or (n_elements,).
+    second_velocity, second_velocity_per_omega, second_cos, second_sin
+        The same along the second direction of a ``PlanarFrictionContact``. For one such contact ``velocity``,
+        ``velocity_per_omega`` and amplitudes may be vectors, ``velocity=(3.0, 0.0)``, which ``ContactPair`` parts.
     normal_cos, normal_sin
         Motion of the opposing surface along the normal, positive towards the structure: run-out, a lobed casing, disc
         thickness variation. Order 0 in ``normal_cos`` is a constant approach, which closes the gap by as much.
@@ -68,6 +74,10 @@ class RubbingMotion:
     sin: Mapping[int, Numbers]
     normal_cos: Mapping[int, Numbers]
     normal_sin: Mapping[int, Numbers]
+    second_velocity: Numbers
+    second_velocity_per_omega: Numbers
+    second_cos: Mapping[int, Numbers]
+    second_sin: Mapping[int, Numbers]
 
     def __init__(
         self,
@@ -78,24 +88,29 @@ class RubbingMotion:
         sin: Mapping[int, Reals] = _NONE,
         normal_cos: Mapping[int, Reals] = _NONE,
         normal_sin: Mapping[int, Reals] = _NONE,
+        second_velocity: Reals = 0.0,
+        second_velocity_per_omega: Reals = 0.0,
+        second_cos: Mapping[int, Reals] = _NONE,
+        second_sin: Mapping[int, Reals] = _NONE,
     ) -> None:
         checks = Gathering()
-        velocities = {VELOCITY: velocity, SWEPT: velocity_per_omega}
+        along = (velocity, velocity_per_omega, second_velocity, second_velocity_per_omega)
+        velocities = dict(zip(ALL_VELOCITIES, along, strict=True))
         values: dict[str, Any] = {
             name: checks.take(number_or_numbers, ("rubbing", name), value) for name, value in velocities.items()
         }
-        parts = {"cos": cos, "sin": sin, "normal_cos": normal_cos, "normal_sin": normal_sin}
+        parts = dict(zip(MOTION_PARTS, (cos, sin, second_cos, second_sin, normal_cos, normal_sin), strict=True))
         for part, by_order in parts.items():
             least = int(part.endswith("sin"))
             values[part] = checks.take(amplitudes, ("rubbing", part), by_order, least=least)
         checks.end()
         sizes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
-        same_length("rubbing", {**{name: values[name] for name in VELOCITIES}, **sizes})
+        same_length("rubbing", {**{name: values[name] for name in ALL_VELOCITIES}, **sizes})
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        values = {name: getattr(self, name) for name in (*VELOCITIES, *MOTION_PARTS)}
+        values = {name: getattr(self, name) for name in (*ALL_VELOCITIES, *MOTION_PARTS)}
         said = (f"{name}={plain(value)}" for name, value in values.items() if np.size(value) > 1 or value)
         return f"RubbingMotion({', '.join(said)})"
 
@@ -108,7 +123,7 @@ class RubbingMotion:
     @property
     def moves(self) -> bool:
         """Whether there is any rubbing motion at all."""
-        slides = any(np.any(np.asarray(getattr(self, name)) != 0) for name in VELOCITIES)
+        slides = any(np.any(np.asarray(getattr(self, name)) != 0) for name in ALL_VELOCITIES)
         return bool(slides or any(m > 0 for m in self.orders))
 
     def speed(self, omega: Reals) -> NDArray[np.float64]:
@@ -116,10 +131,15 @@ class RubbingMotion:
         return np.asarray(np.asarray(self.velocity) + np.asarray(self.velocity_per_omega) * omega, dtype=float)
 
     def by_direction(self, harmonics: Harmonics, order_factor: int = 1) -> dict[str, PortMotion]:
-        """What it is along "tangential" and along "normal"; a law tells which of its ports these are."""
+        """What it is along "tangential", "second" and "normal"; a law tells which of its ports these are."""
         return {
             "tangential": PortMotion(
                 self.velocity, self.velocity_per_omega, self.coefficients(harmonics, order_factor)
+            ),
+            "second": PortMotion(
+                self.second_velocity,
+                self.second_velocity_per_omega,
+                _coefficients(harmonics, self.second_cos, self.second_sin, order_factor),
             ),
             "normal": PortMotion(0.0, 0.0, self.normal_coefficients(harmonics, order_factor)),
         }
@@ -138,8 +158,8 @@ class RubbingMotion:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the components that are there: "velocity", "cos1", "normal_sin2", ..."""
-        swept = (SWEPT,) if np.any(np.asarray(self.velocity_per_omega) != 0) else ()
-        return ("velocity", *swept, *(f"{part}{order}" for part in MOTION_PARTS for order in getattr(self, part)))
+        there = (name for name in ALL_VELOCITIES[1:] if np.any(np.asarray(getattr(self, name)) != 0))
+        return ("velocity", *there, *(f"{part}{order}" for part in MOTION_PARTS for order in getattr(self, part)))
 
     def components(self) -> Iterator[tuple[str, Numbers]]:
         """Names and values."""
@@ -148,11 +168,11 @@ class RubbingMotion:
     @staticmethod
     def is_component(name: str) -> bool:
         """Whether a name is that of a component, there or not."""
-        return name in VELOCITIES or _COMPONENT.fullmatch(name) is not None
+        return name in ALL_VELOCITIES or _COMPONENT.fullmatch(name) is not None
 
     def component(self, name: str) -> Numbers:
         """Value of a component; 0 where it is not there."""
-        if name in VELOCITIES:
+        if name in ALL_VELOCITIES:
             return cast(Numbers, getattr(self, name))
         part, order = _split(name)
         amplitude: Numbers = getattr(self, part).get(order, 0.0)
@@ -160,11 +180,28 @@ class RubbingMotion:
 
     def with_component(self, name: str, value: Reals) -> RubbingMotion:
         """A copy with another value of a component."""
-        if name in VELOCITIES:
+        if name in ALL_VELOCITIES:
             return replace(self, **cast(Any, {name: value}))
         part, order = _split(name)
         change: dict[str, Any] = {part: {**getattr(self, part), order: value}}
         return replace(self, **change)
+
+    def parted(self) -> RubbingMotion:
+        """Vectors of two values each, as what goes along the two directions of one surface."""
+        new: dict[str, Any] = {}
+        for name in VELOCITIES:
+            new[name], new[SECOND + name] = _two(getattr(self, name))
+        for part in ("cos", "sin"):
+            both = {order: _two(value) for order, value in getattr(self, part).items()}
+            new[part] = {order: first for order, (first, _) in both.items()}
+            new[SECOND + part] = {order: second for order, (_, second) in both.items() if second}
+        return replace(self, **new)
+
+
+def _two(value: Numbers) -> tuple[float, float]:
+    """Along both directions; a single number is along the first."""
+    array = np.ravel(np.asarray(value, dtype=float))
+    return float(array[0]), float(array[1]) if array.size > 1 else 0.0
 
 
 def _split(name: str) -> tuple[str, int]:

@@ -19,7 +19,8 @@ from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
 from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
-from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.planar import PlanarFrictionContact
+from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import warn
@@ -55,6 +56,11 @@ def _arguments(problem: Problem) -> dict[str, Any]:
     return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
 
 
+def _rubbing(motion: RubbingMotion) -> dict[str, Any]:
+    """Likewise without what goes along a second direction."""
+    return {name: value for name, value in _by_fields(motion).items() if not name.startswith(SECOND) or np.any(value)}
+
+
 STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "problem": (Problem, _arguments),
     "matrices": (MatrixStructure, lambda s: s.arguments),
@@ -68,8 +74,9 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "skin": (Skin, _by_fields),
     "contact": (ContactPair, _by_fields),
     "friction": (FrictionContact, _by_fields),
+    "planar friction": (PlanarFrictionContact, _by_fields),
     "stator": (StatorContact, _by_fields),
-    "rubbing": (RubbingMotion, _by_fields),
+    "rubbing": (RubbingMotion, _rubbing),
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),
     "units": (Units, _by_fields),

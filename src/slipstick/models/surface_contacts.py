@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from slipstick.balance.contacts import ContactPair
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.law import Law
-from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.fem.axis import DIRECTIONS, Axis
@@ -42,7 +42,8 @@ def surface_contacts(
         Made by :func:`reduced_body` with a ``surface``, by :func:`reduced_blade`, or by :func:`reduced_sector`.
     contact
         The law with its parameters: numbers for all, or arrays (n,), one value for each of the chosen points in their
-        order.
+        order. With a ``PlanarFrictionContact`` the points slide in the plane of the surface: along ``direction``, and
+        along normal x direction, perpendicular to it.
     direction
         Rubbing direction (3,), projected on the surface at every point; with an ``axis`` also "circumferential"
         (towards growing angles), "axial" or "radial".
@@ -56,7 +57,8 @@ def surface_contacts(
         carries it.
     rubbing
         How the points slide over the opposing surface beside their vibration, along ``direction`` (that surface itself
-        moves the opposite way), and how it comes nearer, against the normal; numbers or arrays (n,) as above.
+        moves the opposite way), and how it comes nearer, against the normal; numbers or arrays (n,) as above. Points
+        that slide in two directions take vectors of two, the same for all.
         With an ``axis`` also a function of the radius and angle of the points, (n,) each, that gives it, such as
         ``lambda radius, angles: ss.casing_motion(profile, radius=radius, angles=angles, lobes=2)``.
     axis
@@ -80,16 +82,21 @@ def surface_contacts(
     tangents = gathering.take(places.tangents, direction, axis=about, across=turned)
     gathering.end()
     at, along = chosen or [], cosines(tangents)
-    across = cosines(places.normals if turned is None else turned)
+    outward = places.normals if turned is None else turned
+    across, second = cosines(outward), None
+    if tangents is not None and "second" in contact.ports:
+        second = cosines(np.cross(outward, tangents))
     if shared:
         contact = _sharing(contact, places.share(1.0, [k + 1 for k in at]))
     motion = _motion(rubbing, about, places.positions[at])
+    if second is not None:
+        motion = _parted(motion, len(at))
     _require_sizes(len(at), {**contact.values, **dict(motion.components())})
     return [
         ContactPair(
             name=f"{name} {k + 1}",
             contact=contact.changed(**_part(contact.values, i)),
-            tangential=along[k],
+            tangential=along[k] if second is None else (along[k], second[k]),
             normal=across[k] if normal else None,
             rubbing=_motion_of(motion, i),
         )
@@ -170,6 +177,17 @@ def _sharing(contact: Law, shares: Array) -> Law:
     if np.ndim(contact.normal_load):
         raise InputError(Fault("shared", found="a normal load for each contact", expected="one, that of all of them"))
     return contact.changed(normal_load=float(contact.normal_load) * shares)
+
+
+def _parted(motion: RubbingMotion, n: int) -> RubbingMotion:
+    """Vectors of two numbers along the two directions of a surface; arrays of n points stay as they are."""
+    along = [value for name, value in motion.components() if not name.startswith("normal_")]
+    if any(name.startswith(SECOND) for name in motion.names) or max(map(np.size, along)) != 2:
+        return motion
+    if n == 2:
+        remedy = "give second_velocity, second_cos or second_sin too: then each is of one direction"
+        raise InputError(Fault("rubbing", "two values may be a vector, or those of two points", remedy=remedy))
+    return motion.parted()
 
 
 def _require_sizes(n: int, values: Mapping[str, ArrayLike]) -> None:

@@ -75,11 +75,15 @@ class ContactsAtPoint:
 
 
 def friction_contacts(dataset: Any) -> BoolArray:
-    """Which contacts (n_contacts,) are friction contacts, by the numbers of a table or dataset alone."""
+    """Which contacts (n_contacts,) are friction contacts of one direction, by the numbers of a table alone."""
     count = dataset.sizes.get("contact", 0)
     if not {*FRICTION_VARIABLES.values(), "contact_tangential"} <= set(dataset):
         return np.zeros(count, dtype=bool)
     known = [~np.isnan(dataset[name].to_numpy()).reshape(-1, count).all(axis=0) for name in FRICTION_VARIABLES.values()]
+    if "contact_second" in dataset:
+        known.append(
+            np.isnan(dataset["contact_second"].to_numpy()).reshape(-1, count, dataset.sizes["coefficient"]).all((0, 2))
+        )
     return np.asarray(np.all(known, axis=0))
 
 

@@ -269,7 +269,7 @@ def law_variables(law: Law) -> dict[str, Variable]:
     dimension."""
     variables, taken = law.variables, {*VARIABLES, *STABILITY, *_DIMENSIONS}
     if not is_friction(law):
-        taken |= FrictionLaw.variables.keys()
+        taken |= {name for name, its in FrictionLaw.variables.items() if variables.get(name) != its}
     return {f"law_{name}" if name in taken else name: variables[name] for name in variables}
 
 

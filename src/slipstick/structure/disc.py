@@ -377,14 +377,17 @@ class Disc(ModalStructure):
             for side in ("tangential", "normal")
             if (cosines := getattr(pair, side)) is not None
         }
-        if len(pair) != 1 or pair.ports:
+        second: Any = (pair.ports or {}).get("second")
+        if second is not None and set(pair.ports or ()) == {"second"}:
+            along["ports"] = {"second": [self._turned_to(second, s) for s in every]}
+        if len(pair) != 1 or (pair.ports and "ports" not in along):
             found = f"{len(pair)} contacts" if len(pair) != 1 else "ports"
             raise InputError(
                 Fault(("contact", pair.name), found=found, expected="one contact of a sector, by tangential and normal")
             )
         rubbing = pair.rubbing
         delay = 2.0 * np.pi * engine_order * np.arange(self.sectors) / self.sectors
-        for cos, sin in (("cos", "sin"), ("normal_cos", "normal_sin")):
+        for cos, sin in (("cos", "sin"), ("second_cos", "second_sin"), ("normal_cos", "normal_sin")):
             a, b = getattr(rubbing, cos), getattr(rubbing, sin)
             parts = {m: (a.get(m, 0.0) - 1j * b.get(m, 0.0)) * np.exp(-1j * m * delay) for m in {*a, *b}}
             if parts:

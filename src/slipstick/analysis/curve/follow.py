@@ -8,6 +8,8 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from slipstick.analysis.curve.observables import OutputObservables
 from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request, adapted_to
@@ -33,6 +35,8 @@ from slipstick.results.stability import STATE_CHANGE
 from slipstick.results.truncation import Reaction
 from slipstick.solve.continuation import ContinuationOptions, Step
 from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.newton import newton_at
+from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -172,10 +176,12 @@ class CurveRun(Run[CurveRequest]):
         request, segments = self.request, self.state.segments
         if len(segments) == 1:
             yield from self._segment(request)
+            yield from self._beyond_corners(request)
             if segments[0].outcome in BROKEN_OFF and request.departure is None:
                 segments.append(Segment(number=2, start=request.stop, stop=request.start))
         if len(segments) == 2:
             yield from self._segment(request.from_other_end)
+            yield from self._beyond_corners(request.from_other_end)
         self.outcome, message = joined(segments, undamped=request.balance.springs is not None)
         self.message, self.error = message + jumps_text(self.state.jumps, request.balance.states), segments[-1].error
 
@@ -227,6 +233,20 @@ class CurveRun(Run[CurveRequest]):
             segment.outcome, segment.met = Outcome.COMPLETED, True
         finally:
             state.done = state.done.plus(steps.work)
+
+    def _beyond_corners(self, request: CurveRequest) -> Generator[Point, None, None]:
+        """The segment gone on with beyond corners of square roots, whose first point there is a change of state."""
+        segment = self.state.segments[-1]
+        while segment.outcome is Outcome.STEP_TOO_SMALL and segment.error is None:
+            departure = beyond_corner(request, segment)
+            if departure is None:
+                return
+            points = self._segment(replace(request, departure=departure))
+            first = next(points, None)
+            if first is None:
+                return
+            yield replace(first, kind=STATE_CHANGE)
+            yield from points
 
     def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> StateContinuation | None:
         """From the first point of a segment, or from where it was interrupted; None without a first point."""
@@ -292,6 +312,50 @@ class CurveRun(Run[CurveRequest]):
         outputs = self.recorder.outputs
         motion, _ = outputs.motion_along(step, self.request.system)
         return outputs.names[int(amplitude(outputs.balance.harmonics, motion).value.argmax())]
+
+
+_REACHES = (1e-4, 1e-3, 1e-2, 0.05)
+"""Of the range: how far beyond its end the rest of a segment is sought."""
+_NEAREST = 1e-7
+_FARTHEST, _CONTINUOUS = 0.5, 1e-3
+"""Of the motion: how far off it is sought, and how far apart both sides of a corner may be."""
+
+
+def beyond_corner(request: CurveRequest, segment: Segment) -> Departure | None:
+    """Where a segment goes on that ended at the corner of a square root; None where there is none such.
+
+    Friction in two directions begins to slip at all times at one point of a curve where the orbit is a circle: the
+    force grows with the root of what the circle is larger than the limit, and Newton's method finds no way from the one
+    side to the other. Beyond it the curve is smooth again: a solution is found there and followed back to the corner.
+    """
+    if segment.last is None or not any(batch.law.slips_at_once for batch in request.balance.batches):
+        return None
+    (end, x), span = segment.last, request.stop - request.start
+    size = norm(x)
+
+    def solved(value: float, guess: Array) -> Array | None:
+        result = newton_at(request.system, guess, value, options=request.options.newton, scale=norm(guess) or 1.0)
+        return result.x if result.converged else None
+
+    for reach in _REACHES:
+        at = end + reach * span
+        if (request.stop - at) * span <= 0.0:
+            return None
+        inputs, omega = request.system.at(at)
+        y = solved(at, x)
+        if y is None:
+            y = FirstPoint(request.balance, inputs, omega, guess=x).find()
+        nearest: tuple[float, Array] | None = None
+        while y is not None and norm(y - x) <= _FARTHEST * size:
+            nearest = at, y
+            if abs(at - end) <= _NEAREST * abs(span):
+                break
+            at = end + 0.5 * (at - end)
+            y = solved(at, x + 0.5 * (y - x))
+        if nearest is not None and norm(nearest[1] - x) <= _CONTINUOUS * size:
+            direction = np.append(np.zeros(x.size), np.sign(span))
+            return Departure(x=nearest[1], at=nearest[0], direction=direction)
+    return None
 
 
 def special_points(request: CurveRequest) -> SpecialPoints | None:

@@ -25,6 +25,7 @@ from slipstick.analysis.stability.wave_numbers import WaveDisturbances, wave_ans
 from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
+from slipstick.contact.law import Law
 from slipstick.errors import Fault, InputError
 from slipstick.faults import warn
 from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, WAVE_COUNT, PointStability
@@ -78,7 +79,7 @@ class StabilityWatch:
     """
 
     def __init__(self, balance: Balance, *, full: bool = False, damping_at: float | None = None) -> None:
-        if faults := [_foreign(name) for name in _foreign_contacts(balance)]:
+        if faults := [_foreign(name, law) for name, law in _foreign_contacts(balance)]:
             raise InputError(faults)
         self.balance, self._iterate = balance, Iteration(balance)
         self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
@@ -266,15 +267,15 @@ def real_part(multipliers: ComplexArray) -> Array:
     return np.asarray(multipliers.real[np.abs(multipliers.imag) <= REAL * np.abs(multipliers)])
 
 
-def _foreign_contacts(balance: Balance) -> list[str]:
-    """Names of contacts whose law is not told in time."""
+def _foreign_contacts(balance: Balance) -> list[tuple[str, Law]]:
+    """Contacts whose law is not told in time, by name."""
     names = balance.problem.elements
     known = [is_friction(b.law) or b.law.in_time for b in balance.batches]
-    return [names[e] for b, told in zip(balance.batches, known, strict=True) if not told for e in b.numbers]
+    return [(names[e], b.law) for b, told in zip(balance.batches, known, strict=True) if not told for e in b.numbers]
 
 
-def _foreign(name: str) -> Fault:
+def _foreign(name: str, law: Law) -> Fault:
     return Fault(
         "stability", f"contact '{name}' follows a law that does not tell its rate in time",
-        remedy="give the law the method rate (slipstick.contact.law.Law), or leave stability out",
+        remedy=f"{law.rate_remedy}; or leave stability out",
     )  # fmt: skip

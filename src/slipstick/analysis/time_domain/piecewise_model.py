@@ -110,7 +110,7 @@ def integration_faults(problem: Problem) -> Iterator[Fault]:
     for pair in problem.contacts:
         if not (is_friction(pair.contact) or pair.contact.in_time):
             what = f"contact '{pair.name}' follows a law that does not tell its rate in time"
-            yield Fault("time integration", what, remedy="give the law the method rate (slipstick.contact.law.Law)")
+            yield Fault("time integration", what, remedy=pair.contact.rate_remedy)
 
 
 def _held(problem: Problem, parameters: Mapping[str, Any] | None) -> dict[str, Array]:

@@ -1,0 +1,49 @@
+"""Friction in two directions beside the exact element of one: time of an element with all tangents, in one run.
+
+OMP_NUM_THREADS=1 python benchmarks/planar.py
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from clocks import interleaved, one_thread
+
+import slipstick as ss
+from slipstick.contact.forces import element_forces
+from slipstick.contact.law import Motion
+
+COUNT, REPEATS, TOLERANCES = 300, 15, (1e-6, 1e-8, 1e-10)
+
+
+def states(orders: int, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
+    """Motion (3, n, L), parameters, drift (3, n): some with a constant load, some open, half rubbing."""
+    rng, L = np.random.default_rng(seed), 2 * orders + 1
+    Q = rng.normal(size=(3, COUNT, L)) / np.repeat([1, *range(1, orders + 1)], [1] + [2] * orders) ** 1.5
+    Q[:2] *= 10.0 ** rng.uniform(-0.3, 0.7, (COUNT, 1))
+    Q[2, ::3], Q[2, 1::3] = 0.2 * Q[2, ::3], 0.0
+    drift = np.zeros((3, COUNT))
+    drift[:2, ::2] = 0.3 * rng.normal(size=(2, COUNT // 2))
+    parameters = {"kt": 3.0, "mu": 0.4, "kn": 2.0, "gap": -1.5}
+    return Q, {name: np.full(COUNT, value) for name, value in parameters.items()}, drift
+
+
+def main() -> None:
+    """A table: microseconds an element, and the ratio to the element of one direction along the same motion."""
+    for orders in (3, 10):
+        Q, values, drift = states(orders)
+        harmonics = ss.Harmonics(range(orders + 1))
+        motion = Motion(harmonics, 1.0, tuple(Q), drift)
+        calls = {"one direction": partial(element_forces, harmonics, Q[0], Q[2], v=drift[0], **values)}
+        for tolerance in TOLERANCES:
+            law = ss.PlanarFrictionContact(kt=1.0, mu=1.0, normal_load=1.0, tolerance=tolerance)
+            calls[f"two directions, {tolerance:g}"] = partial(law.respond, motion, values)
+        with one_thread():
+            taken = np.median(interleaved([*calls.values()], REPEATS), axis=0)
+        for name, seconds in zip(calls, taken, strict=True):
+            print(f"{orders:3d} harmonics  {name:22s} {seconds / COUNT * 1e6:8.1f} us {seconds / taken[0]:7.1f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1199 @@
+"""Compiled planar friction: one spring kt in series with a Coulomb circle of radius ``b = mu kn (y - gap)``.
+
+While stuck ``f' = kt w'``; while slipping ``f = b (cos theta, sin theta)`` with ``theta' = kt w'.t / b`` and the slip
+velocity ``lambda = w'.n - b'/kt >= 0``, ``n`` along the force and ``t`` across it. Stick is integrated in closed form;
+slip by collocation (Radau IIA, ``STAGES`` nodes a panel) between located events; the derivatives are those of the
+collocation itself. Sources: B. D. Yang and C. H. Menq (1998) for the circle; E. Hairer and G. Wanner, Solving Ordinary
+Differential Equations II (1996), section IV.5, for the method.
+
+A period is marched for its values alone, from a force at its start, until it ends as it began; its pieces are kept, and
+then read once for all derivatives. Columns of a derivative: ``X1 (L), X2 (L), Y (L), v1, v2, kt, mu, kn, gap``, and the
+force at the start of the period ``f1, f2``.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, powers
+from slipstick.trig.compiled import compiled, inlined
+from slipstick.trig.integrals import fill_matrix, fill_vectors
+from slipstick.trig.roots import _roots
+from slipstick.typing import Array, IntArray
+
+STAGES = 6
+SEPARATION, STICK, SLIP, LAST_SLIP = 0, 1, 2, 3
+"""Kinds of pieces. The last slip before a separation is too short for its angle to matter: it stays as it is."""
+NAMES = ("separation", "stick", "slip", "slip")
+
+V1, V2, KT, MU, KN, GAP, F1, F2 = range(8)
+"""Columns of the derivatives behind the 3 L of the motion."""
+COLUMNS = 8
+
+DONE, FULL, LOST = 0, -1, -2
+"""How a period ends: as it should, without room for another piece, or with no periodic state."""
+
+_SHORTEST = 1e-7
+"""Slip before a separation that is left of it, rad."""
+_SLEEP = 1e-15
+_OF_LAST = 5e-7
+"""Error of the force over the last term of the angle's polynomial in a panel: at most, of 80 measured states."""
+_BLOCK = 192
+"""Nodes whose derivatives are summed by one product of matrices."""
+_PERIODS = 200
+_NEWTON = 14
+
+
+def _radau(stages: int) -> tuple[Array, Array, Array]:
+    """Nodes, weights ``A`` and the weights of the last coefficient of the polynomial through the nodes."""
+    upper, lower = np.zeros(stages + 1), np.zeros(stages)
+    upper[stages], lower[stages - 1] = 1.0, 1.0
+    nodes = 0.5 * (np.sort(legendre.legroots(legendre.legsub(upper, lower))) + 1.0)
+    nodes[-1] = 1.0
+    vander = np.vander(nodes, stages, increasing=True)
+    integrals = np.vander(nodes, stages + 1, increasing=True)[:, 1:] / np.arange(1, stages + 1)
+    return nodes, np.ascontiguousarray(np.linalg.solve(vander.T, integrals.T).T), np.linalg.inv(vander)[-1]
+
+
+_C, _A, _TOP = _radau(STAGES)
+
+
+class Planar(NamedTuple):
+    """One element: motion without its tangential means, and constants."""
+
+    X1: Array
+    X2: Array
+    Y: Array
+    """The zero coefficient is less the gap."""
+    v1: float
+    v2: float
+    kt: float
+    mu: float
+    kn: float
+    b: float
+    """``mu kn``: friction limit over penetration."""
+
+
+class Pieces(NamedTuple):
+    """One period, piece by piece."""
+
+    kind: IntArray
+    at: Array
+    """Start, end, force at the start, angle at the start (room, 5)."""
+    theta: Array
+    """Angle at the nodes of a panel (room, STAGES)."""
+    rates: Array
+    """``w1', w2', penetration, its rate`` at the nodes (room, STAGES, 4)."""
+
+
+class Room(NamedTuple):
+    """Room for one element after the other."""
+
+    c: Array
+    s: Array
+    jacobian: Array
+    g: Array
+    slope: Array
+    residual: Array
+    nodes: Array
+    """Rates at the nodes of the panel that is tried (STAGES, 4)."""
+    theta: Array
+    state: Array
+    """Motion at a time: ``w1, w2, w1', w2', penetration, its rate``."""
+
+
+@compiled
+def look(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
+    """``w1, w2, w1', w2', y - gap, y'`` at a time."""
+    c, s, m = room.c, room.s, grid.orders
+    basis(t, grid, c, s)
+    w1, w2, d1, d2, y, dy = p.v1 * t, p.v2 * t, p.v1, p.v2, p.Y[0], 0.0
+    for j in range(grid.n):
+        i = 2 * j + 1
+        cj, sj, k = c[j], s[j], m[j]
+        w1 += p.X1[i] * cj + p.X1[i + 1] * sj
+        w2 += p.X2[i] * cj + p.X2[i + 1] * sj
+        y += p.Y[i] * cj + p.Y[i + 1] * sj
+        d1 += k * (p.X1[i + 1] * cj - p.X1[i] * sj)
+        d2 += k * (p.X2[i + 1] * cj - p.X2[i] * sj)
+        dy += k * (p.Y[i + 1] * cj - p.Y[i] * sj)
+    out[0], out[1], out[2], out[3], out[4], out[5] = w1, w2, d1, d2, y, dy
+
+
+@compiled
+def look_rates(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
+    """``w1', w2', y - gap, y'`` at a time."""
+    c, s, m = room.c, room.s, grid.orders
+    basis(t, grid, c, s)
+    d1, d2, y, dy = p.v1, p.v2, p.Y[0], 0.0
+    for j in range(grid.n):
+        i = 2 * j + 1
+        cj, sj, k = c[j], s[j], m[j]
+        y += p.Y[i] * cj + p.Y[i + 1] * sj
+        d1 += k * (p.X1[i + 1] * cj - p.X1[i] * sj)
+        d2 += k * (p.X2[i + 1] * cj - p.X2[i] * sj)
+        dy += k * (p.Y[i + 1] * cj - p.Y[i] * sj)
+    out[0], out[1], out[2], out[3] = d1, d2, y, dy
+
+
+@compiled
+def solve(J: Array, r: Array) -> None:
+    """``r = J^-1 r`` by elimination with row exchange; both are overwritten."""
+    n = r.size
+    for k in range(n):
+        p = k
+        for i in range(k + 1, n):
+            if abs(J[i, k]) > abs(J[p, k]):
+                p = i
+        if p != k:
+            for j in range(k, n):
+                J[k, j], J[p, j] = J[p, j], J[k, j]
+            r[k], r[p] = r[p], r[k]
+        inverse = 1.0 / J[k, k]
+        for i in range(k + 1, n):
+            q = J[i, k] * inverse
+            for j in range(k + 1, n):
+                J[i, j] -= q * J[k, j]
+            r[i] -= q * r[k]
+    for k in range(n - 1, -1, -1):
+        total = r[k]
+        for j in range(k + 1, n):
+            total -= J[k, j] * r[j]
+        r[k] = total / J[k, k]
+
+
+@compiled
+def eliminate(J: Array, B: Array, r: Array) -> float:
+    """``B = J^-1 B`` and ``r = J^-1 r``; all are overwritten. Returns the size of the determinant of ``J``."""
+    n, m, det = r.size, B.shape[1], 1.0
+    for k in range(n):
+        p = k
+        for i in range(k + 1, n):
+            if abs(J[i, k]) > abs(J[p, k]):
+                p = i
+        if p != k:
+            for j in range(n):
+                J[k, j], J[p, j] = J[p, j], J[k, j]
+            for j in range(m):
+                B[k, j], B[p, j] = B[p, j], B[k, j]
+            r[k], r[p] = r[p], r[k]
+        det *= J[k, k]
+        inverse = 1.0 / J[k, k]
+        for i in range(n):
+            if i == k:
+                continue
+            factor = J[i, k] * inverse
+            for j in range(k, n):
+                J[i, j] -= factor * J[k, j]
+            for j in range(m):
+                B[i, j] -= factor * B[k, j]
+            r[i] -= factor * r[k]
+    for k in range(n):
+        inverse = 1.0 / J[k, k]
+        for j in range(m):
+            B[k, j] *= inverse
+        r[k] *= inverse
+    return abs(det)
+
+
+@compiled
+def collocate(p: Planar, start: float, h: float, room: Room) -> bool:
+    """Angles at the nodes of a panel of length ``h`` whose rates are known; the first guess stands in ``room.theta``.
+
+    Leaves ``theta'`` in ``room.g`` and its derivative by theta in ``room.slope``. False: Newton does not converge.
+    """
+    theta, g, slope, J, r, nodes = room.theta, room.g, room.slope, room.jacobian, room.residual, room.nodes
+    for _ in range(_NEWTON):
+        for i in range(STAGES):
+            over = p.kt / (p.b * nodes[i, 2])
+            c, s = np.cos(theta[i]), np.sin(theta[i])
+            g[i] = over * (nodes[i, 1] * c - nodes[i, 0] * s)
+            slope[i] = -over * (nodes[i, 0] * c + nodes[i, 1] * s)
+        for i in range(STAGES):
+            total = theta[i] - start
+            for j in range(STAGES):
+                total -= h * _A[i, j] * g[j]
+                J[i, j] = -h * _A[i, j] * slope[j]
+            J[i, i] += 1.0
+            r[i] = total
+        solve(J, r)
+        largest = 0.0
+        for i in range(STAGES):
+            theta[i] -= r[i]
+            largest = max(largest, abs(r[i]))
+        if largest < 1e-8:  # the next step would be its square
+            for i in range(STAGES):
+                over = p.kt / (p.b * nodes[i, 2])
+                c, s = np.cos(theta[i]), np.sin(theta[i])
+                g[i] = over * (nodes[i, 1] * c - nodes[i, 0] * s)
+                slope[i] = -over * (nodes[i, 0] * c + nodes[i, 1] * s)
+            return True
+        if not largest < 4.0:
+            return False
+    return False
+
+
+@inlined
+def slip_rate(p: Planar, d1: float, d2: float, dy: float, theta: float) -> float:
+    """``lambda``, the velocity of slip."""
+    return d1 * np.cos(theta) + d2 * np.sin(theta) - p.b * dy / p.kt
+
+
+@compiled
+def panel(p: Planar, t: float, start: float, h: float, slope: float, grid: Grid, room: Room) -> bool:
+    """Collocation from a time and angle on, over ``h``; ``slope`` is a guess of ``theta'``."""
+    for i in range(STAGES):
+        look_rates(p, t + _C[i] * h, grid, room, room.nodes[i])
+        room.theta[i] = start + slope * _C[i] * h
+    if collocate(p, start, h, room):
+        return True
+    for i in range(STAGES):
+        room.theta[i] = start
+    return collocate(p, start, h, room)
+
+
+@compiled
+def stick_end(p: Planar, t: float, end: float, f1: float, f2: float, grid: Grid, room: Room) -> tuple[float, bool]:
+    """When a stick that begins with a force reaches the circle, else ``end``; and whether it does."""
+    o = room.state
+    look(p, t, grid, room, o)
+    a1, a2 = f1 - p.kt * o[0], f2 - p.kt * o[1]
+    step = pi / (8.0 * (grid.top + 2))
+    low, rising = t, False
+    at = t
+    while at < end - _SLEEP:
+        at = min(at + step, end)
+        look(p, at, grid, room, o)
+        r1, r2, b = a1 + p.kt * o[0], a2 + p.kt * o[1], p.b * max(o[4], 0.0)
+        beyond = r1 * r1 + r2 * r2 - b * b
+        grows = p.kt * (r1 * o[2] + r2 * o[3]) - p.b * b * o[5] > 0.0
+        if beyond <= 0.0 and rising and not grows:  # it may have been beyond in between
+            left, right = low, at
+            for _ in range(60):
+                middle = 0.5 * (left + right)
+                look(p, middle, grid, room, o)
+                r1, r2, b = a1 + p.kt * o[0], a2 + p.kt * o[1], p.b * max(o[4], 0.0)
+                if r1 * r1 + r2 * r2 > b * b:
+                    beyond, at = 1.0, middle
+                    break
+                if p.kt * (r1 * o[2] + r2 * o[3]) - p.b * b * o[5] > 0.0:
+                    left = middle
+                else:
+                    right = middle
+                if right - left < 1e-9:
+                    break
+        if beyond > 0.0:
+            left, right = low, at
+            x = 0.5 * (left + right)
+            for _ in range(200):
+                look(p, x, grid, room, o)
+                r1, r2, b = a1 + p.kt * o[0], a2 + p.kt * o[1], p.b * max(o[4], 0.0)
+                value = r1 * r1 + r2 * r2 - b * b
+                rate = 2.0 * (p.kt * (r1 * o[2] + r2 * o[3]) - p.b * b * o[5])
+                if value > 0.0:
+                    right = x
+                else:
+                    left = x
+                move = -value / rate if rate > 0.0 else 1e9
+                if abs(move) < 1e-16 * (1.0 + x) or right - left < 2e-16 * (1.0 + x):
+                    break
+                x = x + move if left < x + move < right else 0.5 * (left + right)
+            return min(max(x, left), right), True
+        low, rising = at, grows
+    return end, False
+
+
+@compiled
+def begin_slip(p: Planar, t: float, grid: Grid, room: Room) -> tuple[bool, float, float]:
+    """Where a contact closes: whether it slips at once, the angle, and its rate."""
+    o = room.state
+    look(p, t, grid, room, o)
+    speed = np.sqrt(o[2] * o[2] + o[3] * o[3])
+    if not p.kt * speed > p.b * o[5]:
+        return False, 0.0, 0.0
+    theta = np.arctan2(o[3], o[2])
+    return True, theta, onset_rate(p, speed, theta, o[5], grid, room)
+
+
+@compiled
+def onset_rate(p: Planar, speed: float, theta: float, dy: float, grid: Grid, room: Room) -> float:
+    """``theta'`` where a contact closes slipping; the basis of that time stands in the room.
+
+    The direction of motion turns at some rate; the angle follows with ``kappa / (1 + kappa)`` of it.
+    """
+    a1, a2 = 0.0, 0.0
+    for j in range(grid.n):
+        i, k = 2 * j + 1, grid.orders[j]
+        a1 -= k * k * (p.X1[i] * room.c[j] + p.X1[i + 1] * room.s[j])
+        a2 -= k * k * (p.X2[i] * room.c[j] + p.X2[i + 1] * room.s[j])
+    kappa = p.kt * speed / (p.b * dy) if dy > 0.0 else 1e300
+    turn = (a2 * np.cos(theta) - a1 * np.sin(theta)) / speed
+    return turn / (1.0 + 1.0 / kappa)
+
+
+@compiled
+def find_stick(
+    p: Planar, t: float, start: float, h: float, slope: float, first: float, grid: Grid, room: Room
+) -> tuple[float, bool]:
+    """Where in the panel just computed slip ends, as its length: there its last node is, collocated anew; and whether.
+
+    ``first`` is the slip velocity at its start.
+    """
+    nodes, theta = room.nodes, room.theta
+    low, value_low, high, value_high = 0.0, first, -1.0, 0.0
+    before, at_before, value, at = first, 0.0, first, 0.0
+    for i in range(STAGES):
+        x = _C[i] * h
+        new = slip_rate(p, nodes[i, 0], nodes[i, 1], nodes[i, 3], theta[i])
+        if new < 0.0:
+            high, value_high = x, new
+            break
+        if i > 0 and value < before and value < new:  # a dip: where its parabola is lowest
+            fall, rise = (before - value) / (at - at_before), (new - value) / (x - at)
+            curve = (fall + rise) / (x - at_before)
+            lowest = at - 0.5 * (rise - curve * (x - at)) / curve
+            if value - curve * (lowest - at) ** 2 < 0.1 * value:
+                z = STAGES - 1
+                if panel(p, t, start, lowest, slope, grid, room):
+                    there = slip_rate(p, nodes[z, 0], nodes[z, 1], nodes[z, 3], theta[z])
+                    if there < 0.0:
+                        high, value_high = lowest, there
+                        low, value_low = at_before, before
+                        break
+                panel(p, t, start, h, slope, grid, room)
+        before, at_before, value, at = value, at, new, x
+        low, value_low = x, new
+    if high < 0.0:
+        return h, False
+    if value_low <= 0.0:
+        return low, low > 0.0
+    if high - low < _SLEEP:
+        return low, True
+    size = abs(value_low) + abs(value_high)
+    for k in range(60):
+        x = low + (high - low) * value_low / (value_low - value_high)
+        if k % 3 == 2:
+            x = 0.5 * (low + high)
+        if not panel(p, t, start, x, slope, grid, room):
+            break
+        z = STAGES - 1
+        value = slip_rate(p, nodes[z, 0], nodes[z, 1], nodes[z, 3], theta[z])
+        if value >= 0.0:
+            low, value_low = x, value
+        else:
+            high, value_high = x, value
+        if abs(value) < 1e-14 * size or high - low < _SLEEP:
+            return x, True
+    return low, True
+
+
+@compiled
+def march(
+    p: Planar, f1: float, f2: float, arcs: Array, tolerance: float, grid: Grid, room: Room, out: Pieces, P: Array
+) -> tuple[int, float, float]:
+    """One period of contact arcs ``(start, end, whether the contact has been closed before)`` from a force on.
+
+    Fills ``out``, and ``P`` (2, 2) with the derivative of the force at the end by that at the start. Returns the number
+    of pieces, or ``FULL``, and the force at the end.
+    """
+    longest = pi / (grid.top + 2.0)
+    count = 0
+    P[0, 0], P[0, 1], P[1, 0], P[1, 1] = 1.0, 0.0, 0.0, 1.0
+    kind, at, o, z = out.kind, out.at, room.state, STAGES - 1
+    for a in range(arcs.shape[0]):
+        t, end, whole = arcs[a, 0], arcs[a, 1], arcs[a, 2] > 0.5
+        slope, turn0, turn1 = 0.0, 0.0, 0.0
+        if whole:
+            look(p, t, grid, room, o)
+            theta, b = np.arctan2(f2, f1), p.b * o[4]
+            size = np.sqrt(f1 * f1 + f2 * f2)
+            slip = size >= b * (1.0 - 1e-12) and slip_rate(p, o[2], o[3], o[5], theta) > 0.0
+            if slip:
+                turn0, turn1 = -np.sin(theta) / b, np.cos(theta) / b
+        else:
+            f1, f2 = 0.0, 0.0
+            slip, theta, slope = begin_slip(p, t, grid, room)
+            P[0, 0], P[0, 1], P[1, 0], P[1, 1] = 0.0, 0.0, 0.0, 0.0
+        h, still = longest, 0
+        while t < end - _SLEEP * (1.0 + end):
+            if count >= kind.size:
+                return FULL, f1, f2
+            at[count, 0], at[count, 2], at[count, 3], at[count, 4] = t, f1, f2, theta
+            if not slip:
+                until, slip = stick_end(p, t, end, f1, f2, grid, room)
+                look(p, t, grid, room, o)
+                w1, w2 = o[0], o[1]
+                look(p, until, grid, room, o)
+                f1, f2 = f1 + p.kt * (o[0] - w1), f2 + p.kt * (o[1] - w2)
+                kind[count], at[count, 1] = STICK, until
+                count += 1
+                still = still + 1 if until - t < 1e-13 else 0
+                t = until
+                if slip:
+                    if o[4] <= 0.0 or still > 8:
+                        break
+                    theta = np.arctan2(f2, f1)
+                    c, s, over = np.cos(theta), np.sin(theta), 1.0 / (p.b * o[4])
+                    turn0, turn1 = (c * P[1, 0] - s * P[0, 0]) * over, (c * P[1, 1] - s * P[0, 1]) * over
+                    h, slope = longest, p.kt * over * (o[3] * c - o[2] * s)
+                continue
+            left = end - t
+            if not whole and left <= _SHORTEST:
+                kind[count], at[count, 1] = LAST_SLIP, end
+                look_rates(p, t + 0.5 * left, grid, room, out.rates[count, 0])
+                count += 1
+                f1, f2, t = 0.0, 0.0, end
+                break
+            h = min(h, left)
+            if not whole:
+                h = min(h, max(0.6 * left, 0.5 * _SHORTEST))
+            look_rates(p, t, grid, room, o)
+            first = slip_rate(p, o[0], o[1], o[3], theta)
+            error = 0.0
+            for _ in range(60):
+                if panel(p, t, theta, h, slope, grid, room):
+                    error = 0.0
+                    for j in range(STAGES):
+                        error += _TOP[j] * room.g[j]
+                    error = abs(error) * h * _OF_LAST
+                    if error < tolerance and abs(room.theta[z] - theta) < 1.5:
+                        break
+                h *= 0.5
+            length, ends = find_stick(p, t, theta, h, slope, first, grid, room)
+            slip = not ends
+            if length > 0.0:
+                for i in range(STAGES):
+                    out.theta[count, i] = room.theta[i]
+                    for j in range(4):
+                        out.rates[count, i, j] = room.nodes[i, j]
+                # what the angle at the end owes to that at the start: the collocation, differentiated
+                J, r = room.jacobian, room.residual
+                for i in range(STAGES):
+                    for j in range(STAGES):
+                        J[i, j] = -length * _A[i, j] * room.slope[j]
+                    J[i, i] += 1.0
+                    r[i] = 1.0
+                solve(J, r)
+                turn0, turn1 = turn0 * r[z], turn1 * r[z]
+                kind[count], at[count, 1] = SLIP, t + length
+                count += 1
+                t, theta, slope = t + length, room.theta[z], room.g[z]
+                b = p.b * room.nodes[z, 2]
+                c, s = np.cos(theta), np.sin(theta)
+                f1, f2 = b * c, b * s
+                P[0, 0], P[0, 1], P[1, 0], P[1, 1] = -b * s * turn0, -b * s * turn1, b * c * turn0, b * c * turn1
+            still = still + 1 if length < 1e-13 else 0
+            if still > 8:
+                break
+            grown = 2.0 if error <= 0.0 else min(2.0, max(0.8, 0.8 * (tolerance / error) ** (1.0 / STAGES)))
+            h = longest if ends else min(longest, grown * h)
+    return count, f1, f2
+
+
+@compiled
+def margin(forces: Array, limits: Array, c1: float, c2: float) -> tuple[float, int]:
+    """The largest of ``|c + force| - limit`` over sampled times, and where."""
+    largest, where = -1e300, 0
+    for i in range(limits.size):
+        f1, f2 = c1 + forces[0, i], c2 + forces[1, i]
+        value = np.sqrt(f1 * f1 + f2 * f2) - limits[i]
+        if value > largest:
+            largest, where = value, i
+    return largest, where
+
+
+@compiled
+def equal_margins(times: IntArray, n: int, forces: Array, limits: Array) -> tuple[float, float, float]:
+    """Where the margins at one, two or three times are equal and least: the margin, and the means; inf: nowhere."""
+    nowhere = (1e300, 0.0, 0.0)
+    i = times[0]
+    q1, q2, b = -forces[0, i], -forces[1, i], limits[i]
+    if n == 1:
+        return -b, q1, q2
+    e1, e2, beta = -forces[0, times[1]] - q1, -forces[1, times[1]] - q2, limits[times[1]] - b
+    square = e1 * e1 + e2 * e2
+    if n == 2:
+        distance = np.sqrt(square)
+        radius = 0.5 * (distance - beta)
+        if not 0.0 <= radius <= distance:
+            return nowhere
+        return radius - b, q1 + radius * e1 / distance, q2 + radius * e2 / distance
+    g1, g2, gamma = -forces[0, times[2]] - q1, -forces[1, times[2]] - q2, limits[times[2]] - b
+    det = e1 * g2 - e2 * g1
+    other = g1 * g1 + g2 * g2
+    if not abs(det) > 1e-12 * np.sqrt(square * other):
+        return nowhere
+    # |x| = r, |x - e| = r + beta, |x - g| = r + gamma: x = u - r w
+    h, k = 0.5 * (square - beta * beta), 0.5 * (other - gamma * gamma)
+    u1, u2 = (h * g2 - k * e2) / det, (k * e1 - h * g1) / det
+    w1, w2 = (beta * g2 - gamma * e2) / det, (gamma * e1 - beta * g1) / det
+    a, half, c = w1 * w1 + w2 * w2 - 1.0, u1 * w1 + u2 * w2, u1 * u1 + u2 * u2
+    root = half * half - a * c
+    if root < 0.0:
+        return nowhere
+    root = np.sqrt(root)
+    stable = half + root if half >= 0.0 else half - root
+    radius = 1e300
+    for r in (c / stable if stable != 0.0 else 1e300, stable / a if a != 0.0 else 1e300):
+        if r >= 0.0 and r + beta >= 0.0 and r + gamma >= 0.0:
+            radius = min(radius, r)
+    if radius >= 1e300:
+        return nowhere
+    return radius - b, q1 + u1 - radius * w1, q2 + u2 - radius * w2
+
+
+@compiled
+def least_margin(forces: Array, limits: Array, room: IntArray) -> tuple[float, float, float, int]:
+    """The mean whose largest margin over the sampled times is least: margin, means, how many times decide.
+
+    The smallest circle round points with a weight each (E. Welzl, 1991): two or three of them decide. They are found
+    by exchange: the time that is most beyond joins those that decide. ``room`` (11,) receives their numbers.
+    """
+    kept, active, trial = room[:3], room[3:7], room[7:10]
+    _, active[0] = margin(forces, limits, 0.0, 0.0)
+    n, best, c1, c2 = 1, -limits[active[0]], -forces[0, active[0]], -forces[1, active[0]]
+    kept[0] = active[0]
+    for _ in range(100):
+        worst, at = margin(forces, limits, c1, c2)
+        if worst <= best + 1e-13 * (abs(worst) + limits[at] + abs(c1) + abs(c2)):
+            break
+        for i in range(n):
+            active[i] = kept[i]
+        active[n] = at
+        size, found, d1, d2, many = n + 1, 1e300, 0.0, 0.0, 0
+        for subset in range(1, 1 << size):
+            m = 0
+            for i in range(size):
+                if subset >> i & 1:
+                    if m < 3:
+                        trial[m] = active[i]
+                    m += 1
+            if m > 3:
+                continue
+            s, x1, x2 = equal_margins(trial, m, forces, limits)
+            if s >= found:
+                continue
+            inside = True
+            for i in range(size):
+                f1, f2, b = x1 + forces[0, active[i]], x2 + forces[1, active[i]], limits[active[i]]
+                if np.sqrt(f1 * f1 + f2 * f2) - b > s + 1e-11 * (abs(s) + b + abs(x1) + abs(x2)):
+                    inside = False
+            if inside:
+                found, d1, d2, many = s, x1, x2, m
+                for i in range(m):
+                    kept[i] = trial[i]
+        if many == 0 or not found > best:
+            break
+        n, best, c1, c2 = many, found, d1, d2
+    return best, c1, c2, n
+
+
+@compiled(allocates=True)
+def resting_mean(p: Planar, grid: Grid, room: Room) -> tuple[float, float, float, Array]:
+    """Margin and mean force of a contact that never slips, and the derivatives of the mean (2, 3 L + COLUMNS).
+
+    Of all means that keep the force within the circle it is the one of the largest least distance from it. The times
+    that decide are moved to where their margins are largest; conditions: equal margins there, and a combination of
+    their directions that vanishes (the mean cannot be moved to lessen all).
+    """
+    L = 2 * grid.n + 1
+    columns = 3 * L + COLUMNS
+    samples = 16 * (grid.top + 2)
+    forces, limits = np.empty((2, samples)), np.empty(samples)
+    o, dc = np.zeros(6), np.zeros((2, columns))
+    size = 0.0
+    for i in range(samples):
+        look(p, TWO_PI * i / samples, grid, room, o)
+        forces[0, i], forces[1, i], limits[i] = p.kt * o[0], p.kt * o[1], p.b * o[4]
+        size = max(size, abs(forces[0, i]), abs(forces[1, i]))
+    if size == 0.0:
+        return -limits.min(), 0.0, 0.0, dc
+    times = np.zeros(11, np.int64)
+    least, c1, c2, k = least_margin(forces, limits, times)
+    if least > 1e-3 * size or k == 1:  # it slips for certain; or the variation of the load decides alone
+        return least, c1, c2, dc
+    return polished(p, least, c1, c2, times[:k], samples, size, grid, room)
+
+
+@compiled(allocates=True)
+def polished(
+    p: Planar, least: float, c1: float, c2: float, times: IntArray, samples: int, size: float, grid: Grid, room: Room
+) -> tuple[float, float, float, Array]:
+    """Margin, mean and its derivatives where two or three times decide, by Newton from sampled ones."""
+    L, k = 2 * grid.n + 1, times.size
+    columns = 3 * L + COLUMNS
+    unknowns = 2 * k + 2  # means, margin, times, weights but one
+    dc = np.zeros((2, columns))
+    x, A, R, S = np.zeros(unknowns), np.zeros((unknowns, unknowns)), np.zeros(unknowns), np.zeros((unknowns, columns))
+    o, H, dH = np.zeros(6), np.zeros(L), np.zeros(L)
+    x[0], x[1], x[2] = c1 / size, c2 / size, least / size
+    for i in range(k):
+        x[3 + i] = TWO_PI * times[i] / samples
+        if i < k - 1:
+            x[3 + k + i] = 1.0 / k
+    q, a, scale = 3 * L, 2 * k, 1.0 / size
+    converged = False
+    for _ in range(40):
+        A[:], R[:], S[:] = 0.0, 0.0, 0.0
+        for i in range(k):
+            t = x[3 + i]
+            look(p, t, grid, room, o)
+            e1, e2, ey = 0.0, 0.0, 0.0
+            H[0], dH[0] = 1.0, 0.0
+            for j in range(grid.n):
+                r, m, c, s = 2 * j + 1, grid.orders[j], room.c[j], room.s[j]
+                H[r], H[r + 1], dH[r], dH[r + 1] = c, s, -m * s, m * c
+                e1 -= m * m * (p.X1[r] * c + p.X1[r + 1] * s)
+                e2 -= m * m * (p.X2[r] * c + p.X2[r + 1] * s)
+                ey -= m * m * (p.Y[r] * c + p.Y[r + 1] * s)
+            weight = 1.0
+            if i < k - 1:
+                weight = x[3 + k + i]
+            else:
+                for j in range(k - 1):
+                    weight -= x[3 + k + j]
+            kt, b = p.kt * scale, p.b * scale
+            f1, f2 = x[0] + kt * o[0], x[1] + kt * o[1]
+            f = np.sqrt(f1 * f1 + f2 * f2)
+            if f == 0.0:
+                return least, c1, c2, dc
+            n1, n2 = f1 / f, f2 / f
+            along = kt * (n1 * o[2] + n2 * o[3])
+            t1, t2 = (kt * o[2] - along * n1) / f, (kt * o[3] - along * n2) / f  # dn/dt
+            h11, h12, h22 = (1.0 - n1 * n1) / f, -n1 * n2 / f, (1.0 - n2 * n2) / f
+            R[i], R[k + i] = f - b * o[4] - x[2], along - b * o[5]
+            A[i, 0], A[i, 1], A[i, 2], A[i, 3 + i] = n1, n2, -1.0, along - b * o[5]
+            A[k + i, 0], A[k + i, 1] = t1, t2
+            A[k + i, 3 + i] = kt * (t1 * o[2] + t2 * o[3] + n1 * e1 + n2 * e2) - b * ey
+            R[a] += weight * n1
+            R[a + 1] += weight * n2
+            A[a, 0] += weight * h11
+            A[a, 1] += weight * h12
+            A[a + 1, 0] += weight * h12
+            A[a + 1, 1] += weight * h22
+            A[a, 3 + i] += weight * t1
+            A[a + 1, 3 + i] += weight * t2
+            for j in range(k - 1):
+                if i == j or i == k - 1:
+                    sign = 1.0 if i == j else -1.0
+                    A[a, 3 + k + j] += sign * n1
+                    A[a + 1, 3 + k + j] += sign * n2
+            for j in range(L):
+                S[i, 2 * L + j] = -b * H[j]
+                S[k + i, 2 * L + j] = -b * dH[j]
+                if j > 0:
+                    S[i, j], S[i, L + j] = kt * n1 * H[j], kt * n2 * H[j]
+                    S[k + i, j], S[k + i, L + j] = n1 * kt * dH[j] + t1 * kt * H[j], n2 * kt * dH[j] + t2 * kt * H[j]
+                    S[a, j] += weight * kt * h11 * H[j]
+                    S[a, L + j] += weight * kt * h12 * H[j]
+                    S[a + 1, j] += weight * kt * h12 * H[j]
+                    S[a + 1, L + j] += weight * kt * h22 * H[j]
+            S[i, q + KT] = scale * (n1 * o[0] + n2 * o[1])
+            S[k + i, q + KT] = scale * (n1 * o[2] + n2 * o[3] + t1 * o[0] + t2 * o[1])
+            S[a, q + KT] += weight * scale * (h11 * o[0] + h12 * o[1])
+            S[a + 1, q + KT] += weight * scale * (h12 * o[0] + h22 * o[1])
+            S[i, q + MU], S[k + i, q + MU] = -p.kn * scale * o[4], -p.kn * scale * o[5]
+            S[i, q + KN], S[k + i, q + KN] = -p.mu * scale * o[4], -p.mu * scale * o[5]
+            S[i, q + GAP] = b
+        if converged:
+            break
+        if not abs(eliminate(A, S, R)) > 1e-12:
+            break
+        largest, others = 0.0, 0.0
+        for i in range(3 + k):
+            others = max(others, abs(R[i]))
+            if i >= 3:
+                largest = max(largest, abs(R[i]))
+        if not largest < 1.0:
+            break
+        for i in range(unknowns):
+            x[i] -= R[i]
+        converged = others < 1e-12
+    good, last = converged, 1.0
+    for i in range(k - 1):
+        last -= x[3 + k + i]
+        good = good and x[3 + k + i] > -1e-9
+    if good and last > -1e-9 and x[2] * size >= least - 1e-9 * size:
+        eliminate(A, S, R)
+        for j in range(columns):
+            dc[0, j], dc[1, j] = -size * S[0, j], -size * S[1, j]
+        return x[2] * size, x[0] * size, x[1] * size, dc
+    # times that cannot be told apart from their neighbours (a circle): the sampled ones, which stand still
+    n, T = np.zeros((3, 3)), np.zeros((3, columns))
+    for i in range(k):
+        t = TWO_PI * times[i] / samples
+        look(p, t, grid, room, o)
+        f1, f2 = c1 + p.kt * o[0], c2 + p.kt * o[1]
+        f = max(np.sqrt(f1 * f1 + f2 * f2), 1e-300)
+        n[i, 0], n[i, 1], n[i, 2] = f1 / f, f2 / f, -1.0
+        T[i, 2 * L] = -p.b
+        for j in range(grid.n):
+            r = 2 * j + 1
+            for part, value in ((0, room.c[j]), (1, room.s[j])):
+                T[i, r + part], T[i, L + r + part] = p.kt * n[i, 0] * value, p.kt * n[i, 1] * value
+                T[i, 2 * L + r + part] = -p.b * value
+        T[i, q + KT] = n[i, 0] * o[0] + n[i, 1] * o[1]
+        T[i, q + MU], T[i, q + KN], T[i, q + GAP] = -p.kn * o[4], -p.mu * o[4], p.b
+    if k == 2:
+        n[2, 0], n[2, 1], n[2, 2] = -n[0, 1], n[0, 0], 0.0
+    if abs(eliminate(n, T, np.zeros(3))) > 1e-9:
+        for j in range(columns):
+            dc[0, j], dc[1, j] = -T[0, j], -T[1, j]
+    return least, c1, c2, dc
+
+
+@compiled
+def basis_row(t: float, grid: Grid, room: Room, H: Array, dH: Array) -> None:
+    """``H_-`` and ``H_-'`` at a time, (L,) each."""
+    basis(t, grid, room.c, room.s)
+    H[0], dH[0] = 1.0, 0.0
+    for j in range(grid.n):
+        r, m, c, s = 2 * j + 1, grid.orders[j], room.c[j], room.s[j]
+        H[r], H[r + 1], dH[r], dH[r + 1] = c, s, -m * s, m * c
+
+
+@compiled(allocates=True)
+def differentiate(
+    p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid, room: Room
+) -> tuple[Array, Array, Array]:
+    """Friction force (2, L) of a period, its derivatives (2, L, columns), those of the force at its end (2, columns).
+
+    The last two columns are those of the force at the start of the period.
+    """
+    L, z = 2 * grid.n + 1, STAGES - 1
+    columns, q = 3 * L + COLUMNS, 3 * L
+    F, dF = np.zeros((2, L)), np.zeros((2, L, columns))
+    D = np.zeros((2, columns))
+    D[0, q + F1], D[1, q + F2] = 1.0, 1.0
+    turn = np.zeros(columns)
+    H, dH, o = np.zeros(L), np.zeros(L), room.state
+    edge = np.zeros((2, 2, grid.top + 4))
+    h, hv, W = np.zeros(L), np.zeros(L), np.zeros((L, L))
+    C, S, moved = np.zeros(grid.top + 4), np.zeros(grid.top + 4), np.zeros((2, columns))
+    stick = 0.0
+    # slip: rows of derivatives of the angle at _BLOCK nodes, summed with their weights by one product
+    angles, weights = np.zeros((_BLOCK, columns)), np.zeros((2 * L, _BLOCK))
+    bases, limits = np.zeros((_BLOCK, L)), np.zeros((2 * L, _BLOCK))
+    by_angle, by_limit = np.zeros((2 * L, columns)), np.zeros((2 * L, L))
+    slipping = np.zeros((2, L))
+    rates, g, J = np.zeros((STAGES, columns)), np.zeros(STAGES), np.zeros((STAGES, STAGES))
+    B, start = np.zeros((STAGES, STAGES)), np.zeros(STAGES)
+    filled, was_slip, opened = 0, False, arcs.shape[0] == 0 or arcs[0, 2] < 0.5
+    for piece in range(count):
+        kind, a, b = pieces.kind[piece], pieces.at[piece, 0], pieces.at[piece, 1]
+        f1, f2 = pieces.at[piece, 2], pieces.at[piece, 3]
+        fresh = opened and (piece == 0 or pieces.at[piece - 1, 1] < a - 1e-15 or pieces.kind[piece - 1] == LAST_SLIP)
+        if fresh:
+            D[:] = 0.0
+            basis_row(a, grid, room, H, dH)
+            look(p, a, grid, room, o)
+            if kind == STICK:
+                for r in range(2):
+                    over = p.kt * o[2 + r] / o[5]
+                    for j in range(L):
+                        D[r, 2 * L + j] = over * H[j]
+                    D[r, q + GAP] = -over
+        if kind == STICK:
+            powers(a, grid.top, edge[0, 0], edge[0, 1])
+            powers(b, grid.top, edge[1, 0], edge[1, 1])
+            fill_vectors(b - a, edge[0], edge[1], grid, h, hv)
+            for i in range(grid.top):
+                C[i] += edge[1, 1, i] - edge[0, 1, i]
+                S[i] += edge[0, 0, i] - edge[1, 0, i]
+            stick += b - a
+            basis_row(a, grid, room, H, dH)
+            look(p, a, grid, room, o)
+            x1, x2 = o[0] - p.v1 * a, o[1] - p.v2 * a
+            for r in range(2):
+                for j in range(columns):
+                    moved[r, j] = D[r, j]
+                for j in range(1, L):
+                    moved[r, r * L + j] -= p.kt * H[j]
+                moved[r, q + KT] -= x1 if r == 0 else x2
+                constant = (f1 - p.kt * x1) if r == 0 else (f2 - p.kt * x2)
+                v = p.v1 if r == 0 else p.v2
+                for i in range(L):
+                    F[r, i] += constant * h[i] + p.kt * v * hv[i]
+                    dF[r, i, q + V1 + r] += p.kt * hv[i]
+                    dF[r, i, q + KT] += v * hv[i]
+                    for j in range(columns):
+                        dF[r, i, j] += h[i] * moved[r, j]
+            basis_row(b, grid, room, H, dH)
+            look(p, b, grid, room, o)
+            for r in range(2):
+                for j in range(columns):
+                    D[r, j] = moved[r, j]
+                for j in range(1, L):
+                    D[r, r * L + j] += p.kt * H[j]
+                v = p.v1 if r == 0 else p.v2
+                D[r, q + V1 + r] += p.kt * (b - a)
+                D[r, q + KT] += o[r] - v * b + v * (b - a)
+            was_slip = False
+            continue
+        theta = pieces.at[piece, 4]
+        if kind == LAST_SLIP:
+            basis_row(0.5 * (a + b), grid, room, H, dH)
+            c, s, limit = np.cos(theta), np.sin(theta), p.b * pieces.rates[piece, 0, 2]
+            for j in range(L):
+                bases[filled, j] = H[j]
+                w = (b - a) / pi * H[j] * (0.5 if j == 0 else 1.0)
+                slipping[0, j] += w * limit * c
+                slipping[1, j] += w * limit * s
+                limits[j, filled], limits[L + j, filled] = w * c, w * s
+                weights[j, filled], weights[L + j, filled] = 0.0, 0.0
+            angles[filled] = 0.0
+            filled += 1
+            was_slip = False
+            D[:] = 0.0
+        else:
+            if fresh:
+                speed = np.sqrt(o[2] * o[2] + o[3] * o[3])
+                c, s = np.cos(theta), np.sin(theta)
+                rate = onset_rate(p, speed, theta, o[5], grid, room)
+                over = rate * p.b / (p.kt * speed)
+                turn[:] = 0.0
+                for j in range(L):
+                    turn[j], turn[L + j], turn[2 * L + j] = -s * dH[j] / speed, c * dH[j] / speed, -over * H[j]
+                turn[q + V1], turn[q + V2], turn[q + GAP] = -s / speed, c / speed, over
+            elif not was_slip:
+                c, s = np.cos(theta), np.sin(theta)
+                look(p, a, grid, room, o)
+                over = 1.0 / (p.b * o[4])
+                for j in range(columns):
+                    turn[j] = over * (c * D[1, j] - s * D[0, j])
+            length = b - a
+            for i in range(STAGES):
+                basis_row(a + _C[i] * length, grid, room, H, dH)
+                angle = pieces.theta[piece, i]
+                c, s = np.cos(angle), np.sin(angle)
+                d1, d2, limit = pieces.rates[piece, i, 0], pieces.rates[piece, i, 1], p.b * pieces.rates[piece, i, 2]
+                over = p.kt / limit
+                g[i] = over * (d2 * c - d1 * s)
+                slope = -over * (d1 * c + d2 * s)
+                for j in range(STAGES):
+                    J[j, i] = -length * _A[j, i] * slope
+                row = filled + i
+                for j in range(L):
+                    bases[row, j] = H[j]
+                    rates[i, j], rates[i, L + j] = -over * s * dH[j], over * c * dH[j]
+                    rates[i, 2 * L + j] = -g[i] * p.b / limit * H[j]
+                    w = length * _A[z, i] / pi * H[j] * (0.5 if j == 0 else 1.0)
+                    slipping[0, j] += w * limit * c
+                    slipping[1, j] += w * limit * s
+                    limits[j, row], limits[L + j, row] = w * c, w * s
+                    weights[j, row], weights[L + j, row] = -w * limit * s, w * limit * c
+                rates[i, q + V1], rates[i, q + V2] = -over * s, over * c
+                rates[i, q + KT], rates[i, q + MU], rates[i, q + KN] = g[i] / p.kt, -g[i] / p.mu, -g[i] / p.kn
+                rates[i, q + GAP] = g[i] * p.b / limit
+            for i in range(STAGES):
+                J[i, i] += 1.0
+            # angles = J^-1 (1 turn + length A rates)
+            for i in range(STAGES):
+                for k in range(STAGES):
+                    B[i, k] = length * _A[i, k]
+                start[i] = 1.0
+            eliminate(J, B, start)
+            for i in range(STAGES):
+                row = filled + i
+                for j in range(columns):
+                    angles[row, j] = start[i] * turn[j]
+                for k in range(STAGES):
+                    factor = B[i, k]
+                    for j in range(columns):
+                        angles[row, j] += factor * rates[k, j]
+            filled += STAGES
+            for j in range(columns):
+                turn[j] = angles[filled - 1, j]
+            # the force at the end
+            angle = pieces.theta[piece, z]
+            c, s, limit = np.cos(angle), np.sin(angle), p.b * pieces.rates[piece, z, 2]
+            for j in range(columns):
+                D[0, j], D[1, j] = -limit * s * turn[j], limit * c * turn[j]
+            over = 1.0 / pieces.rates[piece, z, 2]
+            for r in range(2):
+                along = c if r == 0 else s
+                for j in range(L):
+                    D[r, 2 * L + j] += p.b * along * H[j]
+                D[r, q + MU] += limit / p.mu * along
+                D[r, q + KN] += limit / p.kn * along
+                D[r, q + GAP] -= p.b * along
+            was_slip = True
+        if filled > _BLOCK - STAGES or piece == count - 1:
+            weights[:, filled:] = 0.0
+            limits[:, filled:] = 0.0
+            by_angle += np.dot(weights, angles)
+            by_limit += np.dot(limits, bases)
+            filled = 0
+    if filled > 0:
+        weights[:, filled:] = 0.0
+        limits[:, filled:] = 0.0
+        by_angle += np.dot(weights, angles)
+        by_limit += np.dot(limits, bases)
+    for i in range(grid.top):
+        C[i] /= i + 1.0
+        S[i] /= i + 1.0
+    fill_matrix(stick, C, S, grid, W)
+    for r in range(2):
+        X = p.X1 if r == 0 else p.X2
+        for i in range(L):
+            moves = 0.0
+            for j in range(1, L):
+                moves += W[i, j] * X[j]
+                dF[r, i, r * L + j] += p.kt * W[i, j]
+            F[r, i] += p.kt * moves + slipping[r, i]
+            dF[r, i, q + KT] += moves
+            dF[r, i, q + MU] += slipping[r, i] / p.mu
+            dF[r, i, q + KN] += slipping[r, i] / p.kn
+            dF[r, i, q + GAP] -= p.b * by_limit[r * L + i, 0]
+            for j in range(L):
+                dF[r, i, 2 * L + j] += p.b * by_limit[r * L + i, j]
+            for j in range(columns):
+                dF[r, i, j] += by_angle[r * L + i, j]
+    return F, dF, D
+
+
+@compiled(allocates=True)
+def contact_arcs(p: Planar, grid: Grid) -> tuple[bool, Array]:
+    """Whether the contact is closed all period, and its arcs ``(start, end, closed before)``, (k, 3)."""
+    total = 0.0
+    for j in range(1, p.Y.size):
+        total += abs(p.Y[j])
+    whole = np.array([[0.0, TWO_PI, 1.0]])
+    if total == 0.0 or abs(p.Y[0]) > total:
+        return p.Y[0] > 0.0, whole[: 1 if p.Y[0] > 0.0 else 0]
+    padded = grid.orders.size
+    c, s = np.zeros(padded), np.zeros(padded)
+    for j in range(grid.n):
+        c[j], s[j] = p.Y[2 * j + 1], p.Y[2 * j + 2]
+    count, times, rising = _roots(Polynomial(p.Y[0], c, s), grid, grid.top + 2)
+    if count <= 0:
+        value = p.Y[0]
+        for j in range(grid.n):
+            value += c[j]
+        return value > 0.0, whole[: 1 if value > 0.0 else 0]
+    arcs, k = np.zeros((count // 2 + 1, 3)), 0
+    for i in range(count):
+        if rising[i]:
+            arcs[k, 0] = times[i]
+            arcs[k, 1] = times[i + 1] if i + 1 < count else times[0] + TWO_PI
+            k += 1
+    return False, arcs[:k]
+
+
+@compiled(allocates=True)
+def new_room(grid: Grid) -> Room:
+    """Room of one thread."""
+    padded = grid.orders.size
+    return Room(
+        np.zeros(padded), np.zeros(padded), np.zeros((STAGES, STAGES)), np.zeros(STAGES), np.zeros(STAGES),
+        np.zeros(STAGES), np.zeros((STAGES, 4)), np.zeros(STAGES), np.zeros(6),
+    )  # fmt: skip
+
+
+@compiled(allocates=True)
+def new_pieces(room: int) -> Pieces:
+    """Room for the pieces of a period."""
+    return Pieces(np.zeros(room, np.int64), np.zeros((room, 5)), np.zeros((room, STAGES)), np.zeros((room, STAGES, 4)))
+
+
+@compiled(allocates=True)
+def periodic(
+    p: Planar, arcs: Array, f1: float, f2: float, tolerance: float, grid: Grid, room: Room, pieces: Pieces, P: Array
+) -> int:
+    """Pieces of the period that ends as it begins, from a guess of the force; their number, ``FULL`` or ``LOST``.
+
+    Marching never lets two states part (the circle is convex), so it converges; Newton's steps make it quick.
+    """
+    o = room.state
+    look(p, arcs[0, 0], grid, room, o)
+    limit = p.b * o[4]
+    best, stalled, wanted = 1e300, 0, tolerance
+    for lap in range(_PERIODS):
+        count, g1, g2 = march(p, f1, f2, arcs, tolerance, grid, room, pieces, P)
+        if count < 0:
+            return count
+        r1, r2 = g1 - f1, g2 - f2
+        gap = max(abs(r1), abs(r2))
+        if gap <= 4e-15 * limit:
+            return count
+        stalled = stalled + 1 if gap >= 0.5 * best else 0
+        best = min(best, gap)
+        if stalled > 1 and gap <= 1e-2 * limit:  # panels that change from lap to lap
+            if gap <= wanted * limit:
+                return count
+            tolerance, best, stalled = max(0.1 * tolerance, 1e-14), 1e300, 0
+        a, b, c, d = 1.0 - P[0, 0], -P[0, 1], -P[1, 0], 1.0 - P[1, 1]
+        det = a * d - b * c
+        n1, n2 = g1, g2
+        if det != 0.0 and lap % 6 < 5:
+            s1, s2 = (d * r1 - b * r2) / det, (a * r2 - c * r1) / det
+            shorter = min(1.0, 0.5 * limit / max(abs(s1), abs(s2), 1e-300))
+            n1, n2 = f1 + shorter * s1, f2 + shorter * s2
+        size = np.sqrt(n1 * n1 + n2 * n2)
+        if size > limit:
+            n1, n2 = n1 * limit / size, n2 * limit / size
+        f1, f2 = n1, n2
+    return LOST
+
+
+@compiled(allocates=True)
+def settle(
+    p: Planar, whole: bool, arcs: Array, tolerance: float, grid: Grid, room: Room, pieces: Pieces, P: Array
+) -> tuple[int, Array, Array]:
+    """The periodic state in ``pieces``: their number, ``FULL`` or ``LOST``.
+
+    A contact that never slips has one piece, of all the period, with the mean force in the place of that at the start;
+    that mean is one of many: it is returned with its derivatives (2,), (2, columns); else arrays of no length.
+    """
+    none, nothing = np.zeros(0), np.zeros((0, 0))
+    if not whole:
+        count, _, _ = march(p, 0.0, 0.0, arcs, tolerance, grid, room, pieces, P)
+        return count, none, nothing
+    o, f1, f2 = room.state, 0.0, 0.0
+    look(p, 0.0, grid, room, o)
+    limit, speed = p.b * o[4], np.sqrt(p.v1 * p.v1 + p.v2 * p.v2)
+    if speed > 0.0:
+        f1, f2 = limit * p.v1 / speed, limit * p.v2 / speed
+    else:
+        w1, w2 = o[0], o[1]
+        least, c1, c2, dc = resting_mean(p, grid, room)
+        f1, f2 = c1 + p.kt * w1, c2 + p.kt * w2
+        if least <= 0.0:
+            pieces.kind[0] = STICK
+            pieces.at[0, 0], pieces.at[0, 1], pieces.at[0, 2], pieces.at[0, 3] = 0.0, TWO_PI, f1, f2
+            return 1, np.array([c1, c2]), dc
+        size = np.sqrt(f1 * f1 + f2 * f2)
+        if size > limit:
+            f1, f2 = f1 * limit / size, f2 * limit / size
+    return periodic(p, arcs, f1, f2, tolerance, grid, room, pieces, P), none, nothing
+
+
+@compiled(allocates=True, nogil=True)
+def run_planar(
+    first: int, last: int, X: Array, par: Array, tables: Any, tolerance: float, capacity: int, outputs: Any
+) -> int:
+    """Elements from ``first`` to ``last``: motion (n, 3, L), parameters ``v1 v2 kt mu kn gap`` (n, 6).
+
+    Outputs: forces (n, 3, L), derivatives (n, 3, L, 3 L + 6), scalars (n, 4): fractions of stick, slip, separation, and
+    whether the mean is one of many. Returns -1, the element whose pieces do not fit, or, negative and less 2, the one
+    without a periodic state. Motion that is no number has nan for an answer.
+    """
+    grid = Grid(*tables)
+    forces, derivatives, scalars = outputs
+    L, q = 2 * grid.n + 1, 3 * (2 * grid.n + 1)
+    kept = q + COLUMNS - 2
+    room, pieces, P = new_room(grid), new_pieces(capacity), np.zeros((2, 2))
+    for e in range(first, last):
+        F, dF = forces[e], derivatives[e]
+        if not (np.isfinite(X[e]).all() and np.isfinite(par[e]).all()):
+            F[:], dF[:], scalars[e] = np.nan, np.nan, np.nan
+            continue
+        F[:], dF[:], scalars[e] = 0.0, 0.0, 0.0
+        p = element(X[e], par[e])
+        whole, arcs = contact_arcs(p, grid)
+        length = normal_force(p, arcs, grid, F[2], dF[2])
+        scalars[e, 2] = 1.0 - length / TWO_PI
+        if arcs.shape[0] == 0 or p.mu == 0.0 or p.kt == 0.0:
+            scalars[e, 1] = length / TWO_PI
+            continue
+        count, mean, dc = settle(p, whole, arcs, tolerance, grid, room, pieces, P)
+        if count == FULL:
+            return e
+        if count == LOST:
+            return -2 - e
+        if mean.size > 0:
+            for r in range(2):
+                x = p.X1 if r == 0 else p.X2
+                F[r, 0] = mean[r]
+                for i in range(1, L):
+                    F[r, i] = p.kt * x[i]
+                    dF[r, i, r * L + i] = p.kt
+                    dF[r, i, q + KT] = x[i]
+                for j in range(kept):
+                    dF[r, 0, j] = dc[r, j]
+            scalars[e, 0], scalars[e, 3] = 1.0, 1.0
+            continue
+        G, dG, D = differentiate(p, pieces, count, arcs, grid, room)
+        a, b, c, d = 1.0 - D[0, kept], -D[0, kept + 1], -D[1, kept], 1.0 - D[1, kept + 1]
+        det = a * d - b * c
+        for j in range(kept):
+            s1, s2 = 0.0, 0.0
+            if whole and det != 0.0:
+                s1, s2 = (d * D[0, j] - b * D[1, j]) / det, (a * D[1, j] - c * D[0, j]) / det
+            for r in range(2):
+                for i in range(L):
+                    dF[r, i, j] = dG[r, i, j] + dG[r, i, kept] * s1 + dG[r, i, kept + 1] * s2
+        for r in range(2):
+            for i in range(L):
+                F[r, i] = G[r, i]
+        stick = 0.0
+        for i in range(count):
+            if pieces.kind[i] == STICK:
+                stick += pieces.at[i, 1] - pieces.at[i, 0]
+        scalars[e, 0] = stick / TWO_PI
+        scalars[e, 1] = max(length - stick, 0.0) / TWO_PI
+    return -1
+
+
+@compiled(allocates=True, nogil=True)
+def trace(X: Array, par: Array, tables: Any, tolerance: float, capacity: int) -> Any:
+    """Pieces of an element's period (motion (3, L), parameters (6,)): their number, kinds, ``at``, angles at the nodes.
+
+    None of a contact that is open, or has no friction; the arcs of contact come last.
+    """
+    grid = Grid(*tables)
+    p = element(X, par)
+    whole, arcs = contact_arcs(p, grid)
+    pieces, count = new_pieces(capacity), 0
+    if arcs.shape[0] > 0 and p.mu > 0.0 and p.kt > 0.0:
+        count, _, _ = settle(p, whole, arcs, tolerance, grid, new_room(grid), pieces, np.zeros((2, 2)))
+    return count, pieces.kind, pieces.at, pieces.theta, arcs
+
+
+@compiled(allocates=True)
+def element(X: Array, par: Array) -> Planar:
+    """One element: the tangential means do not matter."""
+    X1, X2, Y = X[0].copy(), X[1].copy(), X[2].copy()
+    X1[0], X2[0] = 0.0, 0.0
+    Y[0] -= par[5]
+    return Planar(X1, X2, Y, par[0], par[1], par[2], par[3], par[4], par[3] * par[4])
+
+
+@compiled(allocates=True)
+def normal_force(p: Planar, arcs: Array, grid: Grid, F: Array, dF: Array) -> float:
+    """Normal force (L,) and its derivatives (L, columns); returns the length of contact."""
+    L = 2 * grid.n + 1
+    q = 3 * L
+    W, edge = np.zeros((L, L)), np.zeros((2, 2, grid.top + 4))
+    C, S, length = np.zeros(grid.top + 4), np.zeros(grid.top + 4), 0.0
+    for k in range(arcs.shape[0]):
+        length += arcs[k, 1] - arcs[k, 0]
+        if arcs[k, 2] < 0.5:
+            for end in range(2):
+                powers(arcs[k, end], grid.top, edge[end, 0], edge[end, 1])
+            for i in range(grid.top):
+                C[i] += (edge[1, 1, i] - edge[0, 1, i]) / (i + 1.0)
+                S[i] += (edge[0, 0, i] - edge[1, 0, i]) / (i + 1.0)
+    if length == 0.0:
+        return 0.0
+    fill_matrix(length, C, S, grid, W)
+    for i in range(L):
+        for j in range(L):
+            dF[i, 2 * L + j] = p.kn * W[i, j]
+            dF[i, q + KN] += W[i, j] * p.Y[j]
+        F[i] = p.kn * dF[i, q + KN]
+        dF[i, q + GAP] = -p.kn * W[i, 0]
+    return length
+
+
+def angle_within(first: float, theta: Array, way: Array, kind: int) -> Array:
+    """Angles at parts ``way`` (0 to 1) of a piece of slip: the polynomial through its start and its nodes."""
+    if kind == LAST_SLIP:
+        return np.full(way.shape, first)
+    nodes, angles = np.concatenate([[0.0], _C]), np.concatenate([[first], theta])
+    powers_of = np.vander(nodes, increasing=True)
+    return np.asarray(np.vander(way, nodes.size, increasing=True) @ np.linalg.solve(powers_of, angles), dtype=float)

@@ -1,0 +1,110 @@
+"""Analyses with contacts that slide in two directions, each held against another way to the same number."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+
+FOOT = ss.PlanarFrictionContact(kt=100.0, mu=0.3, kn=50.0, normal_load=800.0)
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
+
+def problem(contact: ss.FrictionContact = FOOT, **options: Any) -> ss.Problem:
+    """Two directions and a normal one that opens the contact."""
+    return ss.Problem(
+        ss.MatrixStructure(M=np.eye(3), C=2.0 * np.eye(3), K=40.0 * np.diag([1.0, 1.2, 5.0]), dofs=["x", "y", "z"]),
+        contacts=[ss.ContactPair(name="foot", contact=contact, tangential=("x", "y"), normal="z")],
+        loads=[ss.Load(dof="x", cos=200.0), ss.Load(dof="y", sin=100.0), ss.Load(dof="z", cos=2000.0)],
+        harmonics=range(6), **options,
+    )  # fmt: skip
+
+
+@cache
+def curve(mu: float = 0.3) -> ss.Branch:
+    return ss.forced_response(problem(FOOT.changed(mu=mu)), omega=(4.0, 16.0), peaks_of=["x"])
+
+
+def peak(branch: ss.Branch) -> tuple[float, float]:
+    """Frequency and amplitude of the highest peak of x."""
+    d = branch.dataset
+    at = max(np.flatnonzero(d["kind"].to_numpy() == "peak"), key=lambda i: float(d["amplitude"][i, 0]))
+    return float(d["omega"][at]), float(d["amplitude"][at, 0])
+
+
+def test_a_curve_with_separation() -> None:
+    d = curve().dataset
+    assert curve().outcome.ok
+    assert float(d["separation_fraction"].max()) > 0.2
+    assert float(d["stick_fraction"].max()) > 0.5
+
+
+def test_sensitivity_of_the_peak_is_that_of_other_curves() -> None:
+    found = curve().sensitivity(["foot.mu"], dof="x")
+    at = int(np.argmin(np.abs(found["peak_omega"].to_numpy()[0] - peak(curve())[0])))
+    slope = float(found["peak_amplitude"][0, at])
+    difference = (peak(curve(0.301))[1] - peak(curve(0.299))[1]) / 0.002
+    assert slope == pytest.approx(difference, rel=1e-4)
+
+
+def test_a_tracked_peak_is_that_of_curves() -> None:
+    tracked = ss.track_peak(problem(), "foot.mu", (0.3, 0.4), dof="x", omega=(4.0, 16.0))
+    assert tracked.outcome.ok
+    ends = tracked.dataset.isel(point=[0, -1])
+    for i, mu in enumerate((0.3, 0.4)):
+        omega, amplitude = peak(curve(mu))
+        assert float(ends["omega"][i]) == pytest.approx(omega, rel=1e-5)
+        assert float(ends["amplitude"][i, 0]) == pytest.approx(amplitude, rel=1e-7)
+
+
+def test_the_force_of_a_nonlinear_mode_drives_it_at_its_frequency() -> None:
+    """Power balance: the self-excitation of the mode gives what friction and dampers take."""
+    modes = ss.nonlinear_modes(problem_without_normal(), amplitude=(0.5, 8.0), dof="x")
+    assert modes.outcome.ok
+    d = modes.dataset
+    assert float(d["slip_fraction"].max()) > 0.5
+    assert float(d["stick_fraction"].max()) == pytest.approx(1.0)
+    w, X, power = d["omega"].to_numpy(), d["displacement"].to_numpy(), d["dissipated_power"].to_numpy()[:, 0]
+    squares = (X[:, :, 1:] ** 2 * np.repeat(np.arange(1, 6), 2) ** 2).sum(axis=(1, 2))
+    given = 2.0 * d["modal_damping"].to_numpy() * w * 0.5 * w**2 * squares
+    dampers = 2.0 * 0.5 * w**2 * squares
+    np.testing.assert_allclose(given, dampers + power, rtol=1e-6)
+
+
+def problem_without_normal() -> ss.Problem:
+    contact = ss.PlanarFrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    return ss.Problem(
+        ss.MatrixStructure(M=np.eye(2), C=2.0 * np.eye(2), K=40.0 * np.diag([1.0, 1.2]), dofs=["x", "y"]),
+        contacts=[
+            ss.ContactPair(name="foot", contact=contact, tangential=({"x": 0.8, "y": 0.6}, {"x": -0.6, "y": 0.8}))
+        ],
+        harmonics=range(6),
+    )
+
+
+def test_friction_heats_and_follows_the_temperature() -> None:
+    model = ss.ThermalModel(
+        curve=ss.FrictionCurve(temperature=[20.0, 300.0], mu=[0.3, 0.2]), background=20.0, resistance=0.02
+    )
+    d = ss.steady_response(problem(thermal=model), omega=9.0).dataset
+    temperature, mu = float(d["temperature"][0, 0]), float(d["friction_coefficient"][0, 0])
+    assert temperature == pytest.approx(20.0 + 0.02 * float(d["dissipated_power"][0, 0]))
+    assert mu == pytest.approx(0.3 - 0.1 * (temperature - 20.0) / 280.0)
+    cold = ss.steady_response(problem(FOOT.changed(mu=mu)), omega=9.0).dataset
+    np.testing.assert_allclose(d["amplitude"], cold["amplitude"], rtol=1e-8)
+
+
+def test_study_loops_and_report(tmp_path: Any) -> None:
+    found = ss.study(problem(), {"foot.mu": [0.3]}, omega=(8.0, 12.0))
+    assert float(found["peak_amplitude"].sel(dof="x").max()) > 1.0
+    branch = curve()
+    first, second = (branch.loop(3, "foot", port=port) for port in ("tangential", "second"))
+    assert np.hypot(first["force"], second["force"]).max() > 0.0
+    power = float(branch.dataset["dissipated_power"][3, 0])
+    energy = sum(np.trapezoid(loop["force"], loop["total"]) for loop in (first, second))
+    assert energy * float(branch.dataset["omega"][3]) / (2.0 * np.pi) == pytest.approx(power, rel=1e-3)
+    assert branch.report(tmp_path / "r.html")
