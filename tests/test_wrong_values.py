@@ -95,7 +95,7 @@ COARSE = BladeShape(element_size=0.05, stretch=4.0)
 SECTOR_SHAPE = SectorShape(
     sectors=6, element_size=0.03, bore=0.04, rim=0.08, tip=0.14, thickness=0.2, stagger=3.0, twist=5.0
 )
-SECTOR = ss.bladed_sector(SECTOR_SHAPE)
+SECTOR_MODEL = ss.bladed_sector(SECTOR_SHAPE)
 CASE = example("oscillator").path.read_text(encoding="utf-8")
 
 
@@ -137,8 +137,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "FrictionContact by load": (lambda: ss.FrictionContact, {"kt": 1.0, "mu": 0.3, "kn": 1.0, "normal_load": 1.0}),
     "RubbingMotion": (lambda: ss.RubbingMotion, {
         "velocity": 1.0, "velocity_per_omega": 1.0, "cos": {1: 1.0}, "sin": {1: 1.0}, "normal_cos": {1: 1.0},
-        "normal_sin": {1: 1.0},
+        "normal_sin": {1: 1.0}, "second_velocity": 1.0, "second_velocity_per_omega": 1.0, "second_cos": {1: 1.0},
+        "second_sin": {1: 1.0},
     }),
+    "PlanarFrictionContact": (
+        lambda: ss.PlanarFrictionContact,
+        {"kt": 1.0, "mu": 0.3, "kn": 1.0, "gap": -1.0, "normal_load": None, "tolerance": 1e-8},
+    ),
     "SampledLaw": (
         lambda: ss.SampledLaw,
         {"force": lambda x, v, k: k * x**3, "parameters": {"k": 1.0}, "ports": ("x",), "samples": 32},
@@ -182,7 +187,17 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "MatrixStructure": (
         lambda: ss.MatrixStructure,
         {"M": [[1.0]], "K": [[40.0]], "dofs": ["x"], "C": [[0.4]], "loss_factor": 0.1, "load_shapes": {"p": [1.0]},
-         "damping": 1.0},
+         "damping": 1.0, "gyroscopic": None, "circulatory": None, "speed": None, "engine_order": None},
+    ),
+    "MatrixStructure that turns": (
+        lambda: ss.MatrixStructure,
+        {"M": np.eye(2), "K": 40.0 * np.eye(2), "dofs": ["x", "y"], "gyroscopic": [[0.0, 0.1], [-0.1, 0.0]],
+         "circulatory": [[0.0, 0.1], [-0.1, 0.0]], "speed": 2.0},
+    ),
+    "MatrixStructure that turns with the frequency": (
+        lambda: ss.MatrixStructure,
+        {"M": np.eye(2), "K": 40.0 * np.eye(2), "dofs": ["x", "y"], "gyroscopic": [[0.0, 0.1], [-0.1, 0.0]],
+         "engine_order": 1},
     ),
     "ModalStructure": (
         lambda: ss.ModalStructure,
@@ -319,7 +334,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "at_speed": (
         lambda: ss.at_speed,
         {
-            "model": MODEL, "speed": 10.0, "axis": {"direction": (0.0, 0.0, 1.0)},
+            "model": MODEL, "speed": 10.0, "axis": {"direction": (0.0, 0.0, 1.0)}, "coriolis": True,
         },
     ),
     "at_speed between": (lambda: ss.at_speed, {"model": MODEL, "speed": 10.0, "others": {20.0: MODEL}}),
@@ -358,7 +373,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "reduced_sector": (
         lambda: ss.reduced_sector,
         {
-            "model": SECTOR, "sectors": 6, "low": "low", "high": "high", "axis": {"direction": (0, 0, 1)},
+            "model": SECTOR_MODEL, "sectors": 6, "low": "low", "high": "high", "axis": {"direction": (0, 0, 1)},
             "tolerance": 1e-6, "surface": "tip", "contacts": 1, "radius": 0.01,
             "between": ("shroud_low", "shroud_high"), "between_contacts": 1, "pressure": {"push": "concave"},
             "keep": (), "speed": 0.0, "modes": 3, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0,
@@ -366,12 +381,12 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         },
     ),
     "ReducedSector.mistuned": (
-        lambda: ss.reduced_sector(SECTOR, surface="tip", contacts=1, modes=2).mistuned,
+        lambda: ss.reduced_sector(SECTOR_MODEL, surface="tip", contacts=1, modes=2).mistuned,
         {"stiffness": [0.0, 0.01, 0.0, 0.0, 0.0, 0.0], "blade": "blade", "families": 2, "spread": None, "seed": 1},
     ),
     "surface_contacts between": (
         lambda: lambda **given: ss.surface_contacts(
-            ss.reduced_sector(SECTOR, between=("shroud_low", "shroud_high"), between_contacts=1),
+            ss.reduced_sector(SECTOR_MODEL, between=("shroud_low", "shroud_high"), between_contacts=1),
             contact=CONTACT, direction="axial", **given,
         ),
         {"between": True},

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from helpers.figures import branch, problem
 
 import slipstick as ss
@@ -53,6 +54,20 @@ def studied() -> dict[str, Any]:
     return {"study": study_dataset(job, plan, found, attributes), "curves": curves_dataset(job, found, attributes)}
 
 
+def turning() -> xr.Dataset:
+    """Campbell diagram of a rotor of one mass."""
+    gyroscopic = [[0.0, 0.3], [-0.3, 0.0]]
+    rotor = ss.MatrixStructure(M=np.eye(2), K=40.0 * np.eye(2), dofs=["x", "y"], gyroscopic=gyroscopic, speed=1.0)
+    return ss.models.campbell(rotor, [0.0, 5.0, 10.0], engine_orders=[1])
+
+
+def meeting() -> xr.Dataset:
+    """Interference diagram of a disc of one mass a sector."""
+    sector = ss.CyclicStructure(M=[[1.0]], K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=6)
+    return ss.models.interference(sector, (0.1, 1.0), engine_orders=[1, 2])
+
+
+TURNING = {"campbell": turning, "interference": meeting}
 DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa_text", "temperature")]
 SHORT = ("stability", "tolerance_band", "tornado")
 
@@ -73,6 +88,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {key: found for key, found in {"mode": vibrating(), "dof": "x"}.items() if key in names}
     if "study" in names:
         good |= {"dof": "x", "over": "damper.mu"} | {key: found for key, found in studied().items() if key in names}
+    if "data" in names:
+        good |= {"data": TURNING[name](), "rpm": True} if name == "campbell" else {"data": TURNING[name]()}
     draw(**good)
     poor = []
     for number, argument in enumerate(names):

@@ -92,12 +92,12 @@ class Load:
             values[key] = None if value is None else checks.take(text, key, value, "a name")
         values["base"] = None if base is None else checks.take(_pattern, base)
         values["motion"] = None if motion is None else checks.take(_motion, motion)
-        turning = motion == UNBALANCE and base is None
+        turning = values["motion"] == UNBALANCE and base is None
         present = {"base": base, "motion": None if turning else motion, **parts}
         checks.faults += way_faults({name for name, value in present.items() if value is not None})
         if turning and dof is None and shape is None:
             checks.faults.append(Fault("motion", "an unbalance is on no dof", remedy="give dof"))
-        if motion == UNBALANCE and base is not None:
+        if values["motion"] == UNBALANCE and base is not None:
             expected = '"displacement" or "acceleration" of a support'
             checks.faults.append(Fault("motion", found='"unbalance"', expected=expected))
         on = next((name for name in (dof, shape, base) if isinstance(name, str)), None)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.faults import truth, wrong
 from slipstick.plots.style import legend, styled
 from slipstick.typing import DrawnAxes
 
@@ -18,9 +19,11 @@ _SENSES = {1: ("tab:blue", "forward whirl"), -1: ("tab:orange", "backward whirl"
 
 def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False) -> DrawnAxes:
     """Draw what :func:`slipstick.models.campbell` found; in Hz over rpm, or in rad/s. Crossings are circles."""
+    rpm = truth("rpm", rpm)
     labels = (
         ("speed of rotation [rpm]", "frequency [Hz]") if rpm else ("speed of rotation [rad/s]", "frequency [rad/s]")
     )
+    data = _diagram(data, "whirl", "campbell")
     axes = styled(ax, *labels)
     speed, frequency, sense = (data[name].to_numpy() for name in ("speed", "frequency", "whirl"))
     across, up = (30.0 / np.pi, 0.5 / np.pi) if rpm else (1.0, 1.0)
@@ -47,6 +50,7 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
     Engine order n is the bar from its lowest to its highest frequency at its nodal diameter; resonances within the
     range of speeds are circles with n beside them. The thin line is that of the highest speed, folded at N/2.
     """
+    data = _diagram(data, "nodal_diameter", "interference")
     axes = styled(ax, "nodal diameter", "frequency [rad/s]")
     d, found = data["nodal_diameter"].to_numpy(), data["frequency"].to_numpy()
     for k in range(found.shape[1]):
@@ -65,6 +69,15 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
     axes.set_ylim(0.0, 1.1 * float(np.nanmax(found, initial=0.0)))
     legend(axes)
     return axes
+
+
+def _diagram(data: object, name: str, function: str) -> xr.Dataset:
+    """What a function of ``slipstick.models`` found; InputError for anything else."""
+    import xarray as xr
+
+    if not isinstance(data, xr.Dataset) or name not in data:
+        raise wrong("data", data, f"what slipstick.models.{function} returns")
+    return data
 
 
 def _near(mask: Any) -> Any:

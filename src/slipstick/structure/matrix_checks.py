@@ -153,7 +153,8 @@ def _regular_faults(_: str, matrix: Sparse) -> list[Fault]:
             return [_FREE]
         return [] if pivots.min() > 1e-14 * pivots.max() else [_FREE]
     size = np.abs(matrix).sum(axis=1)
-    unit = matrix / np.sqrt(np.outer(size, size)) if np.all(size > 0.0) else 0.0 * matrix
+    root = np.sqrt(size)
+    unit = matrix / root[:, None] / root if np.all(root > 0.0) else 0.0 * matrix
     return [] if np.linalg.svd(unit, compute_uv=False)[-1] > 1e-13 * len(matrix) else [_FREE]
 
 
