@@ -105,7 +105,7 @@ def turned_model(
     if axis is not None and others is not None:
         checks.faults.append(Fault("axis", "is given together with others", remedy="they hold it: leave it out"))
     by_speed = None if others is None else checks.take(_by_speed, others)
-    checks.take(truth, "coriolis", coriolis)
+    coriolis = checks.take(truth, "coriolis", coriolis)
     if coriolis and others is not None:
         checks.faults.append(Fault("coriolis", "comes from a mesh, not from matrices", remedy="leave others out"))
     checks.end()
