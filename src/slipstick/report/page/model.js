@@ -160,6 +160,16 @@ class Result {
     return Array.from({ length: fields.shape[0] }, (_, k) => this.coefficients("field motion", coefficients).row(point, k));
   }
 
+  /** Amplitude and motion at a point of a dof at every sector of a disc: coefficients and the delay of its phase. */
+  onDisc(point, name) {
+    const { disc } = this.content, { sectors, whole } = disc, first = disc.dofs.indexOf(name) * (whole ? sectors : 1);
+    const [sizes, motions] = [this.numbers("disc amplitude", disc.amplitude), this.coefficients("disc motion", disc.displacement)];
+    return Array.from({ length: sectors }, (_, s) => {
+      const at = first + (whole ? s : 0);
+      return { amplitude: sizes.get(point, at), X: motions.row(point, at), delay: (PERIOD * s * disc.engine_order) / sectors };
+    });
+  }
+
   /** Motion and force series of a contact of another law, its first port; null where there is none. */
   ported(point, name) {
     const at = this.contacts.indexOf(name), L = 2 * this.orders.length - 1;
