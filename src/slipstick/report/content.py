@@ -11,6 +11,7 @@ from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
+from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import deflection_of
 from slipstick.results.disc import disc_of
@@ -71,6 +72,7 @@ def content_of(
         "contacts": _contacts(branch, kept["contact"]),
         "shape": shape_of(branch),
         "disc": disc_content(branch),
+        "diagram": diagram_of(branch),
     }
 
 

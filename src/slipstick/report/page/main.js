@@ -11,6 +11,7 @@ class App {
     this.panels = new Panels(document.getElementById("point"), this);
     this.disc = new Disc(document.getElementById("disc"), this);
     this.body = new Body(document.getElementById("body"), this);
+    this.diagram = new Diagram(document.getElementById("diagram"), this);
     this.ranking = new Ranking(document.getElementById("contacts"), this);
     this.draw();
   }
@@ -48,6 +49,7 @@ class App {
     history.replaceState(null, "", addressOf(this.view));
     if (moves && drawn === this.curves.drawn()) this.curves.move();
     else this.curves.draw();
+    if (!moves || "result" in change) this.diagram.draw();
     this.drawPoint();
   }
 
@@ -64,6 +66,7 @@ class App {
 
   draw() {
     this.curves.draw();
+    this.diagram.draw();
     this.drawPoint();
   }
 

@@ -53,6 +53,12 @@ class Result {
     return own.key === "omega" && unit in factors ? [factors[unit], unit] : [1, own.units];
   }
 
+  /** A frequency as an axis. */
+  get frequencyAxis() {
+    const { factors } = this.content.frequency;
+    return { key: "omega", units: Object.keys(factors).find((unit) => factors[unit] === 1) ?? "" };
+  }
+
   /** Frequencies and amplitudes of a dof in the linear limits; none where they are not known. */
   limits(name) {
     const dof = this.dofs.indexOf(name);
