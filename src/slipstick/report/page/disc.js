@@ -67,7 +67,7 @@ class Disc {
     this.app.set({ blade, disc: this.dof, ...(result.dofs.includes(name) ? { dof: name } : {}) });
   }
 
-  /** At another point: amplitudes, colours and the blade that is told. */
+  /** At another point: amplitudes, colours and one blade in words. */
   draw() {
     if (!this.front) return;
     const { result, view } = this.app, { disc } = result.content;
