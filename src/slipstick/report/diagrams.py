@@ -48,7 +48,9 @@ def _of_rotor(rotor: MatrixStructure, orders: list[int], top: float) -> dict[str
         for k in range(frequency.shape[1])
     ]
     highest = float(frequency.max(initial=0.0))
-    lines += [_line(f"engine order {n}", *[np.array([0.0, min(top, highest / n)]) * f for f in (1, n)]) for n in orders]
+    for n in orders:
+        until = np.array([0.0, min(top, highest / n)])
+        lines.append(_line(f"engine order {n}", until, n * until))
     met = [found[f"crossing_{name}"].to_numpy().tolist() for name in ("speed", "frequency", "order", "mode", "whirl")]
     return {
         "title": "Campbell diagram",
