@@ -15,6 +15,8 @@ SCRIPTS = (
     "blade_reduced/blade.py",
     "lobed_casing/lobed_casing.py",
     "bladed_disc/bladed_disc.py",
+    "blade_row/blade_row.py",
+    "platform_damper/platform_damper.py",
     "rotor_rub/rotor_rub.py",
 )
 

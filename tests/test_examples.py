@@ -250,6 +250,41 @@ def test_bladed_disc(tmp_path):
     assert (tmp_path / "bladed_disc.png").stat().st_size > 10_000
 
 
+def test_blade_row(tmp_path):
+    """The wave in an oval casing; the whole row under the same contacts moves alike, each blade with its delay."""
+    module = load("blade_row/blade_row.py")
+    branches = module.compute()
+    peaks = {name: highest(branch, "y") for name, branch in branches.items()}
+    assert peaks["0.27 mm"] == (pytest.approx(1385.29, rel=1e-5), pytest.approx(2.73746e-4, rel=1e-5))
+    assert peaks["0.3 mm"] == (pytest.approx(1386.48, rel=1e-5), pytest.approx(1.5927e-3, rel=1e-5))
+    assert peaks["0.3 mm"][0] == pytest.approx(module.wave().sector.natural_frequencies(2)[0], rel=0.01)
+    problem = module.problem(0.27e-3)
+    row = module.wave().sector.mistuned().problem(problem)
+    own, every = (ss.steady_response(each, omega=[1400.0]) for each in (problem, row))
+    assert 0.5 < float(own.dataset.separation_fraction[0, 0]) < 0.95
+    np.testing.assert_allclose(every.on_disc("y"), own.on_disc("y"), rtol=1e-8)
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "blade_row.png").stat().st_size > 10_000
+
+
+def test_platform_damper(tmp_path):
+    """Best between a damper that slips and one that sticks, which is the linear wave with a spring in its place."""
+    module = load("platform_damper/platform_damper.py")
+    branches = module.compute()
+    peaks = module.peaks(branches)
+    assert min(peaks, key=lambda load: peaks[load][1]) == 100.0
+    assert peaks[100.0] == (pytest.approx(357.692, rel=1e-5), pytest.approx(4.22647e-3, rel=1e-5))
+    assert float(branches[1000.0].dataset.slip_fraction.max()) == 0.0
+    sector, omega = module.wave().sector, peaks[1000.0][0]
+    parts = sector.matrices(module.ENGINE_ORDER)
+    spring = np.array([0.0, -np.exp(-2j * np.pi * module.ENGINE_ORDER / module.SECTORS), 1.0, 0.0])
+    K = parts["K"] * (1 + 1j * sector.loss_factor) + module.KT * np.outer(spring.conj(), spring)
+    assert peaks[1000.0][1] == pytest.approx(abs(np.linalg.inv(K - omega**2 * parts["M"])[0, 0]), rel=1e-9)
+    assert peaks[1.0][0] == pytest.approx(sector.natural_frequencies(module.ENGINE_ORDER)[0], rel=1e-3)
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "platform_damper.png").stat().st_size > 10_000
+
+
 def test_lobed_casing(tmp_path):
     """A blade on an oval casing: twice the speed meets its first mode, and time integration agrees."""
     module = load("lobed_casing/lobed_casing.py")

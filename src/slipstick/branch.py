@@ -21,6 +21,7 @@ from slipstick.errors import InputError, Outcome
 from slipstick.faults import MOST_ITEMS, in_radians, number, one, shown, suggestion, text, warn, whole, wrong
 from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
+from slipstick.results.disc import disc_of
 from slipstick.results.notebook import branch_html
 from slipstick.results.schema import LARGEST
 from slipstick.results.table import ResultTable
@@ -182,19 +183,16 @@ class Branch:
         """
         from xarray import DataArray
 
-        structure: Any = None if self.problem is None else self.problem.structure
-        sectors = getattr(structure, "sectors", None)
-        if sectors is None:
+        disc = disc_of(self)
+        if disc is None:
             raise InputError("on_disc: the results are not of a travelling wave or a disc, or without their problem")
-        dof, known = text("dof", dof), [str(label) for label in self.table["dof"].to_numpy()]
-        size, whole_disc = self.table["amplitude"].to_numpy(), [f"{dof}@{s}" for s in range(sectors)]
-        if not getattr(structure, "whole_disc", False):
-            values = np.repeat(size[:, [self._index("dof", dof)]], sectors, axis=1)
-        else:
-            missing = [name for name in whole_disc if name not in known]
-            if missing:
-                raise InputError(f"on_disc: there is no dof {shown(missing[0])} in the results")
-            values = size[:, [known.index(name) for name in whole_disc]]
+        dof = text("dof", dof)
+        if dof not in disc.dofs:
+            known = [str(label) for label in self.table["dof"].to_numpy()]
+            whole_disc = [f"{dof}@{s}" for s in range(disc.sectors)] if disc.whole else [dof]
+            missing = next((name for name in whole_disc if name not in known), dof)
+            raise InputError(f"on_disc: there is no dof {shown(missing)} in the results")
+        values, sectors = self.table["amplitude"].to_numpy()[:, disc.dofs[dof]], disc.sectors
         coords = {self.followed: ("point", self.table[self.followed].to_numpy()), "sector": np.arange(sectors)}
         return DataArray(
             values, dims=("point", "sector"), coords=coords, name="amplitude", attrs=dict(self.table["amplitude"].attrs)
@@ -544,6 +542,10 @@ class BranchPlots:
     def spectrum(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
         """Harmonics of the motion of dofs, or of the friction force of ``contact=``."""
         return _plots().spectrum(self._branch, point, dof, **options)
+
+    def disc(self, point: int, dof: str | None = None, **options: Any) -> DrawnAxes:
+        """A disc from the front at a point: blades coloured by the amplitude of a dof, as long as its motion."""
+        return _plots().disc(self._branch, point, dof, **options)
 
 
 def _plots() -> Any:

@@ -21,6 +21,7 @@ from helpers import blocks
 from helpers.command import slipstick
 from helpers.oscillator import UNITS, damper, one_mass
 from helpers.reports import branch
+from helpers.rings import disc_and_wave
 from helpers.study_case import CASE
 
 import slipstick as ss
@@ -507,3 +508,27 @@ def many() -> ss.Branch:
     outputs = [*names[:6], *names[n : n + 6]]
     problem = ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(11), outputs=outputs)
     return ss.forced_response(problem, omega=(3.0, 12.0), options={"max_points": 500, "max_step": 0.0022})
+
+
+def test_blades_of_a_disc_by_mouse_and_keys(browser: Any, tmp_path: Path) -> None:
+    """Every blade has the colour of its amplitude; what is chosen is told, and kept in the address."""
+    made = disc_and_wave()[1]
+    opened = Opened(
+        browser, made.report(tmp_path / "r.html"), "#disc=tip", reduced_motion="reduce", color_scheme="dark"
+    )
+    blades = opened.page.locator("#disc path.blade")
+    assert blades.count() == 6
+    assert len({blade.get_attribute("fill") for blade in blades.all()}) == 1  # tuned
+    opened.page.locator('#disc path[data-blade="4"]').click()
+    assert opened.view()["blade"] == 4
+    opened.page.focus("#disc svg.front")
+    opened.page.keyboard.press("ArrowLeft")
+    assert opened.view()["blade"] == 5
+    assert opened.page.locator("#disc .note").inner_text().startswith("blade 5: ")
+    before = blades.first.get_attribute("d")
+    opened.page.locator("#disc input").fill("90")
+    assert blades.first.get_attribute("d") != before
+    opened.page.set_viewport_size({"width": 500, "height": 900})
+    opened.page.wait_for_timeout(500)  # it is drawn anew once the size rests
+    assert opened.page.evaluate("document.documentElement.scrollWidth") <= 500
+    opened.close()

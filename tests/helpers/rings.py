@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -118,3 +119,11 @@ def wave_problem(
     return ss.Problem(
         sector.travelling_wave(engine_order), contacts=contacts, loads=load, harmonics=ss.Harmonics(range(orders))
     )
+
+
+@cache
+def disc_and_wave() -> tuple[ss.Branch, ss.Branch]:
+    """A point of a wave of two nodal diameters on 6 sectors, and of the tuned disc under the same loads."""
+    wave = wave_problem(6, 2, pairs(), 1 - 6j, 0.3)
+    disc = wave.structure.sector.mistuned().problem(wave)  # type: ignore[attr-defined]
+    return ss.steady_response(wave, omega=[7.9]), ss.steady_response(disc, omega=[7.9])

@@ -8,6 +8,7 @@ from typing import Any
 _FIGURES = {
     "curves": "response phase mean power friction temperature fractions stability compare",
     "points": "loop loops states history spectrum",
+    "discs": "disc",
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping",
     "rotor": "campbell interference",

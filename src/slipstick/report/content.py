@@ -11,8 +11,10 @@ from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
+from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import deflection_of
+from slipstick.results.disc import disc_of
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
 from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
@@ -69,6 +71,8 @@ def content_of(
         "references": references_of(branch, kept["dof"]) if analysis == "response" else [],
         "contacts": _contacts(branch, kept["contact"]),
         "shape": shape_of(branch),
+        "disc": disc_content(branch),
+        "diagram": diagram_of(branch),
     }
 
 
@@ -265,6 +269,29 @@ def shape_of(branch: Branch) -> dict[str, Any] | None:
         "triangles": packed(deflection.skin.triangles, "u2"),
         "fields": packed(deflection.fields.T / size, "f4"),
         "coefficients": fixed(deflection.coefficients * size, 3),
+    }
+
+
+MOST_ON_DISC = 3
+"""Dofs whose motion at every sector is in a page."""
+
+
+def disc_content(branch: Branch) -> dict[str, Any] | None:
+    """Amplitudes and motion of the dofs of a disc that move most, of each sector or of the one of a wave."""
+    disc = disc_of(branch)
+    if disc is None or not disc.dofs or not len(branch):
+        return None
+    amplitude, motion = (branch.table[name].to_numpy() for name in ("amplitude", "displacement"))
+    largest = {name: float(np.nan_to_num(amplitude[:, where]).max()) for name, where in disc.dofs.items()}
+    names = sorted(sorted(largest, key=lambda name: -largest[name])[:MOST_ON_DISC], key=list(largest).index)
+    kept = [place for name in names for place in disc.dofs[name][: None if disc.whole else 1]]
+    return {
+        "sectors": disc.sectors,
+        "engine_order": disc.engine_order,
+        "whole": disc.whole,
+        "dofs": names,
+        "amplitude": packed(amplitude[:, kept]),
+        "displacement": fixed(motion[:, kept], 2),
     }
 
 

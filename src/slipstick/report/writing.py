@@ -172,7 +172,7 @@ def _is_report(path: Path) -> bool:
         return MARK.encode() in stream.read(2000)
 
 
-STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "print.css")
+STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "disc.css", "print.css")
 
 
 STUDY_STYLES = ("look.css", "study.css", "print.css")
@@ -181,7 +181,7 @@ STUDY_STYLES = ("look.css", "study.css", "print.css")
 STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "study.js")
 
 
-_NAMES = "decode law model view charts save curves strip shape panels tables head main"
+_NAMES = "decode law model view charts save curves strip shape disc panels diagram tables head main"
 SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
 """Our own, in the order they are put together: one script, so that nothing but ``slipstick`` is left in the page."""
 

@@ -9,7 +9,9 @@ class App {
     foot(document.getElementById("foot"), content);
     this.curves = new Curves(document.getElementById("response"), this);
     this.panels = new Panels(document.getElementById("point"), this);
+    this.disc = new Disc(document.getElementById("disc"), this);
     this.body = new Body(document.getElementById("body"), this);
+    this.diagram = new Diagram(document.getElementById("diagram"), this);
     this.ranking = new Ranking(document.getElementById("contacts"), this);
     this.draw();
   }
@@ -40,13 +42,14 @@ class App {
 
   /** Change the view; what only moves the cursor leaves the curves as they are drawn. */
   set(change) {
-    const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all", "turn"].includes(key));
+    const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all", "turn", "blade", "disc"].includes(key));
     const drawn = this.curves.drawn();
     this.view = settled({ ...this.view, ...change }, this.model, this.start);
     this.view.point = Math.min(this.view.point, Math.max(0, this.result.points - 1));
     history.replaceState(null, "", addressOf(this.view));
     if (moves && drawn === this.curves.drawn()) this.curves.move();
     else this.curves.draw();
+    if (!moves || "result" in change) this.diagram.draw();
     this.drawPoint();
   }
 
@@ -63,11 +66,13 @@ class App {
 
   draw() {
     this.curves.draw();
+    this.diagram.draw();
     this.drawPoint();
   }
 
   drawPoint() {
     this.panels.draw();
+    this.disc.draw();
     this.body.draw();
     this.ranking.draw();
   }

@@ -53,6 +53,12 @@ class Result {
     return own.key === "omega" && unit in factors ? [factors[unit], unit] : [1, own.units];
   }
 
+  /** A frequency as an axis. */
+  get frequencyAxis() {
+    const { factors } = this.content.frequency;
+    return { key: "omega", units: Object.keys(factors).find((unit) => factors[unit] === 1) ?? "" };
+  }
+
   /** Frequencies and amplitudes of a dof in the linear limits; none where they are not known. */
   limits(name) {
     const dof = this.dofs.indexOf(name);
@@ -158,6 +164,16 @@ class Result {
   fieldMotion(point) {
     const { coefficients, fields } = this.content.shape;
     return Array.from({ length: fields.shape[0] }, (_, k) => this.coefficients("field motion", coefficients).row(point, k));
+  }
+
+  /** Amplitude and motion at a point of a dof at every sector of a disc: coefficients and the delay of its phase. */
+  onDisc(point, name) {
+    const { disc } = this.content, { sectors, whole } = disc, first = disc.dofs.indexOf(name) * (whole ? sectors : 1);
+    const [sizes, motions] = [this.numbers("disc amplitude", disc.amplitude), this.coefficients("disc motion", disc.displacement)];
+    return Array.from({ length: sectors }, (_, s) => {
+      const at = first + (whole ? s : 0);
+      return { amplitude: sizes.get(point, at), X: motions.row(point, at), delay: (PERIOD * s * disc.engine_order) / sectors };
+    });
   }
 
   /** Motion and force series of a contact of another law, its first port; null where there is none. */

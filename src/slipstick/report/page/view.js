@@ -20,6 +20,7 @@ function viewFrom(text, model) {
     point: whole(given.get("point"), own.points, result === start.result ? start.point : 0),
     dofs: listed("dof", model.dofs), contacts: listed("contact", ["", ...model.contacts]),
     dof: given.get("at-dof"), contact: given.get("at-contact"),
+    disc: own.content.disc?.dofs.find((name) => name === given.get("disc")) ?? "", blade: whole(given.get("blade"), own.content.disc?.sectors ?? 0, null),
     all: given.get("all") === "1", turn: turned(given.get("turn")),
   };
   for (const [key, known] of Object.entries(CHOICES)) {
@@ -57,6 +58,8 @@ function addressOf(view) {
   out.set("at-dof", view.dof);
   out.set("at-contact", view.contact);
   for (const key of [...Object.keys(CHOICES), "unit"]) if (view[key]) out.set(key, view[key]);
+  if (view.disc) out.set("disc", view.disc);
+  if (view.blade !== null) out.set("blade", view.blade);
   out.set("turn", view.turn.join(","));
   for (const key of ["all", "limits"]) if (view[key]) out.set(key, "1");
   return `#${out}`;

@@ -1,0 +1,88 @@
+"""A disc seen from the front: every blade coloured by its amplitude, as long as its motion at an instant."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipstick.branch import Branch
+from slipstick.errors import InputError
+from slipstick.faults import number, one
+from slipstick.plots.points import point_number, point_titled
+from slipstick.plots.quantities import dataset_of, units_of, with_unit
+from slipstick.plots.style import styled
+from slipstick.results.disc import disc_of
+from slipstick.typing import Array, DrawnAxes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_HUB, _REST, _SWING, _NAMES = 0.4, 1.0, 0.22, 1.32
+_MOST_NAMED = 30
+
+
+def disc(branch: Branch, point: int, dof: str | None = None, *, tau: float = 0.0, ax: Axes | None = None) -> DrawnAxes:
+    """Draw the blades of a disc at a point, coloured by the amplitude of a dof, as long as its motion at an instant.
+
+    Parameters
+    ----------
+    branch, point
+        Results of a travelling wave or of a whole disc, with their problem.
+    dof
+        A dof of a sector, by default the first that is known at all of them.
+    tau
+        Phase omega t of the instant in rad: dashed is the rest position, longer is positive. Means are left out, and
+        the largest swing of any blade has one length at all points.
+    ax
+        Axes to draw into.
+
+    Returns
+    -------
+    Axes
+        Blades numbered counter-clockwise, number 0 at the right; ``ax.collections[0]`` has the amplitudes.
+
+    Raises
+    ------
+    InputError
+        Where the results are of no disc, or the dof is not known at every sector.
+    """
+    from matplotlib.collections import PatchCollection
+    from matplotlib.patches import Circle, Wedge
+
+    found, dataset, new = disc_of(one("branch", branch, Branch, "an ss.Branch")), dataset_of(branch), ax is None
+    if found is None or not found.dofs:
+        raise InputError("disc: the results are not of a travelling wave or a disc, or without their problem")
+    point, tau, dof = point_number(dataset, point), number("tau", tau), next(iter(found.dofs)) if dof is None else dof
+    amplitude = branch.on_disc(dof).to_numpy()[point]
+    X = np.array(dataset["displacement"].to_numpy()[point, found.dofs[dof]])
+    reach = _REST + _SWING * _swing(branch, X, tau - found.delays)
+    ax = styled(ax, "", "", height=4.6)
+    angle, half = np.arange(found.sectors) * 360.0 / found.sectors, 0.42 * 360.0 / found.sectors
+    blades = [Wedge((0, 0), r, a - half, a + half, width=r - _HUB) for r, a in zip(reach, angle, strict=True)]
+    drawn = PatchCollection(blades, cmap="viridis")
+    drawn.set_array(amplitude)
+    drawn.set_clim(0.0, float(amplitude.max()) or 1.0)
+    ax.add_collection(drawn)
+    ax.add_patch(Circle((0, 0), _HUB, facecolor="#EEEEEE", edgecolor="none"))
+    ax.add_patch(Circle((0, 0), _REST, fill=False, edgecolor="0.5", linestyle="--", linewidth=0.8))
+    for s in range(0, found.sectors, -(-found.sectors // _MOST_NAMED)):
+        place = _NAMES * np.cos(np.radians(angle[s])), _NAMES * np.sin(np.radians(angle[s]))
+        ax.text(*place, str(s), ha="center", va="center", fontsize="small", color="0.35")
+    ax.set(xlim=(-1.42, 1.42), ylim=(-1.42, 1.42), aspect="equal")
+    ax.set_axis_off()
+    label = with_unit(f"Amplitude of {dof}", units_of(dataset).label("length"))
+    bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8)
+    bar.formatter.set_powerlimits((-3, 5))  # type: ignore[attr-defined]
+    bar.ax.yaxis.set_label_text(label, parse_math=False)
+    if new:
+        point_titled(ax, dataset, point, [])
+    return ax
+
+
+def _swing(branch: Branch, X: Array, tau: Array) -> Array:
+    """Motion (sectors,) of each about its mean at its own phase, over a bound of the largest."""
+    moving = X.copy()
+    moving[:, 0] = 0.0
+    most = np.hypot(X[:, 1::2], X[:, 2::2]).sum(axis=1).max() or 1.0
+    return np.array([branch.harmonics.H_minus(t) @ x for x, t in zip(moving, tau, strict=True)]) / most

@@ -1,0 +1,53 @@
+"""Motion of every sector of a disc: that of a wave from sector to sector, or that of a whole disc."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.branch import Branch
+
+
+class Disc(NamedTuple):
+    """What results tell of the sectors of a disc.
+
+    Attributes
+    ----------
+    sectors
+        Number of sectors N.
+    engine_order
+        Of the fundamental frequency: sector s moves with the delay 2 pi s E / N of phase. 0 of a whole disc.
+    whole
+        Whether every sector has dofs of its own, ``tip@0`` to ``tip@23``.
+    dofs
+        Names of dofs that are known at every sector, with the place (sectors,) of each in the results.
+    """
+
+    sectors: int
+    engine_order: int
+    whole: bool
+    dofs: dict[str, list[int]]
+
+    @property
+    def delays(self) -> Array:
+        """Phase (sectors,) in rad by which each moves later than its own coefficients say."""
+        return 2.0 * np.pi * np.arange(self.sectors) * self.engine_order / self.sectors
+
+
+def disc_of(branch: Branch) -> Disc | None:
+    """The disc of which these are results; None where they are of something else, or without their problem."""
+    structure: Any = None if branch.problem is None else branch.problem.structure
+    sectors = getattr(structure, "sectors", None)
+    if sectors is None:
+        return None
+    places = {str(name): place for place, name in enumerate(branch.table["dof"].to_numpy())}
+    if not getattr(structure, "whole_disc", False):
+        dofs = {name: [place] * sectors for name, place in places.items() if "@" not in name}
+        return Disc(sectors, structure.engine_order, False, dofs)
+    names = dict.fromkeys(name.rpartition("@")[0] for name in places)
+    every = {name: [places.get(f"{name}@{s}", -1) for s in range(sectors)] for name in names}
+    return Disc(sectors, 0, True, {name: where for name, where in every.items() if min(where) >= 0})
