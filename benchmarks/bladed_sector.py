@@ -1,14 +1,17 @@
 """Seconds from mesh to curve of a bladed sector: matrices, phases, a wave with friction; then stored, from disk.
 
+Of the wall, of the processor (all cores, so that other load shows), and the largest memory by then.
+
 python benchmarks/bladed_sector.py [small | medium | large] [--cache FOLDER]
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
 import tempfile
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 
@@ -20,12 +23,14 @@ HARMONICS = 6
 
 def curve(size: str, cache: Path) -> None:
     """Once from mesh to curve, each stage with its seconds."""
-    began = last = perf_counter()
+    began = last = np.array([perf_counter(), process_time()])
 
-    def told(what: str) -> None:
+    def told(what: str, since: np.ndarray | None = None) -> None:
         nonlocal last
-        now = perf_counter()
-        print(f"  {what:60s} {now - last:8.2f} s", flush=True)
+        now = np.array([perf_counter(), process_time()])
+        wall, processor = now - (last if since is None else since)
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        print(f"  {what:60s} {wall:8.2f} s, {processor:8.2f} s of processor, {memory:.2f} GB", flush=True)
         last = now
 
     model = ss.bladed_sector(size)
@@ -53,8 +58,7 @@ def curve(size: str, cache: Path) -> None:
     )  # fmt: skip
     branch = ss.forced_response(problem, omega=(0.9 * first, 1.3 * first))
     told(f"curve of {branch.dataset.sizes['point']} points, {len(problem.contacts)} contacts: {branch.outcome}")
-    print(f"  {'from mesh to curve':60s} {perf_counter() - began:8.2f} s; largest amplitude "
-          f"{float(np.abs(branch.dataset.amplitude).max()):.4g} m")  # fmt: skip
+    told(f"from mesh to curve; largest amplitude {float(np.abs(branch.dataset.amplitude).max()):.4g} m", began)
 
 
 def main() -> None:
