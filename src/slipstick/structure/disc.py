@@ -393,7 +393,9 @@ class Disc(ModalStructure):
         delay = np.repeat(2.0 * np.pi * engine_order * np.arange(N) / N, count)
         for cos, sin in (("cos", "sin"), ("second_cos", "second_sin"), ("normal_cos", "normal_sin")):
             a, b = getattr(rubbing, cos), getattr(rubbing, sin)
-            parts = {m: (spread(a.get(m, 0.0)) - 1j * spread(b.get(m, 0.0))) * np.exp(-1j * m * delay) for m in {*a, *b}}
+            parts = {
+                m: (spread(a.get(m, 0.0)) - 1j * spread(b.get(m, 0.0))) * np.exp(-1j * m * delay) for m in {*a, *b}
+            }
             if parts:
                 moved[cos] = {m: z.real for m, z in parts.items()}
                 moved[sin] = {m: -z.imag for m, z in parts.items() if m}

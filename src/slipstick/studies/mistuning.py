@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipstick.branch import Branch
 
 PERCENTILES = (50.0, 95.0, 99.0)
-_FEWEST = 8
+FEWEST = 8
 """Samples from which a distribution is fitted."""
 _SAME = 1e-9
 
@@ -62,8 +62,8 @@ class WeibullMaxima:
         """
         a = np.sort(np.asarray(values, dtype=float))
         n, i = a.size, np.arange(a.size)
-        if n < _FEWEST or not np.ptp(a) > 0.0:
-            raise InputError(Fault("values", found=f"{n} values", expected=f"at least {_FEWEST} that differ"))
+        if n < FEWEST or not np.ptp(a) > 0.0:
+            raise InputError(Fault("values", found=f"{n} values", expected=f"at least {FEWEST} that differ"))
         b0, b1, b2 = a.mean(), (i * a).mean() / (n - 1), (i * (i - 1) * a).mean() / ((n - 1) * (n - 2))
         c = (2.0 * b1 - b0) / (3.0 * b2 - b0) - log(2.0) / log(3.0)
         shape = 7.8590 * c + 2.9554 * c * c
@@ -144,7 +144,7 @@ def mistuning_study(
     )
     if sound.size:
         out["amplification_percentile"] = "percentile", np.percentile(sound, PERCENTILES)
-    if sound.size >= _FEWEST:
+    if sound.size >= FEWEST:
         fit = WeibullMaxima.fitted(sound)
         out["fitted_percentile"] = "percentile", [fit.percentile(p) for p in PERCENTILES]
         out.attrs |= {"weibull_shape": fit.shape, "weibull_place": fit.place, "weibull_scale": fit.scale}
