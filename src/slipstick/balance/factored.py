@@ -50,12 +50,8 @@ class FactoredCompliance:
         f = self.factors
         if f.coupling is None or f.coupling_weight is None:
             return 0.0
-        weight = f.weight.conj().T
-        modal = (
-            (f.right[: len(G)].T @ np.ascontiguousarray(G).view(float)).view(complex)
-            * weight
-            * f.coupling_weight.conj()
-        )
+        weight, pairs = f.weight.conj().T, np.ascontiguousarray(G).view(float)
+        modal = (f.right[: len(G)].T @ pairs).view(complex) * weight * f.coupling_weight.conj()
         coupled = (f.coupling @ modal.view(float)).view(complex) * weight
         return coefficients((f.left @ coupled.view(float)).view(complex))
 

@@ -26,7 +26,7 @@ _WITHIN = (0.5, 0.05)
 _BEYOND = (0.02, 0.05, 0.1, 0.2, 0.01, 0.005, 0.002, 0.001)
 """How much larger than that size cycles are sought."""
 _NEAR = 0.1
-"""Of the range: the first cycle is this near to the Hopf point where one is, so that little of the curve is left out."""
+"""Of the range: where a cycle is nearer to the Hopf point it is the first: little of the curve is left out."""
 _DOUBLINGS = 60
 _SMALL, _GROWN, _SAME_VALUE = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8), (9.0, 4.0, 1.0, 19.0), 1e-3
 """Where laws other than friction bend the curve from the Hopf point on: sizes of the vibration there, and how much
