@@ -387,7 +387,8 @@ class Disc(ModalStructure):
         if "second" in along:
             along["ports"] = {"second": along.pop("second")}
         rubbing, moved = pair.rubbing, dict[str, Any]()
-        for name in ("velocity", "velocity_per_omega"):
+        velocities = "velocity", "velocity_per_omega"
+        for name in (*velocities, *(f"second_{own}" for own in velocities)):
             if np.ndim(value := getattr(rubbing, name)):
                 moved[name] = spread(value)
         delay = np.repeat(2.0 * np.pi * engine_order * np.arange(N) / N, count)
