@@ -12,6 +12,7 @@ from slipstick.faults import names as name_list
 from slipstick.faults import number, shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import GREY, legend, over_decades, styled
+from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
@@ -218,8 +219,6 @@ def percentile_convergence(
     InputError
         If it is no such dataset, all its samples failed, or a percentile is not between 0 and 100.
     """
-    from slipstick.studies.mistuning import FEWEST, WeibullMaxima
-
     if not hasattr(samples, "data_vars") or "amplification" not in samples:
         raise InputError(f"nothing to draw: found {shown(samples)}; expected the dataset of a mistuning study")
     asked = [number("percentiles", p, "numbers > 0 and < 100") for p in percentiles]
