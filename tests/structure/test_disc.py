@@ -243,3 +243,41 @@ def test_faults(given: dict[str, Any], fragments: tuple[str, ...]) -> None:
         a_sector(6).mistuned(**given)
     for fragment in fragments:
         assert fragment in str(raised.value)
+
+
+def test_deviations_with_the_iterative_jacobian() -> None:
+    """Derivatives along them and the branch over their factor are those of all entries written out."""
+    wave = wave_problem(6, 2, {name: pairs()[name] for name in "MK"}, 1 - 6j, 0.3, orders=4, loss=0.02)
+    disc = wave.structure.sector.mistuned(deviations(6, 0.02), BLADE)  # type: ignore[attr-defined]
+    problem, names = disc.problem(wave, outputs=["tip@0", "tip@3"]), [f"stiffness@{s}" for s in range(6)]
+    slopes = []
+    for jacobian in ("dense", "iterative"):
+        at = ss.steady_response(problem, omega=[7.9], options={"jacobian": jacobian})
+        slopes.append(at.sensitivity([*names, "mistuning"], dof="tip@0")["amplitude"].to_numpy())
+    np.testing.assert_allclose(slopes[1], slopes[0], rtol=1e-6)
+    branch = ss.parameter_response(problem, "mistuning", (0.9, 1.0), omega=7.9, options={"jacobian": "iterative"})
+    np.testing.assert_allclose(branch.dataset.amplitude.to_numpy()[-1], at.dataset.amplitude.to_numpy()[0], rtol=1e-7)
+
+
+def test_several_contacts_of_a_sector_come_to_every_sector() -> None:
+    """Given as one pair or as two: the same disc, which moves as the wave does."""
+    wave = wave_problem(6, 2, pairs(), 1 - 6j, 0.3)
+    shroud, casing = wave.contacts
+    both: dict[str, Any] = {"cos": {1: np.array([1e-3, -2e-3])}}
+    rubbing = ss.RubbingMotion(velocity=np.array([0.3, -0.2]), **both)
+    contact = casing.contact.changed(kt=np.array([30.0, 20.0]))
+    together = ss.ContactPair(name="pads", contact=contact, tangential=["tip", "left"], rubbing=rubbing)
+    apart = [
+        ss.ContactPair(
+            name=f"pad {i}", contact=casing.contact.changed(kt=float(contact.values["kt"][i])), tangential=dof,
+            rubbing=ss.RubbingMotion(velocity=float(rubbing.velocity[i]), cos={1: float(both["cos"][1][i])}),
+        )
+        for i, dof in enumerate(["tip", "left"])
+    ]  # fmt: skip
+    found = []
+    for contacts in ([shroud, together], [shroud, *apart]):
+        own = ss.Problem(wave.structure, contacts=contacts, loads=wave.loads, harmonics=wave.harmonics)
+        disc = wave.structure.sector.mistuned().problem(own)  # type: ignore[attr-defined]
+        found.append([ss.steady_response(p, omega=[7.9]).on_disc("tip").to_numpy()[0] for p in (own, disc)])
+    np.testing.assert_allclose(found[0][1], found[0][0], rtol=1e-9)
+    np.testing.assert_allclose(found[1][1], found[0][1], rtol=1e-9)

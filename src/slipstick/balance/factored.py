@@ -40,9 +40,20 @@ class FactoredCompliance:
         """The same of the derivative."""
         f = self.factors
         if f.columns is None or f.columns_slope is None:
-            return self._sum(G, f.slope, f.part_slope)
-        explicit = self._sum(G * f.columns[: len(G)], f.slope, f.part_slope)
+            return self._sum(G, f.slope, f.part_slope) + self._coupled(G)
+        delayed = G * f.columns[: len(G)]
+        explicit = self._sum(delayed, f.slope, f.part_slope) + self._coupled(delayed)
         return explicit + self._sum(G * f.columns_slope[: len(G)], f.weight, f.part_weight)
+
+    def _coupled(self, G: ComplexArray) -> Array | float:
+        """What the modes' coupling adds to the derivative."""
+        f = self.factors
+        if f.coupling is None or f.coupling_weight is None:
+            return 0.0
+        weight, pairs = f.weight.conj().T, np.ascontiguousarray(G).view(float)
+        modal = (f.right[: len(G)].T @ pairs).view(complex) * weight * f.coupling_weight.conj()
+        coupled = (f.coupling @ modal.view(float)).view(complex) * weight
+        return coefficients((f.left @ coupled.view(float)).view(complex))
 
     def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray) -> Array:
         f, count = self.factors, len(G)

@@ -12,7 +12,7 @@ _FIGURES = {
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping",
     "rotor": "campbell interference",
-    "study": "study_map study_curves",
+    "study": "study_map study_curves percentile_convergence",
     "quantities": "abscissa_text",
     "style": "save_figure",
 }

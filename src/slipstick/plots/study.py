@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import names as name_list
-from slipstick.faults import shown, suggestion
+from slipstick.faults import number, shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import GREY, legend, over_decades, styled
+from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ _FEW = 7
 """Up to so many curves have each a name, more a colour bar."""
 _MOST = 100
 """No more curves are drawn into one figure."""
+_COUNTS = 60
+"""Numbers of samples at which percentiles are drawn."""
 
 
 def study_map(
@@ -191,6 +194,50 @@ def study_curves(
         figure: Any = ax.get_figure()
         figure.colorbar(ScalarMappable(norm, "cividis"), ax=ax).set_label(_labelled(data[name], name), parse_math=False)
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    return ax
+
+
+def percentile_convergence(
+    samples: xarray.Dataset, percentiles: Sequence[float] = (50.0, 95.0, 99.0), *, ax: Axes | None = None
+) -> DrawnAxes:
+    """Percentiles of the amplification over the number of samples: whether more of them would change anything.
+
+    Each is that of the first n samples of a mistuning study, failed ones left out; dashed, from 8 samples on, that of
+    the Weibull distribution of maxima fitted to them.
+
+    Parameters
+    ----------
+    samples
+        The dataset that ``slipstick.studies.mistuning.mistuning_study`` returns.
+    percentiles
+        In percent, between 0 and 100.
+    ax
+        Axes to draw into; by default those of a new figure.
+
+    Raises
+    ------
+    InputError
+        If it is no such dataset, all its samples failed, or a percentile is not between 0 and 100.
+    """
+    if not hasattr(samples, "data_vars") or "amplification" not in samples:
+        raise InputError(f"nothing to draw: found {shown(samples)}; expected the dataset of a mistuning study")
+    asked = [number("percentiles", p, "numbers > 0 and < 100") for p in percentiles]
+    if wrong := [p for p in asked if not 0.0 < p < 100.0]:
+        raise InputError(f"percentiles: found {wrong[0]:g}; expected numbers > 0 and < 100")
+    values = samples["amplification"].to_numpy()
+    values = values[np.isfinite(values)]
+    if not values.size:
+        raise InputError("nothing to draw: all samples failed")
+    ax = styled(ax, "number of samples", "amplification")
+    counts = np.unique(np.geomspace(1, values.size, _COUNTS).astype(int))
+    fits = [n for n in counts.tolist() if n >= FEWEST and np.ptp(values[:n]) > 0.0]
+    fitted = [WeibullMaxima.fitted(values[:n]) for n in fits]
+    for percent in asked:
+        line, *_ = ax.plot(counts, [np.percentile(values[:n], percent) for n in counts], label=f"{percent:g} %")
+        ax.plot(fits, [fit.percentile(percent) for fit in fitted], linestyle="--", color=line.get_color())
+    if values.size > 1:
+        ax.set_xscale("log")
+    legend(ax)
     return ax
 
 

@@ -544,6 +544,23 @@ class WaveReceptance:
         wave = self._wave.changed(**{n: v for n, v in self._own.items() if n in self._wave.values})
         return wave.growing(d)
 
+    def vibration(self, d: int, stiffness: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Poles of positive frequency, rad/s, with springs (n_rows, n_rows) at the ports, phase ``2 pi d / N``.
+
+        With them their motion at the ports, (n_rows, n_poles). What modes leave out is taken as static.
+        """
+        terms, e, n = self._phase(d % self._wave.sectors), 1.0 + 1j * self._own["loss_factor"], len(stiffness)
+        moved = np.linalg.solve(np.eye(n) + terms.residual[:, :n] / e @ stiffness, terms.left)
+        K = e * np.diag(terms.omega**2) + terms.right[:n].T @ stiffness @ moved
+        if terms.gas is not None:
+            K = K + terms.gas
+        C = self._own["damping"] * (terms.damping if terms.damping.ndim == 2 else np.diag(terms.damping))
+        size = len(K)
+        A = np.block([[np.zeros((size, size)), np.eye(size)], [-K, -C]])
+        poles, vectors = np.linalg.eig(A)
+        vibrating = poles.imag > _GROWS * np.abs(poles)
+        return poles[vibrating], moved @ vectors[:size, vibrating]
+
     def of_order(self, order: int, frequency: ArrayLike, wave_number: int = 0) -> ComplexArray:
         """Receptance of a harmonic at any frequencies (...), rad/s, of either sign, (..., n_rows, n_columns).
 

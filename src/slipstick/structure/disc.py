@@ -367,36 +367,41 @@ class Disc(ModalStructure):
         return replace(plain, C=C, K=K)
 
     def contacts(self, pair: ContactPair, engine_order: int = 0) -> ContactPair:
-        """The contacts of all sectors of one given on ``dof`` and ``dof@next``: "shroud.1" is that of sector 0.
+        """The contacts of all sectors of those given on ``dof`` and ``dof@next``, sector 0 first.
 
+        Of one contact "shroud.1" is that of sector 0; of K contacts those of sector s are "shroud.(s K + 1)" and so on.
         Its rubbing motion is delayed by ``2 pi s engine_order / N`` at sector s.
         """
-        every = range(self.sectors)
+        if set(pair.ports or ()) - {"second"}:
+            expected = "contacts of a sector by tangential and normal"
+            raise InputError(Fault(("contact", pair.name), found="ports", expected=expected))
+        count, N = len(pair), self.sectors
+
+        def spread(value: Any) -> Array:
+            return np.tile(np.broadcast_to(np.asarray(value, dtype=float), (count,)), N)
+
         along: dict[str, Any] = {
-            side: [self._turned_to(cosines, s) for s in every]
-            for side in ("tangential", "normal")
-            if (cosines := getattr(pair, side)) is not None
+            side: [self._turned_to(own, s) if own else own for s in range(N) for own in cosines]
+            for side, cosines in pair.directions.items()
         }
-        second: Any = (pair.ports or {}).get("second")
-        if second is not None and set(pair.ports or ()) == {"second"}:
-            along["ports"] = {"second": [self._turned_to(second, s) for s in every]}
-        if len(pair) != 1 or (pair.ports and "ports" not in along):
-            found = f"{len(pair)} contacts" if len(pair) != 1 else "ports"
-            raise InputError(
-                Fault(("contact", pair.name), found=found, expected="one contact of a sector, by tangential and normal")
-            )
-        rubbing = pair.rubbing
-        delay = 2.0 * np.pi * engine_order * np.arange(self.sectors) / self.sectors
+        if "second" in along:
+            along["ports"] = {"second": along.pop("second")}
+        rubbing, moved = pair.rubbing, dict[str, Any]()
+        velocities = "velocity", "velocity_per_omega"
+        for name in (*velocities, *(f"second_{own}" for own in velocities)):
+            if np.ndim(value := getattr(rubbing, name)):
+                moved[name] = spread(value)
+        delay = np.repeat(2.0 * np.pi * engine_order * np.arange(N) / N, count)
         for cos, sin in (("cos", "sin"), ("second_cos", "second_sin"), ("normal_cos", "normal_sin")):
             a, b = getattr(rubbing, cos), getattr(rubbing, sin)
-            parts = {m: (a.get(m, 0.0) - 1j * b.get(m, 0.0)) * np.exp(-1j * m * delay) for m in {*a, *b}}
+            parts = {
+                m: (spread(a.get(m, 0.0)) - 1j * spread(b.get(m, 0.0))) * np.exp(-1j * m * delay) for m in {*a, *b}
+            }
             if parts:
-                sines = {m: -z.imag for m, z in parts.items() if m}
-                turned: dict[str, Any] = {cos: {m: z.real for m, z in parts.items()}, sin: sines}
-                rubbing = replace(rubbing, **turned)
-        contact = pair.contact.changed(
-            **{name: np.full(self.sectors, float(value)) for name, value in pair.contact.values.items()}
-        )
+                moved[cos] = {m: z.real for m, z in parts.items()}
+                moved[sin] = {m: -z.imag for m, z in parts.items() if m}
+        rubbing = replace(rubbing, **moved)
+        contact = pair.contact.changed(**{name: spread(value) for name, value in pair.contact.values.items()})
         return replace(pair, contact=contact, rubbing=rubbing, **along)
 
     def loads(self, load: Load, engine_order: int) -> list[Load]:
@@ -426,7 +431,7 @@ class Disc(ModalStructure):
         Raises
         ------
         InputError
-            For another structure, or contacts that are already several.
+            For another structure, or contacts that are not given by tangential and normal.
         """
         from slipstick.structure.cyclic import TravellingWave
 
@@ -549,13 +554,18 @@ class DiscReceptance(_OfDisc, ModalReceptance):
         return out.reshape(*w.shape, *self.static.shape)
 
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """As of a modal receptance; InputError along deviations, which couple the modes."""
-        if any(_of_blades(name) for name in along or ()):
-            raise InputError(
-                Fault("jacobian", "deviations of blades are not followed by an iterative one",
-                      remedy='give options={"jacobian": "dense"}')
-            )  # fmt: skip
-        return super().factors(orders, omega, along)
+        """As of a modal receptance; deviations couple the modes in the derivative along them."""
+        found = super().factors(orders, omega, along)
+        forms = [
+            (rate * size, b) for name, rate in (along or {}).items() if _of_blades(name)
+            for size, b in self._disc.forms(name)
+        ]  # fmt: skip
+        if not forms:
+            return found
+        sizes, moved = np.array([size for size, _ in forms]), np.array([b for _, b in forms])
+        e = 1.0 + 1j * self._disc.disc.loss_factor[0]
+        between = np.append(1.0, np.full(len(found.weight) - 1, e))
+        return replace(found, coupling=-(moved.T * sizes) @ moved, coupling_weight=between)
 
 
 class CoupledDiscReceptance(_OfDisc):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -163,6 +164,15 @@ def test_a_wave_loses_its_symmetry_along_a_branch() -> None:
     assert int(data.wave_number[-1]) % 2 == 1
     lost = [str(one.message) for one in told if "loses its symmetry" in str(one.message)]
     assert len(lost) == 1
+    (point,) = [point for point in branch.bifurcations() if point.kind == "symmetry breaking"]
+    assert (point.before, point.after) == (0, 2)
+    assert 0.2 < point.value < 0.32
+    for load, expected in ((1.003 * point.value, 0), (0.997 * point.value, 2)):
+        given = problem.with_parameter("load", load)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ss.SlipstickWarning)  # the loss is told where it is
+            near = ss.steady_response(given, omega=[7.9], guess=branch.guess(point.point), stability=True)
+        assert int(near.dataset.unstable_multipliers[0]) == expected
     for load in (0.32, 0.2):
         ring = sector.mistuned().problem(problem.with_parameter("load", load))
         x, detail, _, balance = judged(ring, 7.9)

@@ -16,6 +16,7 @@ from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
 from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch
+from slipstick.analysis.self_excited.wave_at_rest import WaveAtRest
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings
@@ -30,6 +31,7 @@ from slipstick.results.schema import SELF_EXCITED
 from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, Step, continuation
 from slipstick.solve.norm import relative
+from slipstick.structure.cyclic import TravellingWave
 from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array, Real
 
@@ -71,7 +73,8 @@ def limit_cycles(
     ----------
     problem
         What rubs: friction contacts, or laws without memory that tell their ``rate``, on a structure that is known by
-        matrices or modes.
+        matrices or modes; or friction contacts of a sector in a travelling wave: flutter that friction limits. The
+        engine order is then that of the wave sought, which is followed whether or not other waves grow too.
     parameter, span
         As of ``parameter_response``: a name such as "brake.mu", its first and last value. Begin where steady sliding is
         stable.
@@ -146,10 +149,11 @@ def self_excited(
     """The request and its warnings: also that hysteretic damping is taken as viscous, equal at a frequency."""
     values = {*np.linspace(*span, _SLIDING_POINTS).tolist(), *requested}
     ordered = sorted(values, reverse=span[1] < span[0])
-    sliding = SteadySliding(balance, parameter)
+    wave = hasattr(balance.receptance, "wave_numbers")
+    sliding = WaveAtRest(balance, parameter) if wave else SteadySliding(balance, parameter)
     if not sliding.in_time:
         raise InputError("limit cycles need equations in time: give the structure as matrices or modes")
-    if _hysteretic(problem, parameter, span):
+    if not wave and _hysteretic(problem, parameter, span):
         sliding = damped_as_vibrating(balance, parameter, ordered)
     warnings = [*parameter_warnings(problem, parameter, span, 1.0, balance.receptance.static, steady=True)]
     if sliding.damping_at is not None:
@@ -197,6 +201,11 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
     if turning_with(problem.structure, 1.0) is not problem.structure:
         tied = "the speed of rotation is tied to a frequency that is not known before"
         yield Fault(("structure", "engine_order"), tied, remedy="give the structure a fixed speed")
+    if isinstance(problem.structure, TravellingWave):
+        for pair in problem.contacts:
+            if not is_friction(pair.contact):
+                unknown = "it follows a law whose answer to disturbances of a wave is not known"
+                yield Fault(("contact", pair.name), unknown, expected="friction", remedy="compute the whole disc")
     if 1 not in problem.harmonics.orders:
         yield Fault("harmonics", "harmonic 1 is left out", expected="harmonics with 0 and 1, such as 0 to 10")
 

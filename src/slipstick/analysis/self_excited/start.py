@@ -25,6 +25,8 @@ _WITHIN = (0.5, 0.05)
 """Of the size at which a contact changes its state: where the balance's own Hopf point is sought."""
 _BEYOND = (0.02, 0.05, 0.1, 0.2, 0.01, 0.005, 0.002, 0.001)
 """How much larger than that size cycles are sought."""
+_NEAR = 0.1
+"""Of the range: where a cycle is nearer to the Hopf point it is the first: little of the curve is left out."""
 _DOUBLINGS = 60
 _SMALL, _GROWN, _SAME_VALUE = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8), (9.0, 4.0, 1.0, 19.0), 1e-3
 """Where laws other than friction bend the curve from the Hopf point on: sizes of the vibration there, and how much
@@ -87,13 +89,23 @@ class CycleStart:
         """A cycle a little larger, at whatever value of the parameter it has; None where none is found in the range."""
         assert self.largest is not None
         sizes = ((1.0 + beyond) * self.largest for beyond in (_GROWN if self.smooth else _BEYOND))
-        steps = (self._corrected(size) for size in sizes)
-        cycles = (s for s in steps if s is not None and self._inside(s))
-        return next((s for s in cycles if self.smooth or not self._slides_on(s)), None)
+        found: Step | None = None
+        for step in map(self._corrected, sizes):
+            if step is None or not self._inside(step) or (not self.smooth and self._slides_on(step)):
+                continue
+            if found is None or self._away(step) < self._away(found):
+                found = step
+            if self._away(found) < _NEAR:
+                break
+        return found
+
+    def _away(self, step: Step) -> float:
+        """Of the range, how far from the Hopf point a vibration is."""
+        return abs(step.parameter - self.value) / abs(self._span[1] - self._span[0])
 
     def _beside(self, step: Step) -> bool:
         """Whether a vibration is so small that its parameter is that of the Hopf point."""
-        return abs(step.parameter - self.value) < _SAME_VALUE * abs(self._span[1] - self._span[0])
+        return self._away(step) < _SAME_VALUE
 
     def _settle(self) -> bool:
         """Go from where eigenvalues put the Hopf point to that of the balance, and say whether there is one."""

@@ -18,17 +18,18 @@ from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, law_tangent
 from slipstick.analysis.stability.refined_motion import Iteration
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
+from slipstick.balance.residual import Detail
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import ParameterSystem
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.kernel.tuples import STICK
 from slipstick.errors import InputError
-from slipstick.results.stability import EIGENVALUES, PointStability
+from slipstick.results.stability import EIGENVALUES, UNKNOWN, PointStability
 from slipstick.solve.newton import NewtonOptions, newton_at
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray, IntArray
 
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 """Rate beside the largest magnitude of an exponent that may be rounding."""
 
 _AT_AN_END = 1e-5
@@ -60,6 +61,10 @@ class Sliding:
         Their motion at the ports, (n_ports, k).
     neutral
         Contacts that stick.
+    elsewhere
+        Of a travelling wave: how many disturbances grow with the phase of another one.
+    wave_number
+        Of a travelling wave: that of a growing disturbance, of another phase if there is one; None without any.
     """
 
     value: float
@@ -67,6 +72,8 @@ class Sliding:
     exponents: ComplexArray
     shapes: ComplexArray
     neutral: int
+    elsewhere: int = 0
+    wave_number: int | None = None
 
     @property
     def pairs(self) -> IntArray:
@@ -82,7 +89,7 @@ class Sliding:
     @property
     def growing(self) -> int:
         """How many disturbances grow."""
-        return unstable(self._multipliers)
+        return unstable(self._multipliers) + self.elsewhere
 
     def growth(self, rank: int) -> float:
         """Rate of the pair of that rank; negative without one."""
@@ -92,15 +99,16 @@ class Sliding:
     @property
     def rounding(self) -> float:
         """Rate below which nothing is known of growth."""
-        return _ROUNDING * float(np.abs(self.exponents).max(initial=0.0))
+        return ROUNDING * float(np.abs(self.exponents).max(initial=0.0))
 
     @property
     def stability(self) -> PointStability:
         """As it is recorded: multipliers over a period of the free frequency."""
         multipliers = self._multipliers
         return PointStability(
-            multipliers=multipliers, unstable=unstable(multipliers), method=EIGENVALUES, neutral=self.neutral
-        )
+            multipliers=multipliers, unstable=self.growing, method=EIGENVALUES, neutral=self.neutral,
+            wave_number=UNKNOWN if self.wave_number is None else self.wave_number,
+        )  # fmt: skip
 
     @property
     def _multipliers(self) -> ComplexArray:
@@ -134,7 +142,10 @@ class SteadySliding:
         x = self._rest(value)
         if x is None:
             return None
-        detail = self._system.evaluate(x, value).detail
+        return self._sliding(value, x, self._system.evaluate(x, value).detail)
+
+    def _sliding(self, value: float, x: Array, detail: Detail) -> Sliding:
+        """With the disturbances of a motion at rest."""
         motion = self._iteration.truncated(x, detail)
         values, states = motion.values, tuple[int, ...]()
         if len(motion.X):

@@ -64,6 +64,10 @@ class CycleWatch(StabilityWatch):
         """Stability at ``(X, w)``; the sign of the bordered Jacobian tells nothing."""
         return super().at(x[:-1], detail, error=error)
 
+    def growing(self, x: Array, detail: Detail) -> int:
+        """How many disturbances of a wave grow at ``(X, w)``."""
+        return super().growing(x[:-1], detail)
+
     def judged(self, multipliers: ComplexArray) -> ComplexArray:
         """All but the multiplier 1 of a shift in time."""
         return np.delete(multipliers, int(np.argmin(np.abs(multipliers - 1.0)))) if multipliers.size else multipliers

@@ -216,15 +216,23 @@ class StabilityWatch:
 
     def _of_wave(self, x: Array, detail: Detail) -> PointStability:
         """Stability of a travelling wave against disturbances of every wave number."""
-        form, receptance = self.form(x, detail), adjusted(self.balance.receptance, detail.inputs.structure)
-        ring = WaveDisturbances(form, receptance, BEYOND * detail.omega / (2.0 * np.pi))
+        ring = self._ring(x, detail)
         count = ring.count()
         fastest = ring.fastest() if count else None
         return PointStability(
             multipliers=NO_MULTIPLIERS, unstable=UNKNOWN if count is None else count,
-            method="" if count is None else WAVE_COUNT, neutral=form.neutral,
+            method="" if count is None else WAVE_COUNT, neutral=ring.neutral,
             wave_number=UNKNOWN if fastest is None else fastest.wave_number,
         )  # fmt: skip
+
+    def growing(self, x: Array, detail: Detail) -> int:
+        """How many disturbances of a travelling wave grow, without looking for them; ``UNKNOWN`` where nobody knows."""
+        count = self._ring(x, detail).count()
+        return UNKNOWN if count is None else count
+
+    def _ring(self, x: Array, detail: Detail) -> WaveDisturbances:
+        receptance = adjusted(self.balance.receptance, detail.inputs.structure)
+        return WaveDisturbances(self.form(x, detail), receptance, BEYOND * detail.omega / (2.0 * np.pi))
 
     def difference(self, x: Array, detail: Detail, stability: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""

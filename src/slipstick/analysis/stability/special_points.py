@@ -2,7 +2,8 @@
 
 Folds are turning points, which the continuation knows. Here are the others: a multiplier passes -1 (the period
 doubles), a pair leaves the unit circle (Neimark-Sacker: a second frequency appears), one passes +1 without a fold
-(symmetry breaks, or branches cross), and contacts change the order of their states (touch or stick begins or ends).
+(symmetry breaks, or branches cross), a travelling wave loses its symmetry (a disturbance of another wave number begins
+to grow, by the count), and contacts change the order of their states (touch or stick begins or ends).
 """
 
 from __future__ import annotations
@@ -37,6 +38,9 @@ from slipstick.typing import Array, ComplexArray
 _HALVINGS = 10
 """Halvings of a segment between two points on which contacts have different states."""
 
+_COUNTED = 6
+"""The same where disturbances are counted, which costs as much as solving for a point."""
+
 _REMEMBERED = 8
 
 CHEAP_CONTACTS = 4
@@ -55,6 +59,7 @@ class SpecialPoints:
         self._complete = h.highest == h.n
         self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS
         """Whether interpolated points are judged too."""
+        self._of_wave = hasattr(watch.balance.receptance, "wave_numbers")
         self._known: list[tuple[Step, PointStability]] = []
         self._last: tuple[Word, float] | None = None
 
@@ -64,6 +69,9 @@ class SpecialPoints:
         changes = BranchEvent(
             name=STATE_CHANGE, kind=STATE_CHANGE, function=lambda step: self._state(step), place=self._change
         )
+        if self._of_wave:
+            lost = BranchEvent(name=BRANCH_POINT, kind=BRANCH_POINT, function=self._held, place=self._loss)
+            return (lost, changes)
         if not self._watch.systems.in_time:
             return (changes,)
         tests = {PERIOD_DOUBLING: doubling, NEIMARK_SACKER: torus}
@@ -117,7 +125,7 @@ class SpecialPoints:
     def confirmed(self, step: Step) -> bool:
         """Whether a located step is what it was located as: a jump of multipliers is none."""
         test = {PERIOD_DOUBLING: beside_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: beside_one}.get(step.kind)
-        if test is None:
+        if test is None or self._of_wave:
             return True
         stability = self.at(step)
         return stability.unstable != UNKNOWN and abs(test(stability.multipliers)) < _NEAR[step.kind]
@@ -132,6 +140,21 @@ class SpecialPoints:
         if step.orientation and self._complete:
             return abs(value) * step.orientation
         return value * (1.0 if step.tangent_parameter >= 0 else -1.0)
+
+    def _held(self, step: Step) -> float:
+        """Changes its sign where a travelling wave loses its symmetry, or has it again."""
+        return -1.0 if _lost(self.at(step)) else 1.0
+
+    def _loss(self, first: Step, second: Step, segment: HermiteSegment) -> float:
+        """Where on the segment it does, by the segment alone."""
+        before = self.at(first).unstable
+        low, high = 0.0, 1.0
+        for _ in range(_COUNTED):
+            middle = 0.5 * (low + high)
+            state = segment.point(middle)
+            detail = self._system.evaluate(state[:-1], float(state[-1])).detail
+            low, high = (middle, high) if self._watch.growing(state[:-1], detail) == before else (low, middle)
+        return high
 
     def _state(self, step: Step) -> float:
         """Changes its sign with the states of the contacts, whatever they are; asked of one step after the other."""
@@ -168,6 +191,11 @@ class SpecialPoints:
     def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""
         return x, *self._system.at(parameter)
+
+
+def _lost(stability: PointStability) -> bool:
+    """Whether a disturbance of another wave number than the wave's own grows fastest."""
+    return stability.unstable > 0 and stability.wave_number > 0
 
 
 def doubling(multipliers: ComplexArray) -> float:

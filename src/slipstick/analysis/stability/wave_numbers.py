@@ -61,6 +61,11 @@ class WaveDisturbances:
         self.N = int(receptance.wave_numbers)
         self._distinct = range(self.N // 2 + 1)  # D of -k is the conjugate one
 
+    @property
+    def neutral(self) -> int:
+        """Contacts of the sector that are stuck all period."""
+        return self._form.neutral
+
     def matrices(self, k: int, exponents: AnyArray) -> ComplexArray:
         """``D_k`` at exponents (n,), harmonic by harmonic, (n, K n_ports, K n_ports)."""
         orders, omega = self._form.orders, self._form.omega
