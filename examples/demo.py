@@ -16,7 +16,7 @@ SCRIPTS = (
     "lobed_casing/lobed_casing.py",
     "bladed_disc/bladed_disc.py",
     "blade_row/blade_row.py",
-    "platform_damper/platform_damper.py",
+    "platform_damper/damper.py",
     "rotor_rub/rotor_rub.py",
 )
 

@@ -269,7 +269,7 @@ def test_blade_row(tmp_path):
 
 def test_platform_damper(tmp_path):
     """Best between a damper that slips and one that sticks, which is the linear wave with a spring in its place."""
-    module = load("platform_damper/platform_damper.py")
+    module = load("platform_damper/damper.py")
     branches = module.compute()
     peaks = module.peaks(branches)
     assert min(peaks, key=lambda load: peaks[load][1]) == 100.0

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from helpers.figures import branch, problem
+from helpers.rings import disc_and_wave
 
 import slipstick as ss
 from slipstick import plots
@@ -88,6 +89,10 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {key: found for key, found in {"mode": vibrating(), "dof": "x"}.items() if key in names}
     if "study" in names:
         good |= {"dof": "x", "over": "damper.mu"} | {key: found for key, found in studied().items() if key in names}
+    if name == "disc":
+        good |= {"branch": disc_and_wave()[0], "point": 0, "dof": "tip", "tau": 0.5}
+    if "samples" in names:
+        good |= {"samples": xr.Dataset({"amplification": ("sample", np.ones(20))}), "percentiles": (50.0, 95.0)}
     if "data" in names:
         good |= {"data": TURNING[name](), "rpm": True} if name == "campbell" else {"data": TURNING[name]()}
     draw(**good)

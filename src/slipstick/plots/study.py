@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import names as name_list
-from slipstick.faults import number, shown, suggestion
+from slipstick.faults import number_or_numbers, shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import GREY, legend, over_decades, styled
 from slipstick.results.weibull import FEWEST, WeibullMaxima
@@ -221,7 +221,7 @@ def percentile_convergence(
     """
     if not hasattr(samples, "data_vars") or "amplification" not in samples:
         raise InputError(f"nothing to draw: found {shown(samples)}; expected the dataset of a mistuning study")
-    asked = [number("percentiles", p, "numbers > 0 and < 100") for p in percentiles]
+    asked = np.atleast_1d(number_or_numbers("percentiles", percentiles, "numbers > 0 and < 100")).tolist()
     if wrong := [p for p in asked if not 0.0 < p < 100.0]:
         raise InputError(f"percentiles: found {wrong[0]:g}; expected numbers > 0 and < 100")
     values = samples["amplification"].to_numpy()
