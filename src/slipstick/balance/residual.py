@@ -70,6 +70,11 @@ class Detail:
         return np.concatenate([state.values for state in self.states]) if self.states else None
 
     @property
+    def fast(self) -> tuple[Carried, ...]:
+        """The states that follow the motion; a slow one is held and adds nothing to a derivative."""
+        return tuple(carried for carried in self.states if not carried.state.slow)
+
+    @property
     def lost(self) -> bool:
         """Whether the equilibrium of some state near the values handed on has vanished."""
         return bool(self.states) and any(state.lost for state in self.states)
@@ -128,7 +133,7 @@ def balanced(balance: Balance, x: Array, solution: Detail, compliance: AnyCompli
     """Residual and Jacobian from the forces at unknowns (N,)."""
     G = balance.layout.excitation(solution.forces, solution.inputs.P)
     balance.anchoring(x, G)
-    jacobian = balance.jacobian([response.by_motion for response in solution.responses], compliance, solution.states)
+    jacobian = balance.jacobian([response.by_motion for response in solution.responses], compliance, solution.fast)
     return Balanced(
         residual=x + compliance.answer(G), jacobian=jacobian, G=G, compliance=compliance,
         detail=solution,

@@ -44,10 +44,8 @@ class FrequencySystem:
         slopes = by_omega(solution)
         if any(slopes):
             slope += at.compliance.answer(balance.layout.excitation(slopes))
-        if solution.states:
-            slope += answer_to_powers(
-                balance, solution.states, (state.power.omega for state in solution.states), at.compliance
-            )
+        if fast := solution.fast:
+            slope += answer_to_powers(balance, fast, (state.power.omega for state in fast), at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
 
     def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
@@ -82,9 +80,9 @@ class ParameterSystem:
         slope = balance.moved_by(by_inputs(solution, direction), direction.P, at.compliance)
         if direction.structure:
             slope += at.compliance.rate(at.G)
-        if solution.states:
-            dpowers = (power_along(state, direction) for state in solution.states)
-            slope += answer_to_powers(balance, solution.states, dpowers, at.compliance)
+        if fast := solution.fast:
+            dpowers = (power_along(state, direction) for state in fast)
+            slope += answer_to_powers(balance, fast, dpowers, at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
 
     def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
