@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from slipstick.contact.law import ByPort, Law, Motion, Response, add_to
@@ -18,7 +20,10 @@ class Power:
     def __init__(self, law: Law, motion: Motion, response: Response) -> None:
         self.motion, self.response = motion, response
         self._ports = law.dissipating
-        self._slopes = {i: motion.harmonics.derivative(motion.Q[i]) for i in self._ports}
+
+    @cached_property
+    def _slopes(self) -> dict[int, Array]:
+        return {i: self.motion.harmonics.derivative(self.motion.Q[i]) for i in self._ports}
 
     @property
     def value(self) -> Array:

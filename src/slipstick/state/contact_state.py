@@ -13,7 +13,7 @@ the value that is handed on from point to point; what integrates ``dz/dt = r`` c
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -158,6 +158,7 @@ class ContactState(ABC):
         """The same, slow."""
         held = copy(self)
         object.__setattr__(held, "slow", True)
+        object.__setattr__(held, "within", _Remembered(self.within))
         return held
 
     def settled(self, law: Law, motion: Motion, given: Mapping[str, Array], near: Array | None) -> Carried:
@@ -313,6 +314,20 @@ def respond(
     power = Power(law, motion, law.respond(motion, values)) if fast is None else fast.power
     carried = [Carried(state=state, values=z, power=power, sampled=sampled) for state, z, sampled in held]
     return power.response, carried if fast is None else [*carried, fast]
+
+
+class _Remembered:
+    """Parameters of a state that is held: asked for again and again at the same values."""
+
+    def __init__(self, within: Callable[[Array, Mapping[str, Array]], dict[str, Sampled]]) -> None:
+        self._within = within
+        self._last: tuple[Array, Mapping[str, Array], dict[str, Sampled]] | None = None
+
+    def __call__(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
+        last = self._last
+        if last is None or last[1] is not given or not np.array_equal(last[0], z):
+            last = self._last = z.copy(), given, self._within(z, given)
+        return last[2]
 
 
 def _with(given: Mapping[str, Array], sampled: Mapping[str, Sampled]) -> dict[str, Array]:

@@ -250,11 +250,18 @@ class HeatedContacts(ContactState):
             for name, values in curve.within(z[rows]).items():
                 sampled[name].value[rows], sampled[name].derivative[rows] = values
         for name, (value, slope) in sampled.items():
-            cold = self.nominal[name]  # where no curve gives it, nan: the cold value stays
-            scale = np.divide(given[name], cold, out=np.ones(len(cold)), where=cold > 0)
-            value *= scale
-            slope *= scale
+            scale = self._scale(name, given[name])
+            if scale is not None:
+                value *= scale
+                slope *= scale
         return sampled
+
+    def _scale(self, name: str, given: Array) -> Array | None:
+        """What a cold value is of that of the curve, (n,); None where they are the same."""
+        cold = self.nominal[name]  # where no curve gives it, nan: the cold value stays
+        if np.array_equal(given, cold):
+            return None
+        return np.divide(given, cold, out=np.ones(len(cold)), where=cold > 0)
 
     def by_given(self, name: str, z: Array) -> Array:
         """Derivative of a parameter at temperatures by its cold value, (n,): the curve over its start."""
