@@ -17,7 +17,7 @@ RADIUS, CLEARANCE, UNBALANCE = 0.14, 0.5e-3, 0.01
 SPEEDS = (60.0, 110.0)
 
 
-def rotor(**speed: float | int) -> ss.MatrixStructure:
+def rotor(speed: float | None = None, engine_order: int | None = None) -> ss.MatrixStructure:
     """At a ``speed`` or tied to the frequency by an ``engine_order``."""
     discs = [
         ss.models.Disc.of(node=node, material=STEEL, width=0.07, outer=outer, inner=0.05)
@@ -25,7 +25,9 @@ def rotor(**speed: float | int) -> ss.MatrixStructure:
     ]
     bearings = [ss.models.Bearing(node=node, kxx=1e6, kyy=0.8e6, cxx=400.0) for node in (0, 6)]
     shaft = ss.models.Shaft(length=1.5, outer=0.05, elements=6)
-    return ss.models.beam_rotor([shaft], material=STEEL, discs=discs, bearings=bearings, **speed)
+    return ss.models.beam_rotor(
+        [shaft], material=STEEL, discs=discs, bearings=bearings, speed=speed, engine_order=engine_order
+    )
 
 
 def problem(mu: float | None) -> ss.Problem:

@@ -350,16 +350,17 @@ class TravellingWave:
         The sector.
     engine_order
         E of the fundamental frequency, see :meth:`CyclicStructure.travelling_wave`.
+
+    Attributes
+    ----------
+    dofs
+        Those of the sector, and each with ``@next``.
     """
 
     def __init__(self, sector: CyclicStructure, engine_order: int) -> None:
         self.sector = sector
         self.engine_order = whole("engine_order", engine_order, -_MOST_ORDER, _MOST_ORDER)
-
-    @cached_property
-    def dofs(self) -> tuple[str, ...]:
-        """Those of the sector, and each with ``@next``."""
-        return (*self.sector.dofs, *(name + NEXT for name in self.sector.dofs))
+        self.dofs: tuple[str, ...] = (*sector.dofs, *(name + NEXT for name in sector.dofs))
 
     @property
     def load_shapes(self) -> tuple[str, ...]:
