@@ -330,7 +330,8 @@ class TestForcedCircle:
         d = branch.dataset
         assert int(d.attrs["parts"]) == 1
         b, limit = 240.0, 2.4
-        corners = [float(np.sqrt(root)) for root in sorted(np.roots([1.0, 0.16 - 280.0, 140.0**2 - (200 / 2.4) ** 2]))]
+        squares = np.roots([1.0, 0.16 - 280.0, 140.0**2 - (200 / 2.4) ** 2]).real
+        corners = np.sqrt(np.sort(squares)).tolist()
         (at,) = np.flatnonzero(d["kind"].to_numpy() == "state change")
         assert abs(float(d["omega"][at]) - corners[0]) < 1e-4
         w, a, stuck = (d[name].to_numpy() for name in ("omega", "amplitude", "stick_fraction"))

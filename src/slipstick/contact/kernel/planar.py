@@ -17,7 +17,7 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
+from scipy.special import roots_jacobi
 
 from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, powers
 from slipstick.trig.compiled import compiled, inlined
@@ -39,7 +39,8 @@ DONE, FULL, LOST = 0, -1, -2
 
 _SHORTEST = 1e-7
 """Slip before a separation that is left of it, rad."""
-_SLEEP = 1e-15
+_INSTANT = 1e-15
+"""Shorter times, rad, are none."""
 _OF_LAST = 5e-7
 """Error of the force over the last term of the angle's polynomial in a panel: at most, of 80 measured states."""
 _BLOCK = 192
@@ -50,10 +51,8 @@ _NEWTON = 14
 
 def _radau(stages: int) -> tuple[Array, Array, Array]:
     """Nodes, weights ``A`` and the weights of the last coefficient of the polynomial through the nodes."""
-    upper, lower = np.zeros(stages + 1), np.zeros(stages)
-    upper[stages], lower[stages - 1] = 1.0, 1.0
-    nodes = 0.5 * (np.sort(legendre.legroots(legendre.legsub(upper, lower))) + 1.0)
-    nodes[-1] = 1.0
+    inner, _ = roots_jacobi(stages - 1, 1.0, 0.0)
+    nodes = np.append(0.5 * (inner + 1.0), 1.0)
     vander = np.vander(nodes, stages, increasing=True)
     integrals = np.vander(nodes, stages + 1, increasing=True)[:, 1:] / np.arange(1, stages + 1)
     return nodes, np.ascontiguousarray(np.linalg.solve(vander.T, integrals.T).T), np.linalg.inv(vander)[-1]
@@ -265,7 +264,7 @@ def stick_end(p: Planar, t: float, end: float, f1: float, f2: float, grid: Grid,
     step = pi / (8.0 * (grid.top + 2))
     low, rising = t, False
     at = t
-    while at < end - _SLEEP:
+    while at < end - _INSTANT:
         at = min(at + step, end)
         look(p, at, grid, room, o)
         r1, r2, b = a1 + p.kt * o[0], a2 + p.kt * o[1], p.b * max(o[4], 0.0)
@@ -371,7 +370,7 @@ def find_stick(
         return h, False
     if value_low <= 0.0:
         return low, low > 0.0
-    if high - low < _SLEEP:
+    if high - low < _INSTANT:
         return low, True
     size = abs(value_low) + abs(value_high)
     for k in range(60):
@@ -386,7 +385,7 @@ def find_stick(
             low, value_low = x, value
         else:
             high, value_high = x, value
-        if abs(value) < 1e-14 * size or high - low < _SLEEP:
+        if abs(value) < 1e-14 * size or high - low < _INSTANT:
             return x, True
     return low, True
 
@@ -419,7 +418,7 @@ def march(
             slip, theta, slope = begin_slip(p, t, grid, room)
             P[0, 0], P[0, 1], P[1, 0], P[1, 1] = 0.0, 0.0, 0.0, 0.0
         h, still = longest, 0
-        while t < end - _SLEEP * (1.0 + end):
+        while t < end - _INSTANT * (1.0 + end):
             if count >= kind.size:
                 return FULL, f1, f2
             at[count, 0], at[count, 2], at[count, 3], at[count, 4] = t, f1, f2, theta

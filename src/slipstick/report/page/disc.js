@@ -29,21 +29,7 @@ class Disc {
   }
 
   run(playing) {
-    this.playing = playing;
-    this.play.textContent = playing ? "❚❚ pause" : "▶ play";
-    cancelAnimationFrame(this.frame);
-    let last = performance.now();
-    const step = (now) => {
-      if (!this.playing) return;
-      if (this.visible && this.blades) {
-        this.tau = (this.tau + (PERIOD * Math.min(now - last, 100)) / (1000 * SECONDS)) % PERIOD;
-        this.phase.value = (360 * this.tau) / PERIOD;
-        this.paint();
-      }
-      last = now;
-      this.frame = requestAnimationFrame(step);
-    };
-    if (playing) this.frame = requestAnimationFrame(step);
+    animate(this, playing, () => this.blades);
   }
 
   /** The dof that is shown: as chosen, else that of the dof at the cursor. */

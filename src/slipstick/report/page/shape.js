@@ -4,6 +4,25 @@ const RAMP = [[96, 92, 156], [62, 112, 165], [36, 155, 150], [105, 203, 98], [25
 const SHOWN = 0.08; // the largest displacement is drawn as this part of the body's size
 const SECONDS = 2.4;
 
+/** Let the phase of a panel run, or stop it; painted where it is seen and there is something to paint. */
+function animate(panel, playing, ready) {
+  panel.playing = playing;
+  panel.play.textContent = playing ? "❚❚ pause" : "▶ play";
+  cancelAnimationFrame(panel.frame);
+  let last = performance.now();
+  const step = (now) => {
+    if (!panel.playing) return;
+    if (panel.visible && ready()) {
+      panel.tau = (panel.tau + (PERIOD * Math.min(now - last, 100)) / (1000 * SECONDS)) % PERIOD;
+      panel.phase.value = (360 * panel.tau) / PERIOD;
+      panel.paint();
+    }
+    last = now;
+    panel.frame = requestAnimationFrame(step);
+  };
+  if (playing) panel.frame = requestAnimationFrame(step);
+}
+
 class Body {
   constructor(host, app) {
     Object.assign(this, { host, app, tau: Math.PI / 2, factor: 1, visible: true, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches });
@@ -33,21 +52,7 @@ class Body {
   }
 
   run(playing) {
-    this.playing = playing;
-    this.play.textContent = playing ? "❚❚ pause" : "▶ play";
-    cancelAnimationFrame(this.frame);
-    let last = performance.now();
-    const step = (now) => {
-      if (!this.playing) return;
-      if (this.visible && this.shape) {
-        this.tau = (this.tau + (PERIOD * Math.min(now - last, 100)) / (1000 * SECONDS)) % PERIOD;
-        this.phase.value = (360 * this.tau) / PERIOD;
-        this.paint();
-      }
-      last = now;
-      this.frame = requestAnimationFrame(step);
-    };
-    if (playing) this.frame = requestAnimationFrame(step);
+    animate(this, playing, () => this.shape);
   }
 
   grab(event) {
