@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law, Motion
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import Gathering, Name, number, numbers, one, shown, suggestion, table, wrong
@@ -76,15 +75,30 @@ class ThermalModel(StateModel):
         return tuple(dict.fromkeys(name for curve in curves for name in curve.names))
 
     def of(self, laws: Sequence[Law], names: Sequence[Sequence[str]]) -> list[HeatedContacts]:
-        """The contacts of the law that follows some curve."""
+        """The contacts of dry friction; without any, those of the first law that follows some curve."""
         curves = set(self.parameters)
-        follow = [k for k, law in enumerate(laws) if curves & set(law.values)] or [0]
-        follow.sort(key=lambda k: not is_friction(laws[k]))  # another law may call a parameter the same
+        follow = [k for k, law in enumerate(laws) if curves & set(law.values)]
+        follow = [k for k in follow if laws[k].coulomb] or follow[:1] or [0]  # others may call a parameter the same
+        contacts = [names[k] if names else () for k in follow]
+        if len(follow) == 1:
+            return [replace(self.elements(contacts[0]), batch=follow[0])]
+        if faults := self._unknown([name for of_law in contacts for name in of_law]):
+            raise InputError(faults)
+        if np.asarray(self.resistance).ndim == 2:
+            kinds = "contacts of different laws, whose influence on each other is not known"
+            raise InputError(Fault(("thermal", "influence"), f"is for {kinds}", remedy="give each its own resistance"))
         return [
-            replace(
-                self.elements([name for batch_names in names[follow[0] :][:1] for name in batch_names]), batch=follow[0]
-            )
+            replace(self._only(of_law).elements(of_law), batch=k) for k, of_law in zip(follow, contacts, strict=True)
         ]
+
+    def _only(self, names: Sequence[str]) -> ThermalModel:
+        """What it says of these contacts."""
+        tables = {key: getattr(self, key) for key in ("curve", "background", "resistance")}
+        kept = {
+            key: {name: of for name, of in value.items() if name in names} if isinstance(value, Mapping) else value
+            for key, value in tables.items()
+        }
+        return replace(self, **kept, contacts=None)
 
     def elements(self, names: Sequence[str]) -> HeatedContacts:
         """The model for these contacts, in this order; raises InputError with every fault."""
