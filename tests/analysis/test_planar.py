@@ -130,8 +130,10 @@ def test_heat_of_contacts_of_both_kinds() -> None:
     names = ["foot.kt", "edge.kt", "friction"]
     found, expected = (branch.sensitivity(names, dof="x")["amplitude"] for branch in (both, one))
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-12)
+    diagonal = heated(plane, ("x", "y"), resistance=np.diag([1.0, 3.0]), contacts=["edge", "foot"])
+    np.testing.assert_array_equal(diagonal.dataset["temperature"], both.dataset["temperature"])
     with pytest.raises(ss.InputError, match="contacts of different laws"):
-        heated(plane, ("x", "y"), resistance=np.eye(2))
+        heated(plane, ("x", "y"), resistance=np.ones((2, 2)), contacts=["foot", "edge"])
     with pytest.raises(ss.InputError, match="no contact 'fot'"):
         heated(plane, ("x", "y"), resistance={"fot": 1.0})
 

@@ -79,26 +79,35 @@ class ThermalModel(StateModel):
         curves = set(self.parameters)
         follow = [k for k, law in enumerate(laws) if curves & set(law.values)]
         follow = [k for k in follow if laws[k].coulomb] or follow[:1] or [0]  # others may call a parameter the same
-        contacts = [names[k] if names else () for k in follow]
-        if len(follow) == 1:
-            return [replace(self.elements(contacts[0]), batch=follow[0])]
-        if faults := self._unknown([name for of_law in contacts for name in of_law]):
+        if len(names) < 2:
+            return [self.elements(names[0] if names else ())]
+        every = [name for of_law in names for name in of_law]
+        faults = self._unknown(every)
+        order = list(self.contacts or every)
+        matrix = np.asarray(0.0 if isinstance(self.resistance, Mapping) else self.resistance)
+        if not faults and matrix.ndim == 2:
+            if self.contacts is None:
+                faults = [Fault(("thermal", "contacts"), "is missing", expected="the order of the influence matrix")]
+            elif matrix.shape == (len(order), len(order)):
+                law_of = np.array([next(k for k, its in enumerate(names) if name in its) for name in order])
+                if np.any(matrix[law_of[:, None] != law_of]):
+                    kinds = "lets contacts of different laws heat each other, which is not known"
+                    faults = [Fault(("thermal", "influence"), kinds, remedy="leave only what each heats by itself")]
+        if faults:
             raise InputError(faults)
-        if np.asarray(self.resistance).ndim == 2:
-            kinds = "contacts of different laws, whose influence on each other is not known"
-            raise InputError(Fault(("thermal", "influence"), f"is for {kinds}", remedy="give each its own resistance"))
-        return [
-            replace(self._only(of_law).elements(of_law), batch=k) for k, of_law in zip(follow, contacts, strict=True)
-        ]
+        return [replace(self._only(names[k], order, matrix).elements(names[k]), batch=k) for k in follow]
 
-    def _only(self, names: Sequence[str]) -> ThermalModel:
-        """What it says of these contacts."""
+    def _only(self, names: Sequence[str], order: list[str], matrix: Array) -> ThermalModel:
+        """What it says of these contacts; ``order`` is that of the influence matrix, if it is one."""
         tables = {key: getattr(self, key) for key in ("curve", "background", "resistance")}
-        kept = {
+        kept: dict[str, Any] = {
             key: {name: of for name, of in value.items() if name in names} if isinstance(value, Mapping) else value
             for key, value in tables.items()
         }
-        return replace(self, **kept, contacts=None)
+        if matrix.shape == (len(order), len(order)):
+            rows = [order.index(name) for name in names if name in order]
+            kept |= {"resistance": matrix[np.ix_(rows, rows)], "contacts": [order[row] for row in rows]}
+        return replace(self, **kept)
 
     def elements(self, names: Sequence[str]) -> HeatedContacts:
         """The model for these contacts, in this order; raises InputError with every fault."""
