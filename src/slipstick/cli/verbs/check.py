@@ -295,6 +295,9 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
             sign, turns = (1.0, True) if len(signs) != 1 else (signs.pop(), False)
             speed = [f"at {_speed(sign * velocity, sign * swept, problem.units)}"] if velocity or swept else []
             how = " and ".join([*speed, *([f"to and fro with order {periodic}"] if periodic else [])])
+            if not direction:  # a surface that turns: the law's own sense, no dof
+                yield _turned(name, how, sign)
+                continue
             ways = _towards(direction, sign), _towards(direction, -sign)
             alike.setdefault((how, turns, held), []).append((name, *ways))
     for (how, turns, held), contacts in alike.items():
@@ -320,6 +323,12 @@ def _course(pair: ContactPair, k: int, omega: tuple[float, float]) -> tuple[floa
     second = pair.direction(ports["second"], k) or {}
     cosines = {dof: along[0] * first.get(dof, 0.0) + along[1] * second.get(dof, 0.0) for dof in {**first, **second}}
     return float(velocity @ along), float(swept @ along), {dof: c for dof, c in cosines.items() if c}
+
+
+def _turned(name: str, how: str, sign: float) -> str:
+    """A contact whose surface turns about the line of sight of x and y."""
+    sense = "from x to y" if sign > 0.0 else "from y to x"
+    return f"contact '{name}': the surface of the rotor runs {how} in the sense {sense}"
 
 
 def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Sequence[str], back: Sequence[str]) -> str:
