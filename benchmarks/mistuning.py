@@ -2,8 +2,8 @@
 
     OMP_NUM_THREADS=1 python benchmarks/mistuning.py [--samples N] [--workers W] [--keep FILE.npz]
 
-Sample i is the same whatever the number of samples and of workers: ``--against FILE.npz`` compares amplitudes bit by bit
-with those that an earlier run kept.
+Sample i is the same whatever the number of samples and of workers: ``--against FILE.npz`` compares bit by bit with what
+an earlier run kept.
 """
 
 from __future__ import annotations
@@ -60,11 +60,12 @@ def main() -> None:
     used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     processor = sum(one.ru_utime + one.ru_stime for one in used)
     print(
-        f"{asked.samples} samples, {asked.workers} workers, {os.cpu_count()} cores: {seconds:.0f} s, {processor:.0f} s of processor time"
+        f"{asked.samples} samples, {asked.workers} workers, {os.cpu_count()} cores: {seconds:.0f} s, "
+        f"{processor:.0f} s of processor time"
     )
-    print(
-        "failed", found.attrs["failed"], "percentiles", dict(zip([50, 95, 99], found.amplification_percentile.values))
-    )
+    rows = zip(found.percentile.values, found.amplification_percentile.values, strict=True)
+    percentiles = ", ".join(f"{p:g} %: {v:.4f}" for p, v in rows)
+    print(f"{found.attrs['failed']} failed; amplification {percentiles}")
     print("largest", float(found.amplification.max()))
     numbers = {name: found[name].to_numpy() for name in ("deviation", "largest_amplitude", "omega", "worst")}
     if asked.keep:

@@ -294,8 +294,14 @@ harmonics = "0..3"
 kind = "rotor"
 material = { young = 211e9, poisson = 0.3, density = 7810.0 }
 shaft = [{ length = 1.0, outer = 0.05, elements = 4 }, { length = 0.5, outer = 0.05, inner = 0.01, elements = 2 }]
-discs = [{ node = 2, width = 0.07, outer = 0.28, inner = 0.05 }, { node = 4, mass = 30.0, polar = 0.5, diametral = 0.3 }]
-bearings = [{ node = 0, kxx = 1e6, kyy = 0.8e6, cxx = 400.0 }, { node = 6, kxx = 1e6, cxx = 400.0, kxy = 1e4, kyx = -1e4 }]
+discs = [
+  { node = 2, width = 0.07, outer = 0.28, inner = 0.05 },
+  { node = 4, mass = 30.0, polar = 0.5, diametral = 0.3 },
+]
+bearings = [
+  { node = 0, kxx = 1e6, kyy = 0.8e6, cxx = 400.0 },
+  { node = 6, kxx = 1e6, cxx = 400.0, kxy = 1e4, kyx = -1e4 },
+]
 rayleigh = [1.0, 1e-6]
 SPEED
 [[load]]
@@ -334,7 +340,10 @@ def test_a_rotor_of_beams_in_a_stator(speed: str, tmp_path: Path) -> None:
     steel = ss.Material(young=211e9, poisson=0.3, density=7810.0)
     keys = {"speed": 700.0 * (np.pi / 30), "internal_damping": 1e-6, "shear": False} if "rpm" in speed else {}
     own = ss.models.beam_rotor(
-        [ss.models.Shaft(length=1.0, outer=0.05, elements=4), ss.models.Shaft(length=0.5, outer=0.05, inner=0.01, elements=2)],
+        [
+            ss.models.Shaft(length=1.0, outer=0.05, elements=4),
+            ss.models.Shaft(length=0.5, outer=0.05, inner=0.01, elements=2),
+        ],
         material=steel,
         discs=[
             ss.models.Disc.of(node=2, material=steel, width=0.07, outer=0.28, inner=0.05),

@@ -84,10 +84,10 @@ def told(text: str, old: str, new: str) -> list[str]:
         ("engine_order = 1\n", "engine_order = 1\nmodes = 2\n",
          "[structure] keep is missing; give the dofs that are loaded, in contact or looked at"),
         ('law = "stator"', 'law = "stater"',
-         "[[contact]] 'stator' law: found \"stater\"; expected \"stator\", a rotor in a circular stator; left out for "
-         "other contacts"),
-        ('x = "n2x", y', 'x = "n9x", y', "[[contact]] 'stator' ports.x: there is no dof 'n9x' in the structure; did you "
-         "mean 'n6x'?"),
+         "[[contact]] 'stator' law: found \"stater\"; expected \"stator\", a rotor in a circular stator; left "
+         "out for other contacts"),
+        ('x = "n2x", y', 'x = "n9x", y', "[[contact]] 'stator' ports.x: there is no dof 'n9x' in the structure; did "
+         "you mean 'n6x'?"),
         ("slip_velocity = 0.01\n", "",
          "[[contact]] 'stator' slip_velocity: friction needs it; give a velocity that counts as slow"),
         ("velocity_per_omega = 0.14", "velocity = [1.0, 2.0]",
@@ -106,9 +106,9 @@ def test_a_rotor(old: str, new: str, said: str) -> None:
         ("modes = 2\n", "", "[structure] modes is missing; give a whole number >= 1, how many elastic modes to keep"),
         ("{ a = 1.0, c = -1.0 }", '"a"', "[[contact]] 'clamp': its mean force pushes the structure away, which is not "
          "held; hold the structure, or give the contact between two of its dofs on one line"),
-        ("30.0, -30.0, 0.0], [-30", "33.0, -30.0, 0.0], [-30", "[structure] stiffness: holds the body, or lets more than "
-         "rigid-body motion go freely; of a body that is held use ss.reduce; look for mechanisms and parts that are not "
-         "connected"),
+        ("30.0, -30.0, 0.0], [-30", "33.0, -30.0, 0.0], [-30",
+         "[structure] stiffness: holds the body, or lets more than rigid-body motion go freely; of a body that is held "
+         "use ss.reduce; look for mechanisms and parts that are not connected"),
     ],
 )  # fmt: skip
 def test_a_free_body(old: str, new: str, said: str) -> None:
@@ -120,6 +120,7 @@ def test_many_faults_at_once() -> None:
     assert told(text, "gap = 2e-4", "gap = 0.0") == [
         "[[contact]] 'stator' kn: found -1.0; expected a number >= 0, the radial contact stiffness (force/length)",
         "[[contact]] 'stator' gap: found 0.0; expected a number > 0, the clearance all round",
-        "[structure] discs, number 1.node: found -2; expected a whole number >= 0, the node of the shaft, counted from 0",
+        "[structure] discs, number 1.node: found -2; expected a whole number >= 0, the node of the shaft, counted "
+        "from 0",
         "[[contact]] 'stator' ports.y: there is no dof 'n7y' in the structure; did you mean 'n6y'?",
     ]

@@ -235,7 +235,8 @@ def beam_rotor(
     checks.take(one, "material", material, Material, "an ss.Material")
     ci = checks.take(number, "internal_damping", internal_damping, "a time >= 0", above=0.0)
     count = 1 + sum(piece.elements for piece in pieces if piece is not None)
-    for name, things in (("discs", given_discs), ("bearings", given_bearings)):
+    placed: dict[str, Sequence[Disc | Bearing]] = {"discs": given_discs, "bearings": given_bearings}
+    for name, things in placed.items():
         for i, thing in enumerate(things):
             if thing.node >= count:
                 checks.faults.append(Fault((name, i, "node"), found=str(thing.node), expected=f"at most {count - 1}"))
