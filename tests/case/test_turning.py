@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+import slipstick as ss
 from slipstick.case.case import Case
 from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.io.model_file import save_model
 
 ROTOR = """format = 1
 harmonics = "0..3"
@@ -124,3 +130,41 @@ def test_many_faults_at_once() -> None:
         "from 0",
         "[[contact]] 'stator' ports.y: there is no dof 'n7y' in the structure; did you mean 'n6y'?",
     ]
+
+
+def test_coriolis_forces_that_a_reduction_leaves_out(tmp_path: Path) -> None:
+    """Said in the same words by the library and of a case."""
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (2, 1, 1), "hex20"))
+    save_model(assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"]), tmp_path / "model.h5")
+    model = ss.import_model(tmp_path / "model.h5")
+    end = next(name for name in model.dofs if name.endswith("z"))
+    turning = ss.at_speed(model, 300.0, axis={"direction": (0.0, 1.0, 0.0)}, coriolis=True)
+    with pytest.warns(ss.SlipstickWarning) as told:
+        ss.reduced_body(turning, keep=[end], modes=5)
+    (words,) = [str(one.message) for one in told]
+    assert words.startswith(
+        "beam: holds Coriolis forces, which a reduction to real modes leaves out; for these make an"
+    )
+    (tmp_path / "case.toml").write_text(f"""format = 1
+harmonics = "0..1"
+[structure]
+kind = "fe"
+file = "model.h5"
+keep = ["{end}"]
+modes = 5
+rotation = {{ speed = 300.0, axis = {{ direction = [0, 1, 0] }}, coriolis = true }}
+[[load]]
+dof = "{end}"
+cos = 1.0
+[[contact]]
+name = "pad"
+tangential = "{end}"
+kt = 1e4
+mu = 0.3
+normal_load = 0.1
+[response]
+from = 300.0
+to = 310.0
+""")
+    assert Case.from_file(tmp_path / "case.toml").noticed == (words,)

@@ -150,3 +150,18 @@ def test_the_damping_ratio_of_every_mode_that_is_listed(tmp_path: Path) -> None:
     assert result.exit_code == 0
     assert f"1  6.32456 rad/s (1.0066 Hz), damping ratio {ratio:.3g}\n" in result.output
     assert f"[track]: 'slipstick track {tmp_path / 'case.toml'}' computes it" in result.output
+
+
+def test_a_rotor_runs_in_a_sense() -> None:
+    """Its surface has no dof along which it slides."""
+    law = ss.models.StatorContact(kn=1.0, gap=1.0)
+    rubs = [
+        ss.ContactPair(name=name, contact=law, ports={"x": "x", "y": "y"}, rubbing=ss.RubbingMotion(velocity=v))
+        for name, v in (("a", 2.0), ("b", -2.0))
+    ]
+    rotor = ss.models.jeffcott_rotor(damping=0.1)
+    problem = ss.Problem(rotor, contacts=rubs, loads=ss.Load(dof="x", cos=1.0), harmonics=[0, 1])
+    assert list(dragged(problem, (1.0, 2.0))) == [
+        "contact 'a': the surface of the rotor runs at 2 in the sense from x to y",
+        "contact 'b': the surface of the rotor runs at 2 in the sense from y to x",
+    ]
