@@ -95,11 +95,23 @@ def test_the_script_makes_the_same(tmp_path: Path) -> None:
     assert [pair.tangential for pair in problem.contacts] == [pair.tangential for pair in case.contacts]
 
 
-def test_blades_of_elements_that_differ(tmp_path: Path) -> None:
-    """The whole disc of a case, that of its script and that of the library."""
+def _differing() -> str:
     text = CASE.replace("sectors = 30", "sectors = 24").replace("engine_order = -3", "engine_order = 1")
     text = text.replace("speed =", 'mistuning = { spread = 0.02, seed = 3, blade = "blade" }\nspeed =')
-    text = text.replace("modes = 12", "modes = 4")
+    return text.replace("modes = 12", "modes = 4")
+
+
+def test_blades_of_elements_that_differ_in_a_script(tmp_path: Path) -> None:
+    """The whole disc of a sector and its wave."""
+    script = python_script(_differing(), "disc.toml", tmp_path)
+    assert 'disc = body.mistuned(spread=0.02, seed=3, blade="blade")' in script
+    assert "return disc.problem(" in script
+
+
+@pytest.mark.verify
+def test_blades_of_elements_that_differ(tmp_path: Path) -> None:
+    """The whole disc of a case, that of its script and that of the library."""
+    text = _differing()
     disc = Case.from_text(text, tmp_path).problem().structure
     space: dict[str, object] = {"__file__": str(tmp_path / "disc.py"), "__name__": "made"}
     exec(compile(python_script(text, "disc.toml", tmp_path), "disc.py", "exec"), space)
