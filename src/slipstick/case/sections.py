@@ -20,7 +20,7 @@ from slipstick.case.fe import FE
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import MATRICES, MODAL, MODEL
 from slipstick.case.output import OutputTable
-from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable
+from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable, WearTable
 from slipstick.case.response import ResponseTable
 from slipstick.case.structure import Described, StructureKind, Tell, silent
 from slipstick.case.table import RawTable, Table, toml
@@ -34,7 +34,8 @@ STRUCTURES: Mapping[str, StructureKind] = {"matrices": MATRICES, "modal": MODAL,
 """Kinds of ``[structure]``."""
 
 REQUESTS: Mapping[str, type[RequestTable]] = {
-    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable
+    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable,
+    "wear": WearTable,
 }  # fmt: skip
 """Tables that a verb of its own computes."""
 

@@ -46,20 +46,20 @@ class WearModel(StateModel):
     def __post_init__(self) -> None:
         checks = Gathering()
         by_name = isinstance(self.kappa, Mapping)
-        given = checks.take(table, "wear", self.kappa, _EXPECTED) if isinstance(self.kappa, Mapping) else None
-        values: Any = {name: checks.take(_kappa, ("wear", name), value) for name, value in (given or {}).items()}
+        given = checks.take(table, "kappa", self.kappa, _EXPECTED) if isinstance(self.kappa, Mapping) else None
+        values: Any = {name: checks.take(_kappa, ("kappa", name), value) for name, value in (given or {}).items()}
         if not by_name:
-            values = checks.take(_kappa, ("wear",), self.kappa)
+            values = checks.take(_kappa, ("kappa",), self.kappa)
             if values is not None and np.ndim(values):
-                checks.faults.append(Fault("wear", found=shown(self.kappa), expected=_EXPECTED))
+                checks.faults.append(Fault("kappa", found=shown(self.kappa), expected=_EXPECTED))
         elif not checks.faults and not values:
-            checks.faults.append(Fault("wear", found="nothing", expected=_EXPECTED))
+            checks.faults.append(Fault("kappa", found="nothing", expected=_EXPECTED))
         checks.end()
         object.__setattr__(self, "kappa", values)
 
     def of(self, laws: Sequence[Law], names: Sequence[Sequence[str]]) -> list[WornContacts]:
         """The contacts of every law of which one wears; the others of the law have kappa = 0."""
-        rates = by_contact("wear", self.kappa, [name for of_law in names for name in of_law])
+        rates = by_contact("kappa", self.kappa, [name for of_law in names for name in of_law])
         states, first = list[WornContacts](), 0
         for k, of_law in enumerate(names):
             kappa = rates[first : first + len(of_law)]
@@ -82,7 +82,7 @@ def _kappa(where: tuple[str, ...], value: Any) -> Any:
 def by_contact(what: str, given: Any, names: Sequence[str], missing: float = 0.0) -> Array:
     """Numbers (n,) of contacts from one for all, or from those by pair or contact; raises InputError with all faults.
 
-    >>> by_contact("wear", {"foot": [1.0, 2.0], "tip": 3.0}, ["foot.1", "foot.2", "tip", "stop"]).tolist()
+    >>> by_contact("kappa", {"foot": [1.0, 2.0], "tip": 3.0}, ["foot.1", "foot.2", "tip", "stop"]).tolist()
     [1.0, 2.0, 3.0, 0.0]
     """
     if not isinstance(given, Mapping):

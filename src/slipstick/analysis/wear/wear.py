@@ -57,7 +57,7 @@ def wear(
     requested: Iterable[Real] | Real = (),
     method: str = "auto",
     steps: int | None = None,
-    tolerance: Real = 1e-6,
+    tolerance: Real = 1e-7,
     max_change: Real = 0.05,
     listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Branch:
@@ -150,7 +150,7 @@ def wear_request(
     requested: Any = (),
     method: Any = "auto",
     steps: Any = None,
-    tolerance: Any = 1e-6,
+    tolerance: Any = 1e-7,
     max_change: Any = 0.05,
     listeners: Any = (),
 ) -> WearRequest:
@@ -162,7 +162,7 @@ def wear_request(
         With all faults.
     """
     checks = Checks(problem)
-    worn = checks.take(_worn, checks.problem, kappa) if checks.problem is not None else None
+    worn = checks.take(worn_problem, checks.problem, kappa) if checks.problem is not None else None
     ends = checks.take(_cycles, cycles)
     points = checks.take(_requested, requested, ends)
     at_peak = isinstance(omega, str) and omega == PEAK
@@ -180,10 +180,11 @@ def wear_request(
             if given is not None:
                 checks.faults.append(Fault(name, 'is for omega="peak", but a frequency is given', remedy="leave it out"))
     elements = checks.problem.elements if checks.problem is not None else ()
-    limits = checks.take(_depths, depth, elements) if depth is not None and elements else None
+    limits = checks.take(depths, depth, elements) if depth is not None and elements else None
     how = checks.take(_method, method, steps)
     accuracy = checks.take(_between, "tolerance", tolerance, 1e-14, 0.1)
     change = checks.take(_between, "max_change", max_change, 1e-6, 1.0)
+    checks.problem = worn or checks.problem
     common = checks.common(points or (), None, None, listeners)
     assert worn is not None
     assert ends is not None
@@ -191,9 +192,7 @@ def wear_request(
     assert accuracy is not None
     assert change is not None
     assert sought is not None
-    from slipstick.balance.balance import Balance
-
-    balance = Balance(worn)
+    balance = common["balance"]
     return WearRequest(
         problem=worn, balance=balance, start=ends[0], stop=ends[1], parameter=CYCLES, requested=points or (),
         listeners=common["listeners"], omega=sought, dof=output or "", depth=limits, method=how, steps=steps or 0,
@@ -202,12 +201,12 @@ def wear_request(
     )  # fmt: skip
 
 
-def _worn(problem: Problem, kappa: Any) -> Problem:
-    """The problem with contacts that wear."""
+def worn_problem(problem: Problem, kappa: Any) -> Problem:
+    """The problem with contacts that wear; raises InputError where they cannot."""
     others = [model for model in problem.states if not isinstance(model, WearModel)]
     worn = replace(problem, states=[*others, WearModel(kappa=kappa)])
     if not any(np.any(state.kappa > 0.0) for state in worn.contact_states if hasattr(state, "kappa")):
-        raise InputError(Fault("wear", "no contact wears", remedy="give a kappa > 0"))
+        raise InputError(Fault("kappa", "no contact wears", remedy="give a kappa > 0"))
     return worn
 
 
@@ -226,7 +225,8 @@ def _requested(requested: Any, ends: tuple[float, float] | None) -> tuple[float,
     return tuple(float(value) for value in values)
 
 
-def _depths(depth: Any, names: Sequence[str]) -> Array:
+def depths(depth: Any, names: Sequence[str]) -> Array:
+    """Depths (n,) at which contacts are worn out; raises InputError where they are none."""
     expected = "a depth > 0, for all or by the names of contacts"
     given = depth if isinstance(depth, Mapping) else number("depth", depth, expected)
     values = {name: numbers(("depth", name), value, expected) for name, value in given.items()} if isinstance(
@@ -384,12 +384,13 @@ _LOST_FACTOR = 0.25
 """Of a step's length, where a motion on the way was not found."""
 _SHORTEST = 1e-7
 """Of the range: a step that finds no motion beyond is at the end of the solution."""
-_TOUCHING = 1e-6
+_TOUCHING = 1e-4
 """Of the largest load: less is no contact."""
 _STIFF, _MILD = 3.0, 1.0
 """Step times spectral radius above which explicit steps are bounded by stability, and below which they are cheap."""
 _LEAP, _SMALL = 4.0, 0.02
 """A motion that moves more than so many times what its derivative says, and than this part of itself, has leapt."""
+_SAME = 1e-9
 _LOCATED = 1e-12
 _TRIALS = 60
 
@@ -497,7 +498,7 @@ class WearRun(Run[WearRequest]):
     def _over(self, here: WornMotion) -> Outcome | None:
         if self._left(here) <= _LOCATED:
             return Outcome.WORN_OUT
-        return Outcome.NOTHING_TOUCHES if self._load_share(here) <= _TOUCHING * (1.0 + 1e-6) else None
+        return Outcome.NOTHING_TOUCHES if self._load_share(here) <= _TOUCHING * (1.0 + _SAME) else None
 
     # steps
 
