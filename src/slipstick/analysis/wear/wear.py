@@ -451,7 +451,7 @@ class WearRun(Run[WearRequest]):
             step = self._step(n, here, ahead)
             if step is None:
                 self.outcome = Outcome.MOTION_LOST
-                self.message = f"{self.outcome.text}: after {n:.8g} cycles"
+                self.message = f"{self.outcome.text} (after {n:.8g} cycles)"
                 return
             n, here, kind, ahead = step
             self.progress = (n - request.start) / self._span
