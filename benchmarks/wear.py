@@ -2,8 +2,8 @@
 
     OMP_NUM_THREADS=1 python benchmarks/wear.py [auto explicit implicit]
 
-The pad is pressed more at one end, and vibrates to and fro; then it slides all the time beside. Its load goes over to the
-contacts that wear less.
+The pad is pressed more at one end, and vibrates to and fro; then it slides all the time beside. Its load goes over to
+the contacts that wear less.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from slipstick.case.case import Case
 from slipstick.runs.folder import OutputFolder
 from slipstick.runs.run import CaseRun, PointKept, RunListener
 
+
 class Killed(RunListener):
     """Kills the process after so many points."""
 

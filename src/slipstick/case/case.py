@@ -350,6 +350,10 @@ class Case:
             )
         else:
             sentences = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
+        if "wear" in self.further:
+            from slipstick.analysis.wear.wear import wear_warnings, worn_problem
+
+            sentences += wear_warnings(worn_problem(self.problem(), self.further["wear"].kappa))
         return [*self.noticed, *sentences]
 
     @property

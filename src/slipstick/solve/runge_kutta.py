@@ -1,4 +1,4 @@
-"""Single steps of Runge-Kutta methods for ``dz/dt = f(z)``: explicit ones, and a linearly implicit one for stiff systems.
+"""Single steps of Runge-Kutta methods for ``dz/dt = f(z)``: explicit ones, and a linearly implicit one.
 
 A right-hand side may have no value (None), as where a solution it stands on has vanished: then the step has none.
 """

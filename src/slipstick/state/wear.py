@@ -1,8 +1,8 @@
 """Contacts that wear: friction opens their gap, slowly beside the vibration [Archard 1953; Fouvry et al. 2003].
 
 The worn depth z of a contact grows with the energy it dissipates, ``dz/dt = kappa P``, and opens its gap:
-``gap(z) = gap + z``, so that the normal force is ``kn max(y - gap - z, 0)``. With a worn volume ``alpha N |ds|``, a
-contact area A and constant friction, ``kappa = alpha / (mu A)``. A contact that sticks all period dissipates nothing and
+``gap(z) = gap + z``, so that the normal force is ``kn max(y - gap - z, 0)``. With a worn volume ``alpha N |ds|``,
+a contact area A and constant friction, ``kappa = alpha / (mu A)``. A contact that sticks all period dissipates nothing and
 never wears; its mean friction force is the middle of the interval of admissible ones, as everywhere.
 """
 

@@ -66,7 +66,9 @@ def test_a_contact_that_moves_to_and_fro_wears_as_the_closed_form(method: str) -
 
 
 def test_a_contact_that_slides_for_ever_loses_its_load_exponentially() -> None:
-    branch = ss.wear(prescribed(0.7 * STUCK, 3.0), {"tip": K_W / MU}, (0, 500), omega=1.0, tolerance=1e-10, max_change=1.0)
+    branch = ss.wear(
+        prescribed(0.7 * STUCK, 3.0), {"tip": K_W / MU}, (0, 500), omega=1.0, tolerance=1e-10, max_change=1.0
+    )
     n = branch.dataset["cycles"].to_numpy()
     np.testing.assert_allclose(loads(branch)[:, 0], 0.7 * STUCK * np.exp(-2 * np.pi * 3 * KN * K_W * n), rtol=1e-8)
     assert loads(branch)[-1, 0] == pytest.approx(17.7141768977, rel=1e-8)
@@ -101,7 +103,9 @@ def test_the_oscillator_at_its_peak() -> None:
     assert last(branch, "amplitude") == pytest.approx(2.83635, abs=5e-6)
     assert last(branch, "omega") == pytest.approx(9.87576, abs=5e-6)
     peaks = ss.forced_response(branch.problem_at(-1), omega=(8.0, 12.0)).peaks("x")
-    assert peaks == [(pytest.approx(last(branch, "omega"), rel=1e-6), pytest.approx(last(branch, "amplitude"), rel=1e-9))]
+    assert peaks == [
+        (pytest.approx(last(branch, "omega"), rel=1e-6), pytest.approx(last(branch, "amplitude"), rel=1e-9))
+    ]
 
 
 @pytest.mark.parametrize(("method", "order", "steps"), [("euler", 1, 20), ("midpoint", 2, 10), ("rk4", 4, 5)])
@@ -171,7 +175,9 @@ def test_derivatives_are_those_of_solutions_nearby(at_peak: bool, thermal: ss.Th
 
 def test_heated_contacts_wear_at_their_temperature() -> None:
     hot = oscillator(thermal=HOT)
-    branches = [ss.wear(hot, 8e-4, (0, 100), omega=10.0, method=method, max_change=0.3) for method in ("explicit", "implicit")]
+    branches = [
+        ss.wear(hot, 8e-4, (0, 100), omega=10.0, method=method, max_change=0.3) for method in ("explicit", "implicit")
+    ]
     assert last(branches[0], "normal_load") == pytest.approx(last(branches[1], "normal_load"), rel=1e-7)
     d, again = branches[0].dataset, ss.steady_response(branches[0].problem_at(-1), omega=10.0).dataset
     assert float(again["temperature"][0, 0]) == pytest.approx(float(d["temperature"][-1, 0]), rel=1e-9)

@@ -38,7 +38,7 @@ def test_a_case_leaves_the_folder_that_python_computes(tmp_path: Path) -> None:
 
 def test_worn_out_is_said(tmp_path: Path) -> None:
     case = tmp_path / "worn.toml"
-    case.write_text(CASE.replace("OMEGA", '10.0\ndepth = 50.0'))
+    case.write_text(CASE.replace("OMEGA", "10.0\ndepth = 50.0"))
     result = slipstick("wear", case, "-o", tmp_path / "out", "--no-figures", "--no-report")
     assert result.exit_code == 1
     assert "a contact is worn as deep as was allowed" in " ".join(result.output.split())
@@ -51,7 +51,7 @@ def test_worn_out_is_said(tmp_path: Path) -> None:
         ("", "[wear] is missing; give it"),
         ("[wear]\nkappa = 1e-9\nomega = 9.0\n", "[wear] to is missing"),
         ("[wear]\nkappa = -1.0\nto = 1e6\nomega = 9.0\n", "[wear] kappa: found -1.0; expected a number >= 0"),
-        ('[wear]\nkappa = { dumper = 1.0 }\nto = 1e6\nomega = 9.0\n', "there is no contact 'dumper'; did you mean"),
+        ("[wear]\nkappa = { dumper = 1.0 }\nto = 1e6\nomega = 9.0\n", "there is no contact 'dumper'; did you mean"),
         ("[wear]\nkappa = 0.0\nto = 1e6\nomega = 9.0\n", "no contact wears"),
         ("[wear]\nkappa = 1e-9\nfrom = 2e6\nto = 1e6\nomega = 9.0\n", "[wear] to is 1e+06, not more than from"),
         ("[wear]\nkappa = 1e-9\nto = 1e6\nat = [2e6]\nomega = 9.0\n", "[wear] at, number 1: found 2e+06"),

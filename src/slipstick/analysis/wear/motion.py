@@ -9,7 +9,7 @@ number of cycles. The motion is solved for at every worn depth z; its derivative
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -14,7 +14,7 @@ from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.tracking import one_dof
 from slipstick.analysis.wear.motion import AtFrequency, AtPeak, SteadyWear, WornMotion, mean_load
-from slipstick.balance.checks import two_frequencies, two_numbers
+from slipstick.balance.checks import requested_values, two_frequencies, two_numbers
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
@@ -35,7 +35,7 @@ from slipstick.solve.runge_kutta import (
     explicit_step,
     rosenbrock_step,
 )
-from slipstick.state.wear import WearModel, by_contact
+from slipstick.state.wear import WearModel, WornContacts, by_contact
 from slipstick.typing import AnyArray, Array, Frequency, FrequencyRange, Real, Reals
 
 PEAK = "peak"
@@ -64,8 +64,8 @@ def wear(
     """Wear of the contacts over cycles of steady vibration, in steps of many cycles.
 
     Friction opens the gap of contact i by ``kappa_i`` times the energy that it dissipates: Archard's law with
-    ``kappa = alpha / (mu A)`` for a worn volume ``alpha`` per load and way of sliding, an area A and a constant friction
-    coefficient; of the energy law it is the volume per energy over the area. At every worn depth the vibration is the
+    ``kappa = alpha / (mu A)`` for a worn volume ``alpha`` per load and way of sliding, an area A and constant friction
+    ``mu``; of the energy law it is the volume per energy over the area. At every worn depth the vibration is the
     steady one. A contact that sticks all period never wears; its mean friction force is the middle of the admissible
     ones, on which the path of wear depends where sticking contacts begin to slip.
 
@@ -178,7 +178,9 @@ def wear_request(
         sought = None if value is None else (value, value)
         for name, given in (("range", range), ("dof", dof)):
             if given is not None:
-                checks.faults.append(Fault(name, 'is for omega="peak", but a frequency is given', remedy="leave it out"))
+                checks.faults.append(
+                    Fault(name, 'is for omega="peak", but a frequency is given', remedy="leave it out")
+                )
     elements = checks.problem.elements if checks.problem is not None else ()
     limits = checks.take(depths, depth, elements) if depth is not None and elements else None
     how = checks.take(_method, method, steps)
@@ -197,7 +199,7 @@ def wear_request(
         problem=worn, balance=balance, start=ends[0], stop=ends[1], parameter=CYCLES, requested=points or (),
         listeners=common["listeners"], omega=sought, dof=output or "", depth=limits, method=how, steps=steps or 0,
         tolerance=accuracy, max_change=change,
-        warnings=[*problem_warnings(worn, sought, balance.receptance.static), *_without_kn(worn)],
+        warnings=[*problem_warnings(worn, sought, balance.receptance.static), *wear_warnings(worn)],
     )  # fmt: skip
 
 
@@ -205,7 +207,7 @@ def worn_problem(problem: Problem, kappa: Any) -> Problem:
     """The problem with contacts that wear; raises InputError where they cannot."""
     others = [model for model in problem.states if not isinstance(model, WearModel)]
     worn = replace(problem, states=[*others, WearModel(kappa=kappa)])
-    if not any(np.any(state.kappa > 0.0) for state in worn.contact_states if hasattr(state, "kappa")):
+    if not any(isinstance(state, WornContacts) for state in worn.contact_states):
         raise InputError(Fault("kappa", "no contact wears", remedy="give a kappa > 0"))
     return worn
 
@@ -218,7 +220,9 @@ def _cycles(cycles: Any) -> tuple[float, float]:
 
 
 def _requested(requested: Any, ends: tuple[float, float] | None) -> tuple[float, ...]:
-    values = np.unique(np.atleast_1d(numbers("requested", requested, "numbers of cycles"))) if np.size(requested) else ()
+    if isinstance(requested, tuple | list) and not requested:
+        return ()
+    values = np.unique(requested_values(requested))
     for value in values:
         if ends is not None and not ends[0] <= value <= ends[1]:
             raise InputError(Fault("requested", found=f"{value:g}", expected=f"cycles from {ends[0]:g} to {ends[1]:g}"))
@@ -258,15 +262,21 @@ def _between(name: str, value: Any, low: float, high: float) -> float:
     return float(value)
 
 
-def _without_kn(problem: Problem) -> list[str]:
-    """Contacts that wear, whose normal stiffness is not known."""
-    wearing = {name for state in problem.contact_states for name, k in zip(state.names, getattr(state, "kappa", ())) if k}
+def wear_warnings(problem: Problem) -> list[str]:
+    """Contacts that wear, whose normal stiffness is not known, one sentence each."""
+    wearing = {
+        name
+        for state in problem.contact_states
+        if isinstance(state, WornContacts)
+        for name, kappa in zip(state.names, state.kappa, strict=True)
+        if kappa
+    }
     return [
-        f"contact '{pair.name}' wears but its normal stiffness kn is not given and taken as 1: the load that is lost by "
-        "a depth is then that depth; give kn"
+        f"contact '{pair.name}' wears but its normal stiffness kn is not given and taken as 1: the load that is lost "
+        "by a depth is then that depth; give kn"
         for pair in problem.contacts
         if getattr(pair.contact, "_scaled", False) and wearing & set(pair.elements)
-    ]  # fmt: skip
+    ]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -301,13 +311,13 @@ class WearCheckpoint:
     def from_plain(cls, plain: Mapping[str, Any]) -> WearCheckpoint:
         """What ``plain`` made; raises InputError where it is none."""
         try:
-            arrays = {name: np.asarray(plain[name], dtype=float) for name in ("z", "y", "near")}
-            if any(array.ndim != 1 for array in arrays.values()) or not np.all(np.isfinite(arrays["y"])):
+            z, y, near = (np.asarray(plain[name], dtype=float) for name in ("z", "y", "near"))
+            if any(array.ndim != 1 for array in (z, y, near)) or not np.all(np.isfinite(y)):
                 raise ValueError
             first, second, third = map(int, plain["work"])
             return cls(
-                **arrays, work=(first, second, third),
-                **{name: float(plain[name]) for name in ("cycles", "length", "reference", "seconds")},
+                z=z, y=y, near=near, work=(first, second, third), cycles=float(plain["cycles"]),
+                length=float(plain["length"]), reference=float(plain["reference"]), seconds=float(plain["seconds"]),
                 implicit=bool(plain["implicit"]), smooth=bool(plain["smooth"]), iterations=int(plain["iterations"]),
             )  # fmt: skip
         except (KeyError, TypeError, ValueError, OverflowError):
@@ -404,7 +414,7 @@ class WearRun(Run[WearRequest]):
         super().__init__(request, count=len(checkpoints), begun=seconds)
         balance = request.balance
         balance.anchor_if_undamped(request.omega[0])
-        low, high = request.omega
+        low = request.omega[0]
         dof = request.dof or str((request.problem.outputs or ("",))[0])
         self.steady: SteadyWear = (
             AtPeak(balance, request.omega, dof) if request.dof else AtFrequency(balance, low, dof, self.tell)
@@ -532,7 +542,7 @@ class WearRun(Run[WearRequest]):
                 self._count(rejected=1)
                 continue
             error = self._error(end)
-            order = (ROSENBROCK_ORDER if implicit else DORMAND_PRINCE.order)
+            order = ROSENBROCK_ORDER if implicit else DORMAND_PRINCE.order
             factor = _GROW if error == 0.0 else min(_GROW, max(_SHRINK, _SAFETY * error ** (-1.0 / order)))
             if request.method not in FIXED and error > 1.0:
                 length = min(factor, 0.9) * h
@@ -614,8 +624,9 @@ class WearRun(Run[WearRequest]):
                 end = self._tried(here, drift, length, slopes)
                 if end is None:
                     break
-                motions[length] = end.besides
-                root.update(length, left(end.besides), _LOCATED * h)
+                motion: Any = end.besides
+                motions[length] = motion
+                root.update(length, left(motion), _LOCATED * h)
             length = min(motions, key=lambda trial: abs(left(motions[trial])))
             h, there = length, motions[length]
             found = h, there, kind

@@ -270,8 +270,9 @@ def wear_lines(data: ResultTable, most: int = 12) -> list[str]:
     depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
     length, force = (after_number(data[name].attrs["units"]) for name in ("worn_depth", "normal_load"))
     last = np.nan_to_num(depth[-1])
+    names = data["contact"].to_numpy()
     return [
-        f"{data['contact'].to_numpy()[i]}: worn {last[i]:.6g}{length}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
+        f"{names[i]}: worn {last[i]:.6g}{length}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
         for i in np.argsort(-last, kind="stable")[:most]
         if last[i] > 0.0
     ]
