@@ -51,7 +51,9 @@ BRAKE = ss.Problem(
 )  # fmt: skip
 WORN = ss.Problem(
     STRUCTURE, loads=[LOAD], harmonics=range(4),
-    contacts=[ss.ContactPair(name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0), tangential="x")],
+    contacts=ss.ContactPair(
+        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0), tangential="x"
+    ),
 )  # fmt: skip
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)

@@ -62,7 +62,6 @@ if __name__ == "__main__":
         load, size = data["normal_load"].to_numpy()[:, 0], 1e3 * data["amplitude"].sel(dof="tip").to_numpy()
         least = int(np.argmin(size))
         print(f"{name}: {len(branch)} points, {branch.message}")
-        print(
-            f"  load {load[0]:.4g} to {load[-1]:.4g} N, amplitude {size[0]:.4g} to {size[-1]:.4g} mm, least {size[least]:.4g}"
-        )
+        print(f"  load {load[0]:.4g} to {load[-1]:.4g} N, amplitude {size[0]:.4g} to {size[-1]:.4g} mm,", end=" ")
+        print(f"least {size[least]:.4g}")
     draw(found, folder)

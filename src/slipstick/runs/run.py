@@ -250,7 +250,8 @@ class CaseRun:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", SlipstickWarning)  # of the case, or among ``doubts``
-                run = replace(self.request, checkpoints=checkpoints).run()
+                request: Any = self.request  # checkpoints are of its kind
+                run = replace(request, checkpoints=checkpoints).run()
                 sink = _Stored(run, self.store, listener)
                 for last in checkpoints[-1:]:
                     listener(GoingOn(points=run.count, value=last.value, part=last.part))

@@ -2,8 +2,8 @@
 
 The worn depth z of a contact grows with the energy it dissipates, ``dz/dt = kappa P``, and opens its gap:
 ``gap(z) = gap + z``, so that the normal force is ``kn max(y - gap - z, 0)``. With a worn volume ``alpha N |ds|``,
-a contact area A and constant friction, ``kappa = alpha / (mu A)``. A contact that sticks all period dissipates nothing and
-never wears; its mean friction force is the middle of the interval of admissible ones, as everywhere.
+a contact area A and constant friction, ``kappa = alpha / (mu A)``. A contact that sticks all period dissipates
+nothing and never wears; its mean friction force is the middle of the interval of admissible ones, as everywhere.
 """
 
 from __future__ import annotations

@@ -227,10 +227,12 @@ def test_load_goes_over_to_the_contacts_that_stick() -> None:
     )  # fmt: skip
     problem = ss.Problem(
         ss.MatrixStructure(
-            M=np.diag([1.0, 1.0, 1.0]), C=np.diag([10.0, 10.0, 10.0]), K=np.diag([1e5, 10.0, 10.0]), dofs=["x", "y", "turn"]
+            M=np.eye(3), C=10.0 * np.eye(3), K=np.diag([1e5, 10.0, 10.0]), dofs=["x", "y", "turn"]
         ),
         contacts=feet,
-        loads=[ss.Load(dof="y", harmonic=0, cos=90.0), ss.Load(dof="turn", harmonic=0, cos=20.0), ss.Load(dof="x", sin=1.0)],
+        loads=[
+            ss.Load(dof="y", harmonic=0, cos=90.0), ss.Load(dof="turn", harmonic=0, cos=20.0), ss.Load(dof="x", sin=1.0)
+        ],
         harmonics=range(3), told=None,
     )  # fmt: skip
     branch = ss.wear(problem, {"foot": [1e-7, 2e-7, 1e-7]}, (0.0, 2e5), omega=50.0)
@@ -249,9 +251,10 @@ def test_load_goes_over_to_the_contacts_that_stick() -> None:
     ("arguments", "where"),
     [
         ({"kappa": {"dumper": 1.0}}, "kappa"), ({"kappa": {"damper": -1.0}}, "kappa"), ({"kappa": 0.0}, "kappa"),
-        ({"kappa": {"damper": [1.0, 2.0]}}, "kappa"), ({"cycles": (100, 0)}, "cycles"), ({"requested": 900}, "requested"),
-        ({"range": (2.0, 3.0)}, "range"), ({"dof": "x"}, "dof"), ({"omega": "peak"}, "range"), ({"method": "rk5"}, "method"),
-        ({"method": "rk4"}, "steps"), ({"steps": 3}, "steps"), ({"depth": -1.0}, "depth"), ({"tolerance": 2.0}, "tolerance"),
+        ({"kappa": {"damper": [1.0, 2.0]}}, "kappa"), ({"cycles": (100, 0)}, "cycles"),
+        ({"requested": 900}, "requested"), ({"range": (2.0, 3.0)}, "range"), ({"dof": "x"}, "dof"),
+        ({"omega": "peak"}, "range"), ({"method": "rk5"}, "method"), ({"method": "rk4"}, "steps"),
+        ({"steps": 3}, "steps"), ({"depth": -1.0}, "depth"), ({"tolerance": 2.0}, "tolerance"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_used_is_named(arguments: dict[str, Any], where: str) -> None:
