@@ -14,6 +14,7 @@ import slipstick as ss
 from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.models.bladed_sector import SectorShape, sector_shape
+from slipstick.solve.linear.condensation import Condensed
 from slipstick.solve.linear.lanczos import modes
 
 N = 6
@@ -39,6 +40,15 @@ def test_phases_are_computed_when_they_are_needed_and_read_again(tmp_path: Path)
     assert again.complete(2) == first.complete(2)
     other = reduced(cache=tmp_path, modes=5)
     assert other.natural_frequencies(2).size == 5
+
+
+def test_all_phases_share_one_elimination_at_rest_and_one_for_their_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    shifts = []
+    of = Condensed.of
+    monkeypatch.setattr(Condensed, "of", lambda *a, solve: (shifts.append(solve), of(*a, solve=solve))[1])
+    sector = reduced(modes=8)
+    assert all(sector.complete(k) for k in range(N // 2 + 1))
+    assert shifts == [True, False]
 
 
 @pytest.mark.filterwarnings("ignore:the harmonics left out")

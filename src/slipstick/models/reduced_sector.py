@@ -39,6 +39,7 @@ from slipstick.fem.rotation import sector_at_speed
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 from slipstick.models.reduced_body import _contact_nodes, _surface
 from slipstick.models.surface_model import of_import
+from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
 from slipstick.structure.reduction import store
 from slipstick.structure.reduction.request import Accuracy, tools
 from slipstick.structure.reduction.sector import PhaseReduction, SectorModes, reduce_phase
@@ -136,7 +137,7 @@ class ReducedSector:
 
     @property
     def solver(self) -> str:
-        """The direct solver used last; empty where everything was read from disk."""
+        """How phases were factorised; empty where everything was read from disk."""
         return self.phases.solver
 
     def travelling_wave(self, engine_order: int) -> TravellingWave:
@@ -210,12 +211,12 @@ class Phases:
 
     def __init__(
         self, joined: Joined, K: Sparse, M: Sparse, directions: Sparse, want: Accuracy, *,
-        solver: str | None, cache: Path | None, listener: StageListener | None,
+        cache: Path | None, listener: StageListener | None,
     ) -> None:  # fmt: skip
         self.joined, self.directions, self.want = joined, csc_array(directions), want
         self.K, self.M = joined.coupled(K), joined.coupled(M)
-        self._asked, self._cache, self._listener = solver, cache, listener
-        self._orderings: dict[bool, Any] = {}
+        self._factors = SectorFactors(self.K, self.M, np.unique(joined.axial[joined.axial >= 0]))
+        self._cache, self._listener = cache, listener
         self._name: str | None = None
         self.seconds: dict[str, float] = {}
         self.complete: dict[int, bool | None] = {}
@@ -248,16 +249,17 @@ class Phases:
         return replace(made, full=np.zeros((0, 0)))
 
     def _reduced(self, k: int, K: Any, M: Any, B: Any) -> PhaseReduction:
-        is_real = not np.iscomplexobj(K.data)
         made = reduce_phase(
-            K, M, B, self.want, solver=self._asked, listener=self._listener, where=f"nodal diameter {k}",
-            ordering=self._orderings.get(is_real),
-        )  # fmt: skip
-        self._orderings[is_real], self.solver = made.ordering, made.solver
+            K, M, B, self.want, self._phase_factors(k), listener=self._listener, where=f"nodal diameter {k}"
+        )
+        self.solver = made.solver
         if self.want.modes is None and made.error > WARNED_REDUCTION:
             what = f"the {made.omega.size} modes of nodal diameter {k} leave an error of about {made.error:.1g}"
             warn([f"{what} of the receptance up to ten times the first natural frequency, or up_to"])
         return made
+
+    def _phase_factors(self, k: int) -> PhaseFactors:
+        return PhaseFactors(self._factors, self.joined.phase(k), self.joined.left(k))
 
     def with_motion(self, k: int, rows: IntArray) -> tuple[PhaseReduction, ComplexArray]:
         """The reduction of a phase, and the modes at some degrees of freedom of the sector, (n_rows, n_modes)."""
@@ -271,7 +273,7 @@ class Phases:
     def name(self) -> str:
         """Changes with the matrices, what is kept, and the code."""
         if self._name is None:
-            about = [self.joined.sectors, self.want, self._asked, store.code_digest("solve", "structure", "fem")]
+            about = [self.joined.sectors, self.want, store.code_digest("solve", "structure", "fem")]
             parts = (*self.K, *self.M, self.directions, csr_array(self.joined.axial), csr_array(self.joined.turn))
             self._name = store.content_key(parts, about)
         return self._name
@@ -285,25 +287,17 @@ class Phases:
             return None
         complete = {"True": True, "False": False}.get(str(arrays["complete"]))
         known: dict[str, Any] = {name: arrays[name] for name in _STORED}
-        return PhaseReduction(**known, complete=complete, error=0.0, solver="", ordering=None, full=np.zeros((0, 0)))
+        return PhaseReduction(**known, complete=complete, error=0.0, solver="", full=np.zeros((0, 0)))
 
     def modes_below(self, k: int, omega: float) -> int | None:
         """How many modes lie below a frequency."""
-        from slipstick.solve.linear.factorisation import factorise, factorise_hermitian, shifted
-
-        K, M, _ = self.matrices(k)
-        matrix = shifted(K, M, omega**2)
-        inertia = (factorise_hermitian if np.iscomplexobj(matrix.data) else factorise)(matrix).inertia
+        inertia = self._phase_factors(k).at(omega**2, solve=False).inertia
         return None if inertia is None else inertia.negative
 
     def direct(self, k: int, omega: float) -> Array:
         """The receptance between the kept dofs of the full sector, undamped."""
-        from slipstick.solve.linear.factorisation import factorise, factorise_hermitian, shifted
-
-        K, M, B = self.matrices(k)
-        matrix = shifted(K, M, omega**2)
-        factors = (factorise_hermitian if np.iscomplexobj(matrix.data) else factorise)(matrix)
-        return np.asarray(B.conj().T @ factors.solve(B.toarray()))
+        B = self.matrices(k)[2]
+        return np.asarray(B.conj().T @ self._phase_factors(k).at(omega**2).solve(B.toarray()))
 
 
 def _real(A: Any) -> Any:
@@ -334,7 +328,6 @@ def reduced_sector(
     up_to: Frequency | None = None,
     loss_factor: float = 0.0,
     damping_ratio: float = 0.0,
-    solver: str | None = None,
     cache: str | Path | None = None,
     listener: StageListener | None = None,
 ) -> ReducedSector:
@@ -398,7 +391,7 @@ def reduced_sector(
         model, surface=surface, sectors=sectors, axis=axis, tolerance=tolerance, radius=radius, between=between,
         pressure=pressure,
         keep=keep, speed=speed, modes=modes, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
-        solver=solver, cache=cache, listener=listener,
+        cache=cache, listener=listener,
     )  # fmt: skip
     symmetry = _symmetry(model, asked["sectors"], low, high, asked["axis"])
     alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
@@ -418,7 +411,7 @@ def reduced_sector(
     warn(warnings)
     phases = Phases(
         how, K, alone.M, found.directions, Accuracy(modes=asked["modes"], reach=asked["up_to"] or 0.0),
-        solver=solver, cache=None if cache is None else Path(cache), listener=listener,
+        cache=None if cache is None else Path(cache), listener=listener,
     )  # fmt: skip
     structure = SectorModes(
         dofs=found.names, sectors=symmetry.sectors, load_shapes=found.loads, loss_factor=loss_factor,
@@ -467,7 +460,7 @@ def _checked(model: Any, **given: Any) -> dict[str, Any]:
     ):
         expected = 'two surfaces, low and high, such as ("shroud_low", "shroud_high")'
         gathering.faults.append(Fault("between", found=shown(between), expected=expected))
-    gathering.take(tools, given["solver"], given["cache"], given["listener"])
+    gathering.take(tools, None, given["cache"], given["listener"])
     gathering.end()
     return {**checked, "surface": surface, "pressure": shapes, "between": between}
 

@@ -119,45 +119,8 @@ def factorise(A: Sparse, *, solver: str | None = None, check: bool = True, order
     except SingularMatrixError as error:
         raise SingularMatrixError(str(error), _free_motion(matrix, function)) from error
     if check:
-        _require_regular(matrix, factors)
+        require_regular(matrix, factors)
     return factors
-
-
-def factorise_hermitian(
-    A: Sparse, *, solver: str | None = None, check: bool = True, ordering: Any = None
-) -> Factorisation:
-    """Factorise a sparse Hermitian matrix (n, n) as the real symmetric ``[[Re A, -Im A], [Im A, Re A]]``.
-
-    That has every eigenvalue twice, and is as sparse as A where few entries are complex. Arguments and errors are those
-    of :func:`factorise`.
-
-    >>> from scipy import sparse
-    >>> factors = factorise_hermitian(sparse.csr_array([[2.0, 1j], [-1j, -2.0]]))
-    >>> factors.solve(np.array([2.0 + 1j, -2.0 - 1j])).round(12).tolist()
-    [(1+0j), (1+0j)]
-    """
-    matrix = sparse.csr_array(A)
-    n = matrix.shape[0]
-    parts = []
-    for values in (matrix.data.real, matrix.data.imag):
-        part = sparse.csr_array((values.copy(), matrix.indices.copy(), matrix.indptr.copy()), shape=matrix.shape)
-        part.eliminate_zeros()
-        parts.append(part)
-    real, imaginary = parts
-    doubled = sparse.csr_array(sparse.block_array([[real, -imaginary], [imaginary, real]]))
-    try:
-        factors = factorise(doubled, solver=solver, check=check, ordering=ordering)
-    except SingularMatrixError as error:
-        null = error.null_vector
-        raise SingularMatrixError(str(error), None if null is None else null[:n] + 1j * null[n:]) from error
-
-    def solve(B: AnyArray) -> AnyArray:
-        X = factors.solver(np.vstack([B.real, B.imag]))
-        return np.asarray(X[:n] + 1j * X[n:])
-
-    twice = factors.inertia
-    inertia = None if twice is None else Inertia(twice.positive // 2, twice.negative // 2, twice.zero // 2)
-    return Factorisation(factors.name, solve, factors.memory, inertia, np.complex128, factors.ordering)
 
 
 def shifted(K: Sparse, M: Sparse, shift: complex) -> Any:
@@ -184,8 +147,11 @@ def _require_no_empty_row(A: Sparse) -> None:
         raise SingularMatrixError(f"the matrix is singular: {len(empty)} rows are empty, the first is {empty[0]}", null)
 
 
-def _require_regular(A: Sparse, factors: Factorisation) -> None:
-    """Two steps of inverse iteration on the matrix with rows scaled to one: what it nearly annihilates."""
+def require_regular(A: Sparse, factors: Factorisation) -> None:
+    """Two steps of inverse iteration on the matrix with rows scaled to one: what it nearly annihilates.
+
+    Raises SingularMatrixError for what is annihilated to working accuracy.
+    """
     scale = np.sqrt(_row_maximum(A))
     x = np.random.default_rng(0).standard_normal(A.shape[0])
     for _ in range(2):

@@ -1,6 +1,6 @@
 """Lowest modes of sparse ``K phi = lambda M phi``: shift-invert block Lanczos with a proof of completeness.
 
-K and M are real and symmetric, or complex and Hermitian.
+K and M are real and symmetric; or complex and Hermitian, for those who bring factors of them.
 
 The operator ``(K - s M)^-1 M`` is symmetric in the M inner product; a block of vectors finds repeated eigenvalues. The
 number of eigenvalues below a shift is the number of negative ones of ``K - shift M`` (Sylvester's law of inertia).
@@ -11,7 +11,7 @@ Full reorthogonalisation keeps the basis clean (R. G. Grimes, J. G. Lewis, H. D.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from slipstick.solve.linear.factorisation import (
     Factorisation,
     SingularMatrixError,
     factorise,
-    factorise_hermitian,
     one_blas_thread,
+    require_regular,
     shifted,
 )
 from slipstick.solve.linear.modes import (
@@ -34,6 +34,9 @@ from slipstick.solve.linear.modes import (
     backward_errors,
 )
 from slipstick.typing import Array, Sparse
+
+_AHEAD = 2.0
+"""Where factors are shared, eigenvalues are counted up to this many times the last one wanted."""
 
 
 def modes(
@@ -66,11 +69,12 @@ def modes(
 def factorise_shifted(
     K: Sparse, M: Sparse, shift: float, *, solver: str | None = None, ordering: Any = None
 ) -> Factorisation:
-    """Factors of ``K - shift M``, symmetric or Hermitian; a singular K is explained."""
+    """Factors of ``K - shift M``; a singular K is explained."""
     matrix = K if shift == 0.0 else shifted(K, M, shift)
-    function = factorise_hermitian if np.iscomplexobj(matrix.data) else factorise
+    if np.iscomplexobj(matrix.data):
+        raise InputError("the matrices are complex: give factors of them that are Hermitian")
     try:
-        return function(matrix, solver=solver, ordering=ordering)
+        return factorise(matrix, solver=solver, ordering=ordering)
     except SingularMatrixError as error:
         size = -1e-6 * float(K.diagonal().real.sum() / M.diagonal().real.sum())
         remedy = f"constrain the body or, for its free modes, give a negative shift such as {size:.0e}"
@@ -78,6 +82,31 @@ def factorise_shifted(
         if shift != 0.0:
             what, remedy = f"K - {shift:g} M is singular", "the shift is an eigenvalue: move it"
         raise SingularMatrixError(f"{what}: {remedy}", error.null_vector) from error
+
+
+class Factors(Protocol):
+    """Factors of ``K - shift M`` by shift, made by who knows more of K and M than their entries."""
+
+    @property
+    def counted(self) -> float | None:
+        """A shift for which the inertia costs little."""
+
+    def at(self, shift: float, solve: bool = True) -> Factorisation:
+        """Without ``solve`` they only have to tell the inertia."""
+
+
+class _Inverse:
+    """``(K - s M)^-1``, apart from the iteration: together they would be a circle, which is freed late."""
+
+    def __init__(self, K: Sparse, M: Sparse, shift: float, factors: Factorisation) -> None:
+        self._matrices, self._shift, self._name, self._ordering = (K, M), shift, factors.name, factors.ordering
+        self.factors: Factorisation | None = factors
+
+    def __call__(self, B: Array) -> Array:
+        """Times B (n, n_columns); factors dropped to save memory are made again."""
+        if self.factors is None:
+            self.factors = factorise_shifted(*self._matrices, self._shift, solver=self._name, ordering=self._ordering)
+        return self.factors.solve(B)
 
 
 class BlockLanczos:
@@ -94,22 +123,23 @@ class BlockLanczos:
         start: Array | None = None,
         listener: StageListener | None = None,
         ordering: Any = None,
+        factors: Factors | None = None,
     ) -> None:
         self.K, self.M, self.shift = K.tocsr(), M.tocsr(), shift
         self.options = options or EigenOptions()
         self.listener = listener
         self.n = K.shape[0]
         self._report("factorising", 0, 1)
-        self._factors: Factorisation | None = factorise_shifted(K, M, shift, solver=solver, ordering=ordering)
-        self.solver, self.inertia, self.ordering = self._factors.name, self._factors.inertia, self._factors.ordering
+        self._made = factors
+        if factors is None:
+            made = factorise_shifted(K, M, shift, solver=solver, ordering=ordering)
+        else:
+            made = factors.at(shift)
+            require_regular(self.K, made)
+        self.solver, self.inertia, self.ordering = made.name, made.inertia, made.ordering
+        self.solve = _Inverse(self.K, self.M, shift, made)
         dtype = np.result_type(self.K.dtype, self.M.dtype, float)
         self.basis = KrylovBasis(self.solve, self.M, self.options.block, start, dtype)
-
-    def solve(self, B: Array) -> Array:
-        """``(K - s M)^-1 B``, B (n, n_columns); factors dropped to save memory are made again."""
-        if self._factors is None:
-            self._factors = factorise_shifted(self.K, self.M, self.shift, solver=self.solver, ordering=self.ordering)
-        return self._factors.solve(B)
 
     def modes(self, n_modes: int, *, count: bool = True) -> Modes:
         """The lowest ``n_modes``, converged; with ``count``, proven complete by inertia if the solver can."""
@@ -139,10 +169,13 @@ class BlockLanczos:
         if at is None:
             return True
         self._report("counting modes", n_modes, n_modes)
-        self._factors = None  # two sets of factors would double the memory
-        moved = shifted(self.K, self.M, at)
-        function = factorise_hermitian if np.iscomplexobj(moved.data) else factorise
-        inertia = function(moved, solver=self.solver, check=False, ordering=self.ordering).inertia
+        if self._made is not None:
+            at = self._counting_shift(self._made.counted, n_modes, at)
+            inertia = self._made.at(at, solve=False).inertia
+        else:
+            self.solve.factors = None  # two sets of factors would double the memory
+            moved = shifted(self.K, self.M, at)
+            inertia = factorise(moved, solver=self.solver, check=False, ordering=self.ordering).inertia
         if inertia is None:
             return None
         self._complete(at, inertia.negative, n_modes)
@@ -220,6 +253,15 @@ class BlockLanczos:
         if clear is None:
             return float(self.shift + distances[0] * (1.0 - 1e-4))
         return float(self.shift + 0.5 * (distances[clear] + distances[clear + 1]))
+
+    def _counting_shift(self, counted: float | None, n_modes: int, near: float) -> float:
+        """The shift counted at before if it serves, else one well above, which may serve others; else ``near``."""
+        theta = self.basis.ritz()[0]
+        found = self.shift + 1.0 / theta[theta > 0.0]
+        for at in (counted, self.shift + _AHEAD * (found[n_modes - 1] - self.shift)):
+            if at is not None and at >= near and np.abs(found - at).min() > 1e-4 * (at - self.shift):
+                return float(at)
+        return near
 
     def _result(self, n_modes: int, complete: bool | None) -> Modes:
         theta, Y, _ = self.basis.ritz()

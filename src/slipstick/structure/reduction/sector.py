@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from slipstick.errors import Fault, InputError
 from slipstick.faults import whole
 from slipstick.solve.linear.factorisation import SingularMatrixError
-from slipstick.solve.linear.lanczos import BlockLanczos
+from slipstick.solve.linear.lanczos import BlockLanczos, Factors
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.checks import array_faults, checked_names, number_faults, real
 from slipstick.structure.cyclic import NEXT, CyclicStructure, PhaseModes
@@ -47,7 +47,6 @@ class PhaseReduction:
     error: float
     residuals: Array
     solver: str
-    ordering: Any
     full: AnyArray
 
 
@@ -56,13 +55,12 @@ def reduce_phase(
     M: Sparse,
     B: Sparse,
     want: Accuracy,
+    factors: Factors,
     *,
-    solver: str | None = None,
     listener: StageListener | None = None,
-    ordering: Any = None,
     where: str = "this phase",
 ) -> PhaseReduction:
-    """Reduce symmetric or Hermitian sparse K, M (n, n) to directions B (n, n_keep).
+    """Reduce symmetric or Hermitian sparse K, M (n, n), of which there are factors, to directions B (n, n_keep).
 
     Raises
     ------
@@ -72,7 +70,7 @@ def reduce_phase(
         Modes that do not converge.
     """
     try:
-        iteration = BlockLanczos(K, M, solver=solver, listener=listener, ordering=ordering)
+        iteration = BlockLanczos(K, M, listener=listener, factors=factors)
     except SingularMatrixError as error:
         statement = f"the stiffness is singular for {where}: some motion meets no resistance"
         raise InputError(Fault("model", statement, remedy="hold the disc, at its bore for instance")) from error
@@ -97,7 +95,7 @@ def reduce_phase(
         omega=modes.omega, shapes=a.astype(complex), static=static.astype(complex),
         second=_left(modes.omega, a, second).astype(complex), complete=modes.complete,
         error=_error(modes.omega, a, static, second, want), residuals=modes.residuals, solver=modes.solver,
-        ordering=iteration.ordering, full=modes.shapes,
+        full=modes.shapes,
     )  # fmt: skip
 
 
