@@ -13,7 +13,7 @@ _FIGURES = {
     "modes": "backbone damping",
     "worn": "wear",
     "rotor": "campbell interference",
-    "study": "study_map study_curves percentile_convergence",
+    "study": "study_map study_curves percentile_band percentile_convergence",
     "quantities": "abscissa_text",
     "style": "save_figure",
 }
