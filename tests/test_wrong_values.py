@@ -341,8 +341,11 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         },
     ),
     "run_up": (
-        lambda: lambda **given: ss.run_up(PROBLEM, **{"folder": None, **given}),
-        {"omega": (2.0, 2.5), "rate": 0.2, "periods": 2, "samples": 8, "steps": 64, "listener": None},
+        lambda: ss.run_up,
+        {
+            "problem": PROBLEM, "omega": (2.0, 2.5), "rate": 0.2, "periods": 2, "samples": 8, "steps": 64,
+            "folder": "passed", "listener": None,
+        },
     ),
     "Material": (
         lambda: ss.Material, {"young": 2e11, "poisson": 0.3, "density": 7800.0, "conductivity": 15.0},

@@ -67,6 +67,12 @@ def studied() -> dict[str, Any]:
     return {"study": study_dataset(job, plan, found, attributes), "curves": curves_dataset(job, found, attributes)}
 
 
+@cache
+def passed() -> Any:
+    """The oscillator passed through."""
+    return ss.run_up(oscillator(velocity=10.0), (4.0, 8.0), rate=1.0)
+
+
 def turning() -> xr.Dataset:
     """Campbell diagram of a rotor of one mass."""
     gyroscopic = [[0.0, 0.3], [-0.3, 0.0]]
@@ -82,7 +88,7 @@ def meeting() -> xr.Dataset:
 
 TURNING = {"campbell": turning, "interference": meeting}
 DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa_text", "temperature")]
-SHORT = ("stability", "tolerance_band", "tornado")
+SHORT = ("stability", "tolerance_band", "tornado", "run_up")
 
 
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.verify)], ids=["some", "all"])
@@ -102,6 +108,10 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
     if "study" in names:
         chosen = {"dof": "x", "over": "damper.mu", "percentiles": (5.0, 95.0), **studied()}
         good |= {key: found for key, found in chosen.items() if key in names}
+    if "run" in names:
+        good |= {"run": passed(), "dof": "x", "last": 5, "highest": 20.0}
+        good = {key: value for key, value in good.items() if key in names}
+        good |= {"branch": None} if "branch" in names else {}
     if name == "disc":
         good |= {"branch": disc_and_wave()[0], "point": 0, "dof": "tip", "tau": 0.5}
     if name == "wear":

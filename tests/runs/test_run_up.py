@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.command import slipstick
 from helpers.faults import raises_fault
+from helpers.study_case import CASE
 from scipy.optimize import minimize_scalar
 from scipy.special import wofz
 
@@ -261,3 +263,21 @@ def test_a_run_is_what_it_is_by_its_arguments() -> None:
     values = [done.values["time"] for done in run.run()]
     np.testing.assert_allclose(values, 2 * np.pi * np.arange(1, 4) / 2.0)
     assert run_up_module.FILE == "run_up.nc"
+
+
+def test_the_verb_integrates_draws_and_goes_on(tmp_path: Path) -> None:
+    table = '[run_up]\nfrom = 5.0\nto = "1.2 Hz"\nrate = 0.5\nsamples = 8\n'
+    text = CASE.partition("[study]")[0]
+    (tmp_path / "case.toml").write_text(text + table)
+    arguments = ("run-up", tmp_path / "case.toml", "-o", tmp_path / "out", "-q")
+    done = slipstick(*arguments)
+    assert done.exit_code == 0
+    case = ss.Case.from_file(tmp_path / "case.toml")
+    peak = ss.run_up(case.problem(), (5.0, 2.4 * np.pi), rate=0.5, samples=8).peak()
+    assert f"largest amplitude of x: {peak.amplitude:.6g}" in done.output
+    assert {p.name for p in (tmp_path / "out").iterdir()} >= {"run_up.nc", "run_up.png"}
+    assert slipstick(*arguments, "--no-figures").exit_code == 0  # what is there is told again
+    (tmp_path / "bad.toml").write_text(text + "[run_up]\nfrom = 5.0\nto = 7.0\n")
+    bad = slipstick("run-up", tmp_path / "bad.toml")
+    assert bad.exit_code == 2
+    assert "[run_up] rate is missing" in bad.output

@@ -12,7 +12,7 @@ _FIGURES = {
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping",
     "worn": "wear",
-    "run_up": "run_up section spectrogram",
+    "passing": "run_up section spectrogram",
     "rotor": "campbell interference",
     "study": "study_map study_curves percentile_band percentile_convergence",
     "quantities": "abscissa_text",

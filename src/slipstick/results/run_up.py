@@ -37,6 +37,7 @@ VARIABLES: Mapping[str, Declared] = {
     ),
 }
 """What is kept of every period."""
+_PHASES = 2000
 _FEWEST, _HARMONICS, _SETTLED, _TORUS = 64, 8, 1e-6, 1e-3
 
 
@@ -117,7 +118,7 @@ class RunUp:
         known = self.dataset["dof"].to_numpy().tolist()
         if dof is None:
             return 0
-        if dof not in known:
+        if not isinstance(dof, str) or dof not in known:
             raise InputError(f"there is no output {shown(dof)}; the outputs are {', '.join(known)}")
         return int(known.index(dof))
 
@@ -175,8 +176,7 @@ class RunUp:
         table, d = branch.table, branch.dof_index(name)
         of = np.flatnonzero(table["peak_dof"].to_numpy() == d)
         k = int(of[np.argmax(table["amplitude"].to_numpy()[of, d])])
-        motion = branch.harmonics.H_minus(np.linspace(0.0, 2 * np.pi, 2000)) @ table["displacement"].to_numpy()[k, d]
-        return Lag(*self.peak(dof), float(omega), 0.5 * float(np.ptp(motion)))
+        return Lag(*self.peak(dof), float(omega), float(half_range(branch, name)[k]))
 
     def section(self, dof: str | None = None, last: int | None = None) -> tuple[Array, Array]:
         """Displacement and velocity at the ends of the last periods, a Poincare section; by default of all."""
@@ -254,6 +254,13 @@ class RunUp:
         time = self.dataset["sample_time"].to_numpy()
         dt = float(np.median(np.diff(time)))
         return self.dataset["displacement"].to_numpy()[:, self._dof(dof)], dt
+
+
+def half_range(branch: Any, dof: str) -> Array:
+    """Half of the range of the displacement of a dof, at every point of a branch, (n_points,)."""
+    coefficients = branch.table["displacement"].to_numpy()[:, branch.dof_index(dof)]
+    motion = coefficients @ branch.harmonics.H_minus(np.linspace(0.0, 2 * np.pi, _PHASES)).T
+    return np.asarray(0.5 * np.ptp(motion, axis=1))
 
 
 def motion_kind(x: Array, v: Array, omega: float, size: float) -> MotionKind:

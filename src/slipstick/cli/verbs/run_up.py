@@ -32,7 +32,7 @@ def run_up(
 ) -> int:
     """Integrate a case in time while its speed changes, as its table "run_up" says; called again it goes on."""
     from slipstick.plots import save_figure
-    from slipstick.plots.run_up import run_up as draw
+    from slipstick.plots.passing import run_up as draw
     from slipstick.runs.run_up import FILE
     from slipstick.runs.run_up import run_up as integrate
 

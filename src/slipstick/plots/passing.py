@@ -11,7 +11,7 @@ from slipstick.errors import InputError
 from slipstick.faults import one
 from slipstick.plots.quantities import with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, styled
-from slipstick.results.run_up import RunUp
+from slipstick.results.run_up import RunUp, half_range
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -43,11 +43,9 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, 
         size = known.dataset["amplitude"].sel(dof=name).to_numpy()
         ax.plot(known.dataset["time"].to_numpy(), size, color=COLOURS[0], linestyle="-", label="per period")
     if branch is not None:
-        table = one("branch", branch, Branch, "an ss.Branch, or None").table
-        d = branch.dof_index(name)
-        ax.plot(
-            table["omega"].to_numpy(), table["amplitude"].to_numpy()[:, d], color=GREY, linestyle="-", label="steady"
-        )
+        steady = one("branch", branch, Branch, "an ss.Branch, or None")
+        size = half_range(steady, name)
+        ax.plot(steady.table["omega"].to_numpy(), size, color=GREY, linestyle="-", label="steady")
     legend(ax)
     return ax
 
@@ -104,7 +102,5 @@ def _known(run: Any, dof: str | None) -> tuple[RunUp, str]:
     known = one("run", run, RunUp, "what ss.run_up returns")
     if not known.dataset.sizes["period"]:
         raise InputError("nothing to draw: no period is integrated")
-    names = known.dataset["dof"].to_numpy().tolist()
-    name = names[0] if dof is None else dof
-    known.envelope(name)
-    return known, str(name)
+    known.envelope(dof)  # checks the name
+    return known, str(known.dataset["dof"].to_numpy()[0]) if dof is None else dof
