@@ -343,7 +343,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "run_up": (
         lambda: ss.run_up,
         {
-            "problem": PROBLEM, "omega": (2.0, 2.5), "rate": 0.2, "periods": 2, "samples": 8, "steps": 64,
+            "problem": PROBLEM, "omega": (2.0, 2.5), "rate": 0.05, "periods": 2, "samples": 8, "steps": 64,
             "folder": "passed", "listener": None,
         },
     ),
