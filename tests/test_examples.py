@@ -359,3 +359,20 @@ def test_rotor_rub(tmp_path):
         assert check.relative_difference < 3e-3
     module.draw(branches, tmp_path)
     assert (tmp_path / "rotor_rub.png").stat().st_size > 10_000
+
+
+def test_passing_resonance(tmp_path):
+    """The faster, the later and the lower; nothing is missing in the balance of energy."""
+    module = load("oscillator/passing_resonance.py")
+    steady, runs = module.compute()
+    slow, fast = (run.lag(steady, "x") for run in runs.values())
+    assert (slow.steady_omega, slow.steady_amplitude) == (
+        pytest.approx(7.573, abs=1e-3),
+        pytest.approx(3.808, abs=1e-3),
+    )
+    assert (slow.omega, slow.amplitude) == (pytest.approx(8.099, abs=1e-3), pytest.approx(3.602, abs=1e-3))
+    assert fast.shift > slow.shift > 0.0
+    assert fast.ratio < slow.ratio < 1.0
+    assert max(float(run.dataset["energy_error"].max()) for run in runs.values()) < 1e-12
+    module.draw(steady, runs, tmp_path)
+    assert (tmp_path / "passing_spectra.png").stat().st_size > 10_000

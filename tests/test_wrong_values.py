@@ -340,6 +340,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "record_periods": 1, "steps": 64, "held": {"mu": [0.3]},
         },
     ),
+    "run_up": (
+        lambda: ss.run_up,
+        {
+            "problem": PROBLEM, "omega": (2.0, 2.5), "rate": 0.05, "periods": 2, "samples": 8, "steps": 64,
+            "folder": "passed", "listener": None,
+        },
+    ),
     "Material": (
         lambda: ss.Material, {"young": 2e11, "poisson": 0.3, "density": 7800.0, "conductivity": 15.0},
     ),

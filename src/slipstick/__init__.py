@@ -53,6 +53,7 @@ _PUBLIC = {
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
     "resume": "slipstick.runs.resume",
+    "run_up": "slipstick.runs.run_up",
     "Progress": "slipstick.progress",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
@@ -104,6 +105,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
     from slipstick.runs.resume import resume as resume
+    from slipstick.runs.run_up import run_up as run_up
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.state.thermal.model import ThermalModel as ThermalModel
     from slipstick.structure.cyclic import CyclicStructure as CyclicStructure

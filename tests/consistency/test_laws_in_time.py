@@ -238,3 +238,18 @@ def test_velocities_that_jump_are_said_to_be_unknown() -> None:
     assert set(branch.dataset.stable.values.tolist()) == {-1}
     with pytest.raises(ss.InputError, match="answers a force at once"):
         ss.transient(problem, 1.2)
+
+
+@pytest.mark.verify
+def test_beyond_a_neimark_sacker_point_motion_is_quasi_periodic() -> None:
+    """Two masses on cubic springs: on the branch beside it motion is unstable, a second frequency has appeared."""
+    problem = two_cubic_springs()
+    branch = quiet(lambda: ss.forced_response(problem, omega=(1.105, 1.13), stability=True))
+    (point,) = [p for p in branch.bifurcations() if p.kind == "Neimark-Sacker"]
+    run = quiet(lambda: ss.run_up(problem, 1.126, periods=400, samples=8))
+    motion = run.motion(last=128)
+    assert point.omega < 1.126
+    assert motion.kind == "quasi-periodic"
+    assert motion.remainder < 1e-6
+    assert motion.second_omega == pytest.approx(point.second_omega, rel=0.05)
+    assert run.dataset["energy_error"].to_numpy().max() < 1e-9

@@ -174,6 +174,21 @@ def test_in_a_list_every_case_is_a_dot() -> None:
     np.testing.assert_allclose([p[1:] for p in places], np.stack([x, y], axis=1), atol=1e-6)
 
 
+def test_percentiles_of_samples_are_a_band() -> None:
+    sampled, x = content(grid=False), np.array([0.0, 1.0, 2.0])
+    y = [packed(np.array(values), "f8") for values in ([np.nan, 1.0, 2.0], [3.0, 2.0, 3.0], [5.0, 3.0, 4.0])]
+    one = {"y": y, "peak": packed([1.0, 2.0, 4.0], "f8"), "at": packed([10.0, 11.0, 12.0], "f8")}
+    sampled["band"] = {"percentiles": [5.0, 50.0, 95.0], "x": packed(x, "f8"), "dofs": [one, one]}
+    script = """return [tagged($("band"), "path").map(({ attributes: a }) => [a.class, a.d]), $("band").textContent,
+      $("band").hidden]"""
+    paths, text, hidden = opened(sampled, script, study=True)
+    (_, area), (_, line) = paths
+    assert [len(area.split("L")), len(line.split("L")), area[-1]] == [4, 2, "Z"]  # where the lowest is not known, none
+    assert "Peak of y: 2 mm (1 to 4) at 11 rad/s (10 to 12): 50 % of the samples, and from 5 to 95 %." in text
+    assert not hidden
+    assert drawn('return $("band").hidden', grid=True)
+
+
 def test_curves_are_those_of_the_cases_shown() -> None:
     found = drawn("""
       const paths = () => tagged($("curves"), "path").map(({ attributes: a }) => [a.class, a.d, a.stroke ?? null]);

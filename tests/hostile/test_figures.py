@@ -61,10 +61,16 @@ def worn() -> ss.Branch:
 def studied() -> dict[str, Any]:
     """A study of two cases, and its curves."""
     job = Job(problem=oscillator(velocity=10.0), span=(5.0, 5.5), options={"max_step": 0.2, "first_step": 0.2})
-    plan = make_plan(job.problem, {"damper.mu": [0.2, 0.3]})
+    plan = make_plan(job.problem, {"damper.mu": [0.2, 0.3]}, method="random", samples=2)
     found = {i: solve(job, plan, i) for i in range(len(plan))}
     attributes = study_attributes(job, plan, found, {})
     return {"study": study_dataset(job, plan, found, attributes), "curves": curves_dataset(job, found, attributes)}
+
+
+@cache
+def passed() -> Any:
+    """The oscillator passed through."""
+    return ss.run_up(oscillator(velocity=10.0), (4.0, 8.0), rate=1.0)
 
 
 def turning() -> xr.Dataset:
@@ -82,7 +88,7 @@ def meeting() -> xr.Dataset:
 
 TURNING = {"campbell": turning, "interference": meeting}
 DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa_text", "temperature")]
-SHORT = ("stability", "tolerance_band", "tornado")
+SHORT = ("stability", "tolerance_band", "tornado", "run_up")
 
 
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.verify)], ids=["some", "all"])
@@ -100,7 +106,12 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
     if "mode" in names:
         good |= {key: found for key, found in {"mode": vibrating(), "dof": "x"}.items() if key in names}
     if "study" in names:
-        good |= {"dof": "x", "over": "damper.mu"} | {key: found for key, found in studied().items() if key in names}
+        chosen = {"dof": "x", "over": "damper.mu", "percentiles": (5.0, 95.0), **studied()}
+        good |= {key: found for key, found in chosen.items() if key in names}
+    if "run" in names:
+        good |= {"run": passed(), "dof": "x", "last": 5, "highest": 20.0}
+        good = {key: value for key, value in good.items() if key in names}
+        good |= {"branch": None} if "branch" in names else {}
     if name == "disc":
         good |= {"branch": disc_and_wave()[0], "point": 0, "dof": "tip", "tau": 0.5}
     if name == "wear":

@@ -1,4 +1,5 @@
-"""Tables that a verb of its own computes: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``.
+"""Tables that a verb of its own computes: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``,
+``[run_up]``.
 
 Another one is another class here, and its name in :data:`slipstick.case.sections.REQUESTS`.
 """
@@ -29,6 +30,7 @@ def _frequencies(value: object) -> tuple[float, float]:
 
 
 Frequencies = Annotated[tuple[float, float], PlainValidator(_frequencies)]
+Speed = Annotated[float, PlainValidator(positive_frequency)]
 _OMEGA = "the range in which the highest peak is meant, two frequencies; by default that of [response]"
 
 
@@ -199,6 +201,45 @@ class WearTable(RequestTable):
             if self.omega != "peak" and getattr(self, name) is not None:
                 yield Fault(name, 'is for omega = "peak", but a frequency is given', remedy="leave it out")
         yield from _dof_faults(problem, self.dof)
+
+
+class RunUpTable(RequestTable):
+    """``[run_up]``: passing through, or long motion at one speed, in time."""
+
+    verb: ClassVar[str] = "run_up"
+
+    start: Speed = Field(alias="from", description="a frequency > 0, the first speed of the excitation")
+    stop: Speed | None = Field(default=None, alias="to", description="a frequency > 0; left out, the speed stays")
+    rate: Positive | None = Field(default=None, description="a number > 0, how fast the speed changes, rad/s^2")
+    periods: int | None = Field(default=None, ge=1, description="a whole number >= 1")
+    samples: int = Field(default=32, ge=0, le=4096, description="samples in a period at the highest speed")
+    dof: str | None = Field(default=None, description="the name of an output")
+
+    @classmethod
+    def impossible(cls, problem: Problem) -> list[Fault]:
+        """Contacts whose law does not tell its rate."""
+        from slipstick.analysis.time_domain.piecewise_model import integration_faults
+
+        return list(integration_faults(problem))
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """Rate or periods, dof, range, what is known at one speed alone."""
+        from slipstick.analysis.time_domain.long_run import sweep_faults
+
+        yield from _dof_faults(problem, self.dof)
+        if self.stop is None:
+            if self.periods is None:
+                yield Fault("periods", IS_MISSING, remedy="give how many, or a second speed and its rate")
+            return
+        yield from _range_faults(self.start, self.stop)
+        if self.rate is None:
+            yield Fault("rate", IS_MISSING, remedy="give how fast the speed changes, rad/s^2")
+        yield from sweep_faults(problem, swept=True)
+
+    @property
+    def omega(self) -> float | tuple[float, float]:
+        """As ``ss.run_up`` takes it."""
+        return self.start if self.stop is None else (self.start, self.stop)
 
 
 def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Iterator[Fault]:

@@ -51,10 +51,12 @@ def cases_text(plan: StudyPlan) -> str:
 
 def _flat(table: RawTable, prefix: str) -> Iterator[tuple[str, Any]]:
     """``damper.velocity = [0, 1]`` without quotes is a table in TOML; it means the same."""
+    from slipstick.studies.distributions import DISTRIBUTION
     from slipstick.studies.ranges import KEYS
 
+    values = {*KEYS, DISTRIBUTION}
     for key, value in table.items():
-        if isinstance(value, Mapping) and value and not set(value) & set(KEYS):
+        if isinstance(value, Mapping) and value and not set(value) & values:
             yield from _flat(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value

@@ -12,14 +12,14 @@ import typer
 from slipstick.cli.verb import app
 
 VERBS = (
-    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear"),
+    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear", "run_up"),
     *("campbell", "interference"),
     *("check", "init", "import_", "info", "verify"),
 )
 """Files in the folder of that name, each with a function of its own name, in the order of the help."""
 
 for _name in VERBS:
-    app.command(_name.rstrip("_"))(getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name))
+    app.command(_name.rstrip("_").replace("_", "-"))(getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name))
 
 
 def _version(wanted: bool) -> None:

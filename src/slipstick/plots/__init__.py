@@ -12,8 +12,9 @@ _FIGURES = {
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping",
     "worn": "wear",
+    "passing": "run_up section spectrogram",
     "rotor": "campbell interference",
-    "study": "study_map study_curves percentile_convergence",
+    "study": "study_map study_curves percentile_band percentile_convergence",
     "quantities": "abscissa_text",
     "style": "save_figure",
 }

@@ -9,9 +9,10 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import names as name_list
-from slipstick.faults import number_or_numbers, shown, suggestion
+from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
-from slipstick.plots.style import GREY, legend, over_decades, styled
+from slipstick.plots.style import COLOURS, GREY, legend, over_decades, styled
+from slipstick.results.percentiles import PERCENTILES, checked_percentiles, curve_percentiles, peak_percentiles
 from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
 
@@ -197,6 +198,63 @@ def study_curves(
     return ax
 
 
+def percentile_band(
+    curves: xarray.Dataset,
+    study: xarray.Dataset,
+    dof: str | None = None,
+    *,
+    percentiles: Sequence[float] = PERCENTILES,
+    ax: Axes | None = None,
+) -> DrawnAxes:
+    """How sure a curve is whose parameters are samples: percentiles of the amplitude as bands, of the peaks as a cross.
+
+    Parameters
+    ----------
+    curves, study
+        The datasets in ``curves.nc`` and ``study.nc``.
+    dof
+        Name of the dof; by default the first.
+    percentiles
+        In percent: bands from the lowest to the highest, the second to the last but one, and so on; of an odd number
+        the middle one is a line.
+    ax
+        Axes to draw into; by default those of a new figure.
+
+    Raises
+    ------
+    InputError
+        If it is no study of samples with its curves, has no such dof, or a percentile is not between 0 and 100.
+    """
+    asked = sorted(checked_percentiles(percentiles))
+    found = curve_percentiles(curves, _study(study), asked)
+    one = chosen(found, "dof", dof)[0]
+    followed = "parameter" if "parameter" in found.coords else "omega"
+    ax = styled(
+        ax, _labelled(curves[followed], str(curves[followed].long_name)),
+        _labelled(curves["amplitude"], f"amplitude of {one}"),
+    )  # fmt: skip
+    x, sizes = found[followed].to_numpy(), found["amplitude"].sel(dof=one).to_numpy()
+    peaks = peak_percentiles(study, asked)
+    at, high = (peaks[name].sel(dof=one).to_numpy() for name in (f"peak_{followed}", "peak_amplitude"))
+    for k in range(len(asked) // 2):
+        label = f"{asked[k]:g} % to {asked[-1 - k]:g} %"
+        ax.fill_between(x, sizes[k], sizes[-1 - k], color=COLOURS[0], alpha=0.25, linewidth=0.0, label=label)
+    if len(asked) % 2:
+        ax.plot(x, sizes[len(asked) // 2], color=COLOURS[0], linestyle="-", label=f"{asked[len(asked) // 2]:g} %")
+    if np.isfinite([*at, *high]).all():
+        (x0, y0), (xerr, yerr) = zip(*map(_middle_and_reach, (at, high)), strict=True)
+        ax.errorbar(x0, y0, xerr=xerr, yerr=yerr, color=COLOURS[1], capsize=3.0, linewidth=1.2, label="peaks")
+    legend(ax)
+    ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    return ax
+
+
+def _middle_and_reach(values: np.ndarray) -> tuple[float, np.ndarray]:
+    """The middle of percentiles, and how far it is to the lowest and the highest, (2, 1)."""
+    middle = float(np.median(values))
+    return middle, np.array([[middle - values[0]], [values[-1] - middle]])
+
+
 def percentile_convergence(
     samples: xarray.Dataset, percentiles: Sequence[float] = (50.0, 95.0, 99.0), *, ax: Axes | None = None
 ) -> DrawnAxes:
@@ -221,9 +279,7 @@ def percentile_convergence(
     """
     if not hasattr(samples, "data_vars") or "amplification" not in samples:
         raise InputError(f"nothing to draw: found {shown(samples)}; expected the dataset of a mistuning study")
-    asked = np.atleast_1d(number_or_numbers("percentiles", percentiles, "numbers > 0 and < 100")).tolist()
-    if wrong := [p for p in asked if not 0.0 < p < 100.0]:
-        raise InputError(f"percentiles: found {wrong[0]:g}; expected numbers > 0 and < 100")
+    asked = checked_percentiles(percentiles)
     values = samples["amplification"].to_numpy()
     values = values[np.isfinite(values)]
     if not values.size:

@@ -10,6 +10,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.encoding import packed
+from slipstick.results.percentiles import PERCENTILES, curve_percentiles, is_sampled, peak_percentiles
 from slipstick.units import after_number, power_unit
 
 if TYPE_CHECKING:
@@ -50,6 +51,29 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "file": "" if not study.attrs.get("case") else "study.nc",
         "cases": _cases(study),
         **_curves(curves, kept),
+        "band": _band(study, curves, kept),
+    }
+
+
+def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any) -> dict[str, Any] | None:
+    """Percentiles of the curves and the peaks of samples; None of a grid, and without curves."""
+    if curves is None or not is_sampled(study) or not bool((study["outcome"] == "COMPLETED").any()):
+        return None
+    found, peaks = curve_percentiles(curves, study), peak_percentiles(study)
+    followed = "parameter" if "parameter" in found.coords else "omega"
+    sizes = found["amplitude"].to_numpy()[:, :, kept]
+    at, high = (peaks[name].to_numpy()[:, kept] for name in (f"peak_{followed}", "peak_amplitude"))
+    return {
+        "percentiles": list(PERCENTILES),
+        "x": packed(found[followed].to_numpy(), "f8"),
+        "dofs": [
+            {
+                "y": [packed(sizes[k, :, d], "f8") for k in range(len(PERCENTILES))],
+                "peak": packed(high[:, d], "f8"),
+                "at": packed(at[:, d], "f8"),
+            }
+            for d in range(sizes.shape[2])
+        ],
     }
 
 

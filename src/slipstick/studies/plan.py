@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,7 +14,8 @@ from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
-from slipstick.studies.ranges import parameter_values, sampled_range
+from slipstick.studies.distributions import Distribution, Range, is_distribution, sampled
+from slipstick.studies.ranges import parameter_values
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -24,8 +25,10 @@ if TYPE_CHECKING:
 STUDY = ("study",)
 """Path to what is asked of a study."""
 _EXPECTED = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
-METHODS = ("grid", "list", "latin-hypercube", "sobol")
+METHODS = ("grid", "list", "random", "latin-hypercube", "sobol", "saltelli")
 SAMPLED = METHODS[2:]
+EVENLY = METHODS[4:]
+"""Those of Sobol's sequence, which fills the ranges evenly for powers of two."""
 _EACH = 200
 """Up to so many values of a parameter are tried one by one before anything is computed; of more, the two ends."""
 
@@ -44,6 +47,8 @@ class StudyPlan:
         Of a grid, the values along each parameter: cases are its points, the last parameter fastest. Else empty.
     method, seed
         How the values were chosen.
+    distributions
+        Of samples, what each parameter was drawn from, in words.
     warnings
         What is suspicious.
     """
@@ -53,6 +58,7 @@ class StudyPlan:
     axes: tuple[Array, ...]
     method: str
     seed: int
+    distributions: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -92,8 +98,8 @@ def make_plan(
     gathering.end()
     order = sorted(asked.parts, key=lambda name: _is_derived(problem, name))
     plan = _plan(order, asked.parts, asked.method, asked.size, asked.seed)
-    _allowed(problem, plan)
-    said = [*plan.warnings, *product_warnings(problem, plan.names)]
+    spread = {name for name in plan.names if isinstance(asked.parts[name], Distribution)}
+    said = [*plan.warnings, *_allowed(problem, plan, spread), *product_warnings(problem, plan.names)]
     for name, values in zip(plan.names, plan.values.T, strict=True):
         load = problem.parameter_target(name).load
         if load is not None and name.endswith("phase"):
@@ -140,9 +146,16 @@ def _asked(
         said = f'it is given, but method = "{method}" counts the values of its parameters'
         gathering.faults.append(Fault(where, said, remedy="leave it out"))
     count = gathering.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
-    read = sampled_range if method in SAMPLED else parameter_values
+    read = sampled if method in SAMPLED else _listed_values
     parts = {name: gathering.take(read, (*STUDY, name), value) for name, value in values.items()}
     return _Asked(parts, str(method), count or 1, int(seed or 0))
+
+
+def _listed_values(where: tuple[str, ...], value: object) -> Array:
+    if is_distribution(value):
+        methods = ", ".join(f'"{name}"' for name in SAMPLED)
+        raise InputError(Fault(where, "a distribution is sampled", remedy=f"give samples and a method: {methods}"))
+    return parameter_values(where, value)
 
 
 def _plan(names: Sequence[str], parts: Mapping[str, Any], method: str, samples: int, seed: int) -> StudyPlan:
@@ -150,8 +163,9 @@ def _plan(names: Sequence[str], parts: Mapping[str, Any], method: str, samples: 
     common: dict[str, Any] = {"names": tuple(names), "method": method, "seed": seed}
     if method in SAMPLED:
         return StudyPlan(
-            values=_samples(axes, method, samples, seed), axes=(), warnings=_uneven(method, samples), **common
-        )
+            values=_samples(axes, method, samples, seed), axes=(), warnings=_uneven(method, samples),
+            distributions=tuple(map(str, axes)), **common,
+        )  # fmt: skip
     if method == "list":
         if len({values.size for values in axes}) > 1:
             listed = ", ".join(f"{values.size} of {name}" for name, values in zip(names, axes, strict=True))
@@ -168,24 +182,41 @@ def _plan(names: Sequence[str], parts: Mapping[str, Any], method: str, samples: 
     return StudyPlan(values=np.stack([axis.ravel() for axis in grid], axis=1), axes=tuple(axes), **common)
 
 
-def _samples(boxes: Sequence[tuple[float, float, str]], method: str, count: int, seed: int) -> Array:
+def _samples(marginals: Sequence[Range | Distribution], method: str, count: int, seed: int) -> Array:
+    """Values (n, n_parameters) of independent parameters."""
+    unit = _unit_samples(len(marginals), method, count, seed)
+    # 0 and 1 themselves are quantiles at the end of a tail, which may be infinite
+    unit = np.clip(unit, 2.0**-53, 1.0 - 2.0**-53) if any(isinstance(m, Distribution) for m in marginals) else unit
+    return np.stack([m.quantile(column) for column, m in zip(unit.T, marginals, strict=True)], axis=1)
+
+
+def _unit_samples(size: int, method: str, count: int, seed: int) -> Array:
+    """Samples (n, size) in the unit cube.
+
+    Those of "saltelli" are what Sobol indices are estimated from [Saltelli et al., Comput. Phys. Commun. 181 (2010)
+    259-270]: of every point of a Sobol sequence of twice the dimension its first half A, A with each coordinate in
+    turn from its second half B, and B.
+    """
     from scipy.stats import qmc
 
-    sampler = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    generator = np.random.default_rng(seed)
+    if method == "random":
+        return generator.random((count, size))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a number of samples that is no power of two: told in our words
-        unit = sampler(d=len(boxes), seed=np.random.default_rng(seed)).random(count)
-    columns = []
-    for column, (low, high, spacing) in zip(unit.T, boxes, strict=True):
-        if spacing == "log":
-            columns.append(np.exp(np.log(low) + column * (np.log(high) - np.log(low))))
-        else:
-            columns.append(low + column * (high - low))
-    return np.stack(columns, axis=1)
+        if method == "latin-hypercube":
+            return np.asarray(qmc.LatinHypercube(d=size, rng=generator).random(count))
+        if method == "sobol":
+            return np.asarray(qmc.Sobol(d=size, rng=generator).random(count))
+        A, B = np.split(qmc.Sobol(d=2 * size, rng=generator).random(count), 2, axis=1)
+    rows = np.repeat(A[:, None], size + 2, axis=1)
+    rows[:, 1 + np.arange(size), np.arange(size)] = B
+    rows[:, -1] = B
+    return rows.reshape(-1, size)
 
 
 def _uneven(method: str, count: int) -> tuple[str, ...]:
-    if method != "sobol" or count & (count - 1) == 0:
+    if method not in EVENLY or count & (count - 1) == 0:
         return ()
     near = 1 << count.bit_length()
     return (f"study: {count} Sobol samples do not fill the ranges evenly; a power of two does, such as {near}",)
@@ -240,15 +271,29 @@ def _distinct(problem: Problem, names: Sequence[str]) -> None:
                 raise InputError(Fault(STUDY, said, remedy="keep one of them"))
 
 
-def _allowed(problem: Problem, plan: StudyPlan) -> None:
-    """Raises InputError where a value alone is not allowed."""
+def _allowed(problem: Problem, plan: StudyPlan, spread: Container[str]) -> list[str]:
+    """What is to be said of values alone that are not allowed: raises InputError but where they are in the tails of a
+    distribution (``spread``), where a case that cannot be computed is a row that says why."""
     faults: list[Fault] = []
+    said = []
     for name, column in zip(plan.names, plan.values.T, strict=True):
         values = np.unique(column)
-        for value in (values if values.size <= _EACH else values[[0, -1]]).tolist():
-            try:
-                problem.at_parameter(name, value)
-            except InputError as error:
-                faults += [Fault((*STUDY, name), f"{value:g} is not allowed", remedy=str(f)) for f in error.faults]
+        tried = (values if values.size <= _EACH else values[[0, values.size // 2, -1]]).tolist()
+        refused = {value: list(_refusals(problem, name, value)) for value in tried}
+        refused = {value: found for value, found in refused.items() if found}
+        if refused and name in spread and len(refused) < len(tried):
+            first, found = next(iter(refused.items()))
+            said.append(f"study, {name}: its distribution reaches {first:g}, which is not allowed; {found[0]}")
+            continue
+        for value, found in refused.items():
+            faults += [Fault((*STUDY, name), f"{value:g} is not allowed", remedy=str(fault)) for fault in found]
     if faults:
         raise InputError(faults)
+    return said
+
+
+def _refusals(problem: Problem, name: str, value: float) -> Iterator[Fault]:
+    try:
+        problem.at_parameter(name, value)
+    except InputError as error:
+        yield from error.faults

@@ -104,7 +104,8 @@ def study_attributes(job: Job, plan: StudyPlan, cases: Cases, more: Mapping[str,
     said = list(dict.fromkeys([*plan.warnings, *(w for case in sorted(cases) for w in cases[case].warnings)]))
     outcome = Outcome.COMPLETED if done else Outcome.INTERRUPTED if len(cases) < len(plan) else Outcome.FAILED
     made = attributes_of(job.problem, outcome, text, said[:MOST_WARNINGS], parameter=job.parameter)
-    sampled = {"study_seed": plan.seed} if plan.method not in ("grid", "list") else {}
+    drawn = "\n".join(f"{name}: {d}" for name, d in zip(plan.names, plan.distributions, strict=False))
+    sampled = {"study_seed": plan.seed, "study_distributions": drawn} if plan.distributions else {}
     about = {"study_method": plan.method, "study_parameters": "\n".join(plan.names), **sampled}
     return {**made, **about, **more}
 

@@ -28,13 +28,13 @@ _FITS, _LONGEST_ITERATION = 1e-11, 60
 _SHORTEST = 2.0**-16
 """Part of a step that is not cut any more: a corner of the law lies in it."""
 _FEWEST = 256
-_REACH = 1.5
+REACH = 1.5
 """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
 
 
 def _steps(steps: int | None, fastest: float) -> int:
     """Steps a period: those given, or by the fastest motion, per unit of tau."""
-    needed = 2 * np.pi * fastest / _REACH
+    needed = 2 * np.pi * fastest / REACH
     if needed > MOST_ITEMS:
         raise InputError(
             f"time integration: the fastest motion is {fastest:.2g} times as fast as the forcing; a period takes "
@@ -218,7 +218,8 @@ class Stepper:
             c = (operator @ z).reshape(self.degree + 1, -1)
         else:
             c = path @ linear.margins.T
-            c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
+            if self.model.system.laws:  # right between Gauss nodes, not to rounding at the start
+                c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
         scale = np.maximum(magnitude @ np.abs(z), 1e-300)
         scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0

@@ -121,7 +121,22 @@ class FrictionSystem:
     @property
     def size(self) -> int:
         """Length of z."""
-        return self.n_dynamic + 1 + 2 * len(self.orders)
+        return self.n_dynamic + len(self.forcing_rates)
+
+    @property
+    def forcing_rates(self) -> Array:
+        """``d forcing/dtau`` as a matrix times the forcing."""
+        out = np.zeros((1 + 2 * len(self.orders),) * 2)
+        for k, m in enumerate(self.orders):
+            out[1 + 2 * k, 2 + 2 * k], out[2 + 2 * k, 1 + 2 * k] = -m, m
+        return out
+
+    @property
+    def sliding(self) -> Array:
+        """Constant velocity of rubbing per unit of tau, as rows times the forcing, (n_contacts, n_forcing)."""
+        out = np.zeros((self.n_contacts, 1 + 2 * len(self.orders)))
+        out[:, 0] = self.velocity / self.omega
+        return out
 
     def forcing(self, tau: float) -> Array:
         """The last entries of z: 1, cos m tau, sin m tau, ..."""
@@ -261,7 +276,7 @@ class PiecewiseLinear:
 
     def _build(self, states: Combination) -> LinearPiece:
         s = self.system
-        n, nc, one = s.n, s.n_contacts, s.n_dynamic
+        n, nc, one, sliding = s.n, s.n_contacts, s.n_dynamic, s.sliding
         S, T = self._laws(states)
         n_forces, loaded = len(S), len(S) + s.laws.n_ports
         load = np.zeros((len(s.loads), s.size))
@@ -282,15 +297,13 @@ class PiecewiseLinear:
         A[n : 2 * n] += self._columns[:, loaded:] @ load / s.omega**2
         for j in range(nc):
             if states[j] is State.STICK:
-                A[2 * n + j, one] = s.kt[j] * s.velocity[j] / s.omega
-        for k, m in enumerate(s.orders):
-            c = one + 1 + 2 * k
-            A[c, c + 1], A[c + 1, c] = -m, m
+                A[2 * n + j, one:] = s.kt[j] * sliding[j]
+        A[one:, one:] = s.forcing_rates
 
         total = motion[:nc].copy()
         total[:, one:] += s.rubbing
         rate = total @ A
-        rate[:, one] += s.velocity / s.omega
+        rate[:, one:] += sliding
         fy = np.zeros((nc, s.size))
         for j in range(nc):
             if s.has_normal[j]:

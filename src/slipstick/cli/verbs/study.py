@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from slipstick.studies.solving import CaseSolved
 
 _LISTED = 5
+_FEW = 3
+"""Dofs of which numbers are told."""
 
 
 @verb
@@ -159,7 +161,7 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
             failure = f"figures: {os_sentence(error)}"
     if options.report and place.cases:
         report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
-    for line in _largest(data):
+    for line in (*_largest(data), *_spread(data), *_indices(data)):
         options.tell(line)
     warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in run.plan.warnings]
     for sentence in warned[:1]:
@@ -184,13 +186,17 @@ def _draw(data: xarray.Dataset, folder: Path) -> None:
     from slipstick import plots
     from slipstick.io.loading import load_dataset
     from slipstick.plots.style import titled
+    from slipstick.results.percentiles import is_sampled
     from slipstick.studies.folder import CURVES_FILE
 
     if not bool(data["peak_amplitude"].notnull().any()):
         return
     dof = str(data["dof"].to_numpy()[int(np.nanargmax(data["peak_amplitude"].max(data["case"].dims).to_numpy()))])
     curves = plots.study_curves(load_dataset(folder / CURVES_FILE), data, dof)
-    for name, ax in {"map": plots.study_map(data, dof), "curves": curves}.items():
+    drawn = {"map": plots.study_map(data, dof), "curves": curves}
+    if is_sampled(data) and bool((data["outcome"] == "COMPLETED").any()):
+        drawn["band"] = plots.percentile_band(load_dataset(folder / CURVES_FILE), data, dof)
+    for name, ax in drawn.items():
         titled(ax.get_figure(root=True), str(data.attrs["title"]))
         plots.save_figure(ax, folder / name)
 
@@ -210,7 +216,7 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
     """Where the largest and the smallest peak of each of a few dofs is."""
     import numpy as np
 
-    for d, dof in enumerate(data["dof"].to_numpy()[:3]):
+    for d, dof in enumerate(data["dof"].to_numpy()[:_FEW]):
         peaks = data["peak_amplitude"].isel(dof=d)
         if not bool(np.isfinite(peaks).any()):
             continue
@@ -220,6 +226,38 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
             names = str(data.attrs["study_parameters"]).splitlines()
             where = ", ".join(f"{name} = {float(there[name]):.6g}" for name in names)
             yield f"{word} peak of {dof}: {float(there):.6g}{unit} with {where}"
+
+
+def _spread(data: xarray.Dataset) -> Iterator[str]:
+    """Percentiles of the peaks of samples."""
+    from slipstick.results.percentiles import is_sampled, peak_percentiles
+
+    if not is_sampled(data) or not bool((data["outcome"] == "COMPLETED").any()):
+        return
+    peaks = peak_percentiles(data)
+    unit, (low, _, high) = after_number(data["peak_amplitude"].attrs["units"]), peaks["percentile"].to_numpy()
+    for dof in peaks["dof"].to_numpy()[:_FEW]:
+        here = peaks["peak_amplitude"].sel(dof=dof).to_numpy()
+        yield f"peak of {dof}: median {here[1]:.6g}{unit}, {low:g} % to {high:g} % {here[0]:.6g} to {here[2]:.6g}{unit}"
+
+
+def _indices(data: xarray.Dataset) -> Iterator[str]:
+    """What of the variance of the peaks each parameter makes, where the samples are those of Sobol indices."""
+    from slipstick.studies.sobol import sobol_indices
+
+    if data.attrs.get("study_method") != "saltelli":
+        return
+    try:
+        found = sobol_indices(data)
+    except InputError as error:
+        yield str(error)
+        return
+    for dof in found["dof"].to_numpy()[:_FEW]:
+        yield f"Sobol indices of the peak of {dof}, first-order and total (half width of 95 %):"
+        for name in found["parameter"].to_numpy():
+            here = {k: float(v) for k, v in found.sel(dof=dof, parameter=name).data_vars.items() if k != "variance"}
+            first, total = (f"{here[k]:.3f} ({here[f'{k}_interval']:.3f})" for k in ("first", "total"))
+            yield f"  {name}: {first}, {total}"
 
 
 def _answer(run: StudyRun, data: xarray.Dataset) -> Answer:

@@ -105,6 +105,8 @@ class Study {
     this.parameters = content.parameters.map((own) => ({ ...own, values: new Numbers(own.values).column() }));
     this.peaks = content.dofs.map((own) => ({ ...own, peak: new Numbers(own.peak).column(), at: new Numbers(own.at).column() }));
     this.curves = content.curves.map((own) => ({ case: own.case, x: new Numbers(own.x).column(), y: own.y.map((y) => new Numbers(y).column()), part: new Numbers(own.part).column() }));
+    const { band } = content, column = (own) => new Numbers(own).column();
+    this.band = band && { ...band, x: column(band.x), dofs: band.dofs.map((own) => ({ y: own.y.map(column), peak: column(own.peak), at: column(own.at) })) };
     this.view = this.viewFrom(location.hash);
     head(document.getElementById("head"), { title: content.title, results: [] });
     document.getElementById("head").append(this.outcome());
@@ -161,6 +163,7 @@ class Study {
     this.choices();
     this.map();
     this.drawCurves();
+    this.drawBand();
     this.table(tools);
   }
 
@@ -300,6 +303,24 @@ class Study {
     fill(host, element("h2", { id: "curves-title" }, "Curves"), element("div", { class: "card plot" }, svg, this.bar(by, withUnits(over.name, over.units))), less);
     this.saved(host, () => `curves of ${this.dof.name}`, () => [["case", withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, content.units)],
       ...drawn.flatMap((own) => Array.from(xs.get(own), (v, k) => [own.case, v, own.y[d][k]]))]);
+  }
+
+  /** How sure the curves of samples are: percentiles of the amplitude as a band, of the peaks in words. */
+  drawBand() {
+    const { band, content } = this, host = document.getElementById("band");
+    host.hidden = !band;
+    if (!band) return;
+    const own = band.dofs[this.peaks.indexOf(this.dof)], [factor, unit] = this.over, xs = Array.from(band.x, (v) => v * factor), [low, mid, high] = own.y;
+    const x = new Scale(xs), y = new Scale(own.y.flatMap((values) => finite(values)), 0.04), known = xs.map((_, k) => k).filter((k) => Number.isFinite(low[k]));
+    const svg = frame(x, y, withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, content.units), "Percentiles");
+    const points = (values, order) => order.map((k) => `${across(x, xs[k]).toFixed(1)} ${upwards(y, values[k]).toFixed(1)}`).join("L");
+    const [first, middle, last] = band.percentiles;
+    svg.append(element("svg:path", { class: "band", fill: colour("curve-0"), d: `M${points(low, known)}L${points(high, [...known].reverse())}Z` }),
+      element("svg:path", { class: "line", stroke: colour("curve-0"), d: `M${points(mid, known)}` }));
+    const said = (values, by, after) => `${short(values[1] * by)}${after} (${short(values[0] * by)} to ${short(values[2] * by)})`;
+    const text = `Peak of ${this.dof.name}: ${said(own.peak, 1, content.after)} at ${said(own.at, factor, unit ? ` ${unit}` : "")}: ${middle} % of the samples, and from ${first} to ${last} %.`;
+    fill(host, element("h2", { id: "band-title" }, "Percentiles"), element("div", { class: "card plot" }, svg), element("p", { class: "soft" }, text));
+    this.saved(host, () => `percentiles of ${this.dof.name}`, () => [[withUnits(content.followed.label, unit), ...band.percentiles.map((p) => `${p} %`)], ...xs.map((v, k) => [v, low[k], mid[k], high[k]])]);
   }
 
   columns() {

@@ -1,0 +1,216 @@
+"""Long integrations in time, period by period: at a speed that grows evenly, or stays.
+
+Nothing but the state and the period at work is in memory: what a period amounts to is handed out, and whoever asks
+keeps what is wanted. From the state at the end of a period an integration goes on to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper
+from slipstick.analysis.time_domain.initial_state import start_at_rest
+from slipstick.analysis.time_domain.period_sums import Energy, PeriodSums
+from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, integration_faults
+from slipstick.analysis.time_domain.swept import SweptPiecewise, SweptStepper, SweptSystem, fewest_steps
+from slipstick.balance.problem import Problem
+from slipstick.contact.friction_law import is_friction
+from slipstick.errors import Fault, InputError
+from slipstick.structure.dynamic import turning_with
+from slipstick.typing import Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checkpoint:
+    """The state at the end of a period, from which an integration goes on."""
+
+    period: int
+    z: Array
+    states: Combination
+    energy: Energy
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeriodDone:
+    """What a period amounts to."""
+
+    values: Mapping[str, Any]
+    """By the names of ``VARIABLES`` in ``slipstick.results.run_up``."""
+    times: Array
+    series: Array
+    """Outputs at equidistant times, (n_times, n_outputs)."""
+    changes: tuple[tuple[float, int, int, int], ...]
+    """Changes of contact state: time, number of the contact, state before and after."""
+    checkpoint: Checkpoint
+
+
+@dataclass(frozen=True, kw_only=True)
+class LongRun:
+    """What is integrated.
+
+    Attributes
+    ----------
+    start, stop
+        Speed of the excitation at the start and the end, rad/s; equal where it stays.
+    rate
+        Its growth, rad/s^2, with its sign.
+    periods
+        How many are integrated.
+    samples
+        Samples of the outputs in a period at the highest speed; 0 for none.
+    steps
+        Steps in a period at the highest speed; None: by the fastest motion.
+    """
+
+    problem: Problem
+    start: float
+    stop: float
+    rate: float
+    periods: int
+    samples: int
+    steps: int | None = None
+
+    @property
+    def reference(self) -> float:
+        """The highest speed, rad/s."""
+        return max(self.start, self.stop)
+
+    @cached_property
+    def stepper(self) -> Stepper:
+        """What carries the state on."""
+        if self.rate:
+            system = swept_system(self.problem, self.start, self.rate, self.reference)
+            return SweptStepper(SweptPiecewise(system), self.steps)
+        model = PiecewiseLinear(friction_system(self.problem, self.start))
+        return Stepper(model, self.steps or fewest_steps(model))
+
+    def time_of(self, period: int) -> float:
+        """When a period ends, s."""
+        system = self.stepper.model.system
+        if isinstance(system, SweptSystem):
+            return system.reached(2 * np.pi * period) / system.omega
+        return 2 * np.pi * period / system.omega
+
+    def run(self, begin: Checkpoint | None = None) -> Iterator[PeriodDone]:
+        """Every period from the start, or after a checkpoint, on."""
+        stepper, energy = self.stepper, Energy()
+        system = stepper.model.system
+        outputs = slice(len(system.equations.rows) - len(self.problem.outputs or ()), len(system.equations.rows))
+        if begin is None:
+            stepper.z, stepper.states = start_at_rest(stepper)
+            energy.at_start = PeriodSums(stepper=stepper, outputs=outputs, energy=energy).stored()
+        else:
+            stepper.z, stepper.states, energy = begin.z.copy(), begin.states, Energy(**asdict(begin.energy))
+        every = max(1, stepper.steps // self.samples) if self.samples else 0
+        for period in range(0 if begin is None else begin.period, self.periods):
+            sums = PeriodSums(stepper=stepper, outputs=outputs, energy=energy)
+            base = 0.0 if self.rate else 2 * np.pi * period
+            times, series, last = [], [], -1
+            for item in self._pieces(period):
+                sums.add(item)
+                if not every or isinstance(item, StateChange):
+                    continue
+                step = round(item.tau / stepper.step)
+                if step != last and step % every == 0 and abs(item.tau - step * stepper.step) < 1e-9 * stepper.step:
+                    times.append((base + item.tau) / system.omega)
+                    series.append(item.linear.motion[outputs] @ item.start)
+                    last = step
+            yield PeriodDone(
+                values=self._values(period, sums, outputs, base),
+                times=np.array(times),
+                series=np.array(series).reshape(len(times), outputs.stop - outputs.start),
+                changes=tuple(
+                    ((base + c.tau) / system.omega, c.contact, int(c.before), int(c.after)) for c in sums.changes
+                ),
+                checkpoint=Checkpoint(
+                    period=period + 1, z=stepper.z.copy(), states=stepper.states, energy=Energy(**asdict(energy))
+                ),
+            )
+
+    def _pieces(self, period: int) -> Iterator[Piece | StateChange]:
+        stepper = self.stepper
+        if not isinstance(stepper, SweptStepper):
+            yield from stepper.period(stepper.z, stepper.states)
+            return
+        system = stepper.model.system
+        tau, end = (system.reached(2 * np.pi * k) for k in (period, period + 1))
+        while tau < end:
+            stop = min((np.floor(tau / stepper.step + 1e-9) + 1) * stepper.step, end)
+            yield from stepper.advance(tau, stop)
+            tau = stop
+        stepper.z[system.n_dynamic :] = system.forcing(end)
+
+    def _values(self, period: int, sums: PeriodSums, outputs: slice, base: float) -> dict[str, Any]:
+        stepper, system, end = self.stepper, self.stepper.model.system, self.time_of(period + 1)
+        begin = self.time_of(period)
+        low, high, at_low, at_high = sums.extremes()
+        count = len(self.problem.elements)
+        friction = friction_elements(self.problem)
+        power, fractions = np.full(count, np.nan), np.full((count, 4), np.nan)
+        power[friction], fractions[friction] = sums.work / (end - begin), sums.fractions
+        for law, rows, _ in system.laws.each:
+            power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
+        linear, z = stepper.model(stepper.states), stepper.z
+        rate = stepper.model.rate(linear, z[None])[0]
+        return {
+            "time": end,
+            "omega": self.start + self.rate * 0.5 * (begin + end),
+            "amplitude": 0.5 * (high - low), "mean": sums.mean, "highest": high, "lowest": low,
+            "highest_time": (base + at_high) / system.omega, "lowest_time": (base + at_low) / system.omega,
+            "section_displacement": linear.motion[outputs] @ z,
+            "section_velocity": system.omega * linear.motion[outputs] @ rate,
+            "dissipated_power": power,
+            "separation_fraction": fractions[:, State.SEPARATION], "stick_fraction": fractions[:, State.STICK],
+            "slip_fraction": fractions[:, State.SLIP_PLUS] + fractions[:, State.SLIP_MINUS],
+            "energy_error": sums.energy.error(sums.stored()),
+        }  # fmt: skip
+
+
+def swept_system(problem: Problem, start: float, rate: float, reference: float) -> SweptSystem:
+    """The system of a problem whose excitation speeds up from ``start``, rad/s, by ``rate``, rad/s^2."""
+    base, half = friction_system(problem, reference), friction_system(problem, 0.5 * reference)
+    count = 2 * len(base.orders)
+
+    def over_u(coefficients: Array) -> Array:
+        return np.hstack([coefficients, np.zeros((len(coefficients), 1 + 2 * count))])
+
+    # loads are forces, or grow with the square of the speed: an unbalance, a support that moves
+    square = (base.loads - half.loads) / 0.75
+    loads = over_u(base.loads - square)
+    loads[:, 2 + 2 * count :] = square[:, 1:]
+    slope = (base.velocity - half.velocity) / 0.5
+    known: dict[str, Any] = {f.name: getattr(base, f.name) for f in fields(FrictionSystem)}
+    known |= {"approach": over_u(base.approach), "rubbing": over_u(base.rubbing), "loads": loads}
+    known |= {"velocity": base.velocity - slope, "velocity_per_nu": slope}
+    return SweptSystem(**known, first=start / reference, growth=rate / reference**2)
+
+
+def sweep_faults(problem: Problem, *, swept: bool) -> Iterator[Fault]:
+    """What of a problem is not known in long integrations, and at a speed that grows."""
+    yield from integration_faults(problem)
+    for pair in problem.contacts:
+        if swept and not is_friction(pair.contact):
+            said = f"contact '{pair.name}' follows a law that is known at a constant speed alone"
+            yield Fault("run_up", said, remedy="integrate at one speed, omega=9.0, periods=500")
+    if swept and turning_with(problem.structure, 1.0) is not problem.structure:
+        said = "the structure turns with the excitation, and its matrices are known at a constant speed alone"
+        yield Fault("run_up", said, remedy="give the structure a fixed speed, or integrate at one speed")
+    moved = any(problem.load_columns.motions)
+    if swept and moved:
+        static = friction_system(problem, 1.0).equations.feedthrough
+        if np.any(static[:, -len(problem.load_columns.motions) :]):
+            said = "an unbalance or a moving support acts through a static residual, whose rate is not known"
+            yield Fault("run_up", said, remedy="give the structure more modes and no residual")
+
+
+def checked(problem: Problem, *, swept: bool) -> None:
+    """Raises InputError with all faults of :func:`sweep_faults`."""
+    faults = list(sweep_faults(problem, swept=swept))
+    if faults:
+        raise InputError(faults)

@@ -1,0 +1,211 @@
+"""Exact steps of a piecewise linear friction system whose speed of excitation grows evenly.
+
+Time is ``tau = omega_0 t`` with a reference ``omega_0``; the excitation turns by ``phi = nu_0 tau + r tau^2 / 2``, so
+that its speed is ``omega_0 nu`` with ``nu = nu_0 + r tau``. The forcing carried along is
+
+    1, u = (cos m phi, sin m phi), nu, w = nu u, y = nu^2 u - r m^-2 G u
+
+with ``u' = G w``: rubbing motions and forces are rows times u, their rates rows times w, so that every combination of
+contact states still has constant rows; y is what an unbalance or a moving support makes of u, ``-u'' / m^2``. The
+structure is linear with constant matrices: over a step the power series of z follows from that of the forcing, which is
+known by itself, and is summed to rounding. Changes of contact state are roots of polynomials as at a constant speed.
+"""
+
+from __future__ import annotations
+
+from cmath import rect
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from slipstick.analysis.time_domain.event_integrator import REACH, ChatteringError, Piece, StateChange, Stepper
+from slipstick.analysis.time_domain.piecewise import FrictionSystem, LinearPiece, PiecewiseLinear
+from slipstick.typing import Array
+
+FEWEST_STEPS = 64
+"""Steps a period at the higher end of the speeds: events shorter than a thirteenth of one may be missed."""
+
+_FEW = 24
+"""Up to so many unknowns the power series is one matrix, kept for each combination."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweptSystem(FrictionSystem):
+    """Structure, contacts and forcing; coefficients over the forcing above, in its order.
+
+    Parameters
+    ----------
+    first, growth
+        ``nu`` at the start, and r.
+    velocity_per_nu
+        What the constant velocity of rubbing grows by with nu, (n_contacts,).
+    """
+
+    first: float
+    growth: float
+    velocity_per_nu: Array = field(default_factory=lambda: np.zeros(0))
+
+    @cached_property
+    def _places(self) -> tuple[slice, int, slice, slice]:
+        """Of u, nu, w and y in the forcing."""
+        k = 2 * len(self.orders)
+        return slice(1, 1 + k), 1 + k, slice(2 + k, 2 + 2 * k), slice(2 + 2 * k, 2 + 3 * k)
+
+    @property
+    def turning(self) -> Array:
+        """G."""
+        out = np.zeros((2 * len(self.orders),) * 2)
+        for k, m in enumerate(self.orders):
+            out[2 * k, 2 * k + 1], out[2 * k + 1, 2 * k] = -m, m
+        return out
+
+    @cached_property
+    def _lagging(self) -> Array:
+        """``(m^-2 G)^T``."""
+        return np.asarray((self.turning / np.repeat(np.asarray(self.orders, dtype=float), 2)[:, None] ** 2).T)
+
+    @cached_property
+    def forcing_rates(self) -> Array:
+        """``d forcing/dtau`` as a matrix times the forcing: of 1, u and nu; those of w and y are no such rows."""
+        u, nu, w, y = self._places
+        out = np.zeros((y.stop,) * 2)
+        out[u, w] = self.turning
+        out[nu, 0] = self.growth
+        return out
+
+    @property
+    def sliding(self) -> Array:
+        """Constant velocity of rubbing per unit of tau, as rows times the forcing."""
+        _, nu, _, y = self._places
+        out = np.zeros((self.n_contacts, y.stop))
+        out[:, 0], out[:, nu] = self.velocity / self.omega, self.velocity_per_nu / self.omega
+        return out
+
+    def phase(self, tau: float) -> float:
+        """phi."""
+        return tau * (self.first + 0.5 * self.growth * tau)
+
+    def reached(self, phase: float) -> float:
+        """tau at which phi is ``phase`` first."""
+        square = self.first**2 + 2.0 * self.growth * phase
+        return 2.0 * phase / (self.first + float(np.sqrt(square))) if square >= 0.0 else np.inf
+
+    def speed(self, tau: float) -> float:
+        """nu."""
+        return self.first + self.growth * tau
+
+    def forcing(self, tau: float) -> Array:
+        """The last entries of z."""
+        return self.forcing_series(tau, 1.0, 0)[0]
+
+    def forcing_series(self, tau: float, step: float, degree: int) -> Array:
+        """Power series (degree + 1, n_forcing) of the forcing from tau on, in steps."""
+        nu, slope, phase = self.speed(tau), self.growth * step, self.phase(tau)
+        u = np.empty((degree + 1, 2 * len(self.orders)))
+        for j, m in enumerate(self.orders):  # d/ds e^{i m phi} = i m step (nu + slope s) e^{i m phi}
+            before, turn = 0.0j, rect(1.0, m * phase)
+            even, rising = 1j * m * step * nu, 1j * m * step * slope
+            column = [turn]
+            for k in range(1, degree + 1):
+                before, turn = turn, (even * turn + rising * before) / k
+                column.append(turn)
+            u[:, 2 * j : 2 * j + 2] = np.array(column).view(float).reshape(-1, 2)
+        places = self._places
+        out = np.zeros((degree + 1, places[3].stop))
+        out[0, 0], out[:, places[0]] = 1.0, u
+        out[:2, places[1]] = [nu, slope][: degree + 1]
+        w = nu * u
+        w[1:] += slope * u[:-1]
+        faster = nu * w
+        faster[1:] += slope * w[:-1]
+        out[:, places[2]] = w
+        out[:, places[3]] = faster - self.growth * (u @ self._lagging)
+        return out
+
+    def forcing_rate(self, forcing: Array) -> Array:
+        """``d forcing/dtau`` of forcings (k, n_forcing), all of it."""
+        u, nu, w, y = self._places
+        out = np.asarray(forcing @ self.forcing_rates.T, dtype=float)
+        speed = forcing[:, [nu]]
+        out[:, w] = self.growth * forcing[:, u] + speed * out[:, u]
+        out[:, y] = self.growth * forcing[:, w] + speed * out[:, w] - self.growth * out[:, u] @ self._lagging
+        return out
+
+
+class SweptPiecewise(PiecewiseLinear):
+    """Linear systems of the combinations of states, driven by forcing that is known by itself."""
+
+    system: SweptSystem
+
+    def rate(self, linear: LinearPiece, z: Array) -> Array:
+        """``dz/dtau`` at states (k, size)."""
+        out = np.asarray(z @ linear.A.T, dtype=float)
+        out[:, self.system.n_dynamic :] = self.system.forcing_rate(z[:, self.system.n_dynamic :])
+        return out
+
+
+def fewest_steps(model: PiecewiseLinear) -> int:
+    """Steps a period at the reference speed that are enough for the fastest motion, and for events."""
+    return max(FEWEST_STEPS, int(np.ceil(2 * np.pi * model.fastest() / REACH)))
+
+
+class SweptStepper(Stepper):
+    """Carries ``(tau, z, states)`` forward while the excitation speeds up."""
+
+    model: SweptPiecewise
+
+    def __init__(self, model: SweptPiecewise, steps: int | None = None) -> None:
+        super().__init__(model, fewest_steps(model) if steps is None else steps)
+
+    def advance(self, tau: float, stop: float) -> Iterator[Piece | StateChange]:
+        """Pieces and changes of state from tau, with ``self.z`` and ``self.states``, to ``stop``, a step on at most."""
+        immediate = 0
+        while tau < stop:
+            linear, left = self.model(self.states), (stop - tau) / self.step
+            path = self._driven(linear, tau)
+            change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
+            length = change[0] if change else left
+            immediate = immediate + 1 if length == 0.0 else 0
+            if immediate > 8 * len(self.states) + 8:
+                raise ChatteringError(
+                    f"time integration: the contact states keep changing at tau = {tau:.6g}; "
+                    "check the contact stiffnesses and friction coefficients"
+                )
+            if length > 0.0:
+                yield self._advance(linear, tau, length, path)
+            tau = stop if length == left else tau + length * self.step
+            if change:
+                yield self._switch(linear, change[1], tau)
+
+    def _driven(self, linear: LinearPiece, tau: float) -> Array:
+        """Power series (degree + 1, size) of z from tau on, in steps."""
+        one = self.model.system.n_dynamic
+        forcing = self.model.system.forcing_series(tau, self.step, self.degree)
+        self.z[one:] = forcing[0]
+        out = np.empty((self.degree + 1, len(self.z)))
+        out[:, one:] = forcing
+        driven = forcing[:-1] @ (linear.A[:one, one:].T * self.step)
+        if one <= _FEW:
+            given = np.concatenate([self.z[:one], driven.ravel()])
+            out[:, :one] = (self._series(linear) @ given).reshape(-1, one)
+            return out
+        free = linear.A[:one, :one] * self.step
+        out[0, :one] = self.z[:one]
+        for k in range(1, self.degree + 1):
+            out[k, :one] = (free @ out[k - 1, :one] + driven[k - 1]) / k
+        return out
+
+    def _series(self, linear: LinearPiece) -> Array:
+        """From the unknowns and what drives them, power by power, to the power series of the unknowns."""
+        if "series" not in linear.cache:
+            one = self.model.system.n_dynamic
+            free, out = linear.A[:one, :one] * self.step, np.zeros((self.degree + 1, one, (self.degree + 1) * one))
+            out[0, :, :one] = np.eye(one)
+            for k in range(1, self.degree + 1):
+                out[k] = free @ out[k - 1]
+                out[k, :, k * one : (k + 1) * one] += np.eye(one)
+                out[k] /= k
+            linear.cache["series"] = out.reshape(-1, out.shape[2])
+        return linear.cache["series"]  # type: ignore[return-value]

@@ -1,0 +1,106 @@
+"""Figures of integrations in time: the envelope while a machine passes through, spectra over time, sections."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.branch import Branch
+from slipstick.errors import InputError
+from slipstick.faults import one
+from slipstick.plots.quantities import with_unit
+from slipstick.plots.style import COLOURS, GREY, legend, styled
+from slipstick.results.run_up import RunUp, half_range
+from slipstick.typing import DrawnAxes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, ax: Axes | None = None) -> DrawnAxes:
+    """Amplitude over speed while the machine passes through, beside the steady curve; at one speed over time.
+
+    Parameters
+    ----------
+    run
+        What ``ss.run_up`` returns.
+    dof
+        Name of the dof; by default the first.
+    branch
+        The steady curve, drawn beside it.
+    ax
+        Axes to draw into; by default those of a new figure.
+    """
+    known, name = _known(run, dof)
+    unit = str(known.dataset["amplitude"].attrs.get("units", "1"))
+    label = with_unit(f"half range of {name}", unit)
+    if known.dataset.attrs["rate"]:
+        ax = styled(ax, "speed of the excitation [rad/s]", label)
+        ax.plot(*known.envelope(name), color=COLOURS[0], linestyle="-", label="passing through")
+    else:
+        ax = styled(ax, "time [s]", label)
+        size = known.dataset["amplitude"].sel(dof=name).to_numpy()
+        ax.plot(known.dataset["time"].to_numpy(), size, color=COLOURS[0], linestyle="-", label="per period")
+    if branch is not None:
+        steady = one("branch", branch, Branch, "an ss.Branch, or None")
+        size = half_range(steady, name)
+        ax.plot(steady.table["omega"].to_numpy(), size, color=GREY, linestyle="-", label="steady")
+    legend(ax)
+    return ax
+
+
+def section(run: RunUp, dof: str | None = None, *, last: int = 256, ax: Axes | None = None) -> DrawnAxes:
+    """Poincare section: displacement and velocity at the ends of the last periods, each a dot.
+
+    Parameters
+    ----------
+    run, dof, ax
+        As of ``run_up``.
+    last
+        How many periods.
+    """
+    known, name = _known(run, dof)
+    ax = styled(ax, f"displacement of {name}", f"velocity of {name}")
+    ax.plot(*known.section(name, last), linestyle="none", marker=".", markersize=3.0, color=COLOURS[0])
+    return ax
+
+
+def spectrogram(
+    run: RunUp, dof: str | None = None, *, highest: float | None = None, ax: Axes | None = None
+) -> DrawnAxes:
+    """Amplitudes over frequency and time, in decibels of the largest.
+
+    Parameters
+    ----------
+    run, dof, ax
+        As of ``run_up``.
+    highest
+        The highest frequency drawn, rad/s; by default six times the highest speed.
+    """
+    from slipstick.faults import number
+
+    known, name = _known(run, dof)
+    image = known.spectrogram(name)
+    attrs: Any = known.dataset.attrs
+    usual = 6.0 * max(attrs["start"], attrs["stop"])
+    top = usual if highest is None else number("highest", highest, "a number > 0", above=1e-300)
+    image = image.isel(frequency=image["frequency"].to_numpy() <= top)
+    size = image.to_numpy()
+    ax = styled(ax, "time [s]", "frequency [rad/s]")
+    ax.grid(False)
+    level = 20.0 * np.log10(np.maximum(size, 1e-300) / max(float(size.max(initial=0.0)), 1e-300))
+    drawn = ax.pcolormesh(
+        image["time"], image["frequency"], np.maximum(level, -80.0), cmap="cividis", shading="nearest"
+    )
+    figure: Any = ax.get_figure()
+    figure.colorbar(drawn, ax=ax).set_label(f"amplitude of {name} [dB]", parse_math=False)
+    return ax
+
+
+def _known(run: Any, dof: str | None) -> tuple[RunUp, str]:
+    known = one("run", run, RunUp, "what ss.run_up returns")
+    if not known.dataset.sizes["period"]:
+        raise InputError("nothing to draw: no period is integrated")
+    known.envelope(dof)  # checks the name
+    return known, str(known.dataset["dof"].to_numpy()[0]) if dof is None else dof
