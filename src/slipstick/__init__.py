@@ -17,6 +17,7 @@ _PUBLIC = {
     "PlanarFrictionContact": "slipstick.contact.planar",
     "RubbingMotion": "slipstick.contact.rubbing",
     "SampledLaw": "slipstick.contact.sampled",
+    "StribeckContact": "slipstick.contact.velocity_friction",
     "casing_motion": "slipstick.contact.casing",
     "common_period": "slipstick.contact.rubbing",
     "contact_forces": "slipstick.contact.friction",
@@ -88,6 +89,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.rubbing import RubbingMotion as RubbingMotion
     from slipstick.contact.rubbing import common_period as common_period
     from slipstick.contact.sampled import SampledLaw as SampledLaw
+    from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning

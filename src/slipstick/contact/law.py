@@ -250,6 +250,15 @@ class Law(ABC):
         del q, velocity, memory, values
         return None
 
+    def memory_in_sliding(self, q: Array, velocity: Array, values: Mapping[str, Array]) -> Array | None:
+        """A memory (n_memory, n, k) in steady sliding whose small changes change no force; None: there is none.
+
+        With it self-excited vibration is known: eigenvalues of steady sliding leave the memory out. Arguments as of
+        ``rate``.
+        """
+        del q, velocity, values
+        return None
+
     def time_slopes(
         self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array], scale: tuple[float, float]
     ) -> TimeSlopes:

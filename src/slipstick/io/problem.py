@@ -22,6 +22,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.planar import PlanarFrictionContact
 from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.contact.stator import StatorContact
+from slipstick.contact.velocity_friction import StribeckContact
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
@@ -76,6 +77,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "friction": (FrictionContact, _by_fields),
     "planar friction": (PlanarFrictionContact, _by_fields),
     "stator": (StatorContact, _by_fields),
+    "velocity friction": (StribeckContact, lambda law: law.arguments),
     "rubbing": (RubbingMotion, _rubbing),
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),
