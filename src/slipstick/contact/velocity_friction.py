@@ -17,9 +17,9 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, number_or_numbers, plain, same_length, shown, wrong
 from slipstick.typing import Array, IntArray, Numbers, Reals
 
-FORMS = ("table", "exponential", "gaussian", "hyperbolic")
+FORMS = ("table", "exponential", "gaussian", "hyperbolic", "cubic")
 """Forms of the curve, numbered as the kernel has them."""
-_STRIBECK = ("mu_static", "mu_kinetic", "stribeck_velocity", "viscous")
+_STRIBECK = ("mu_s", "mu_d", "v_s", "viscous")
 _SPLITS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Velocities over the Stribeck velocity between which a curve is smooth enough for one rule of integration."""
 _FASTER = 30.0
@@ -37,7 +37,7 @@ class StribeckContact(Law):
     a falling curve would jump for ever and have no steady sliding at all. It is small as long as ``f'`` is small
     beside ``kt w'``.
 
-    Stribeck's curve is ``mu = mu_kinetic + (mu_static - mu_kinetic) g(|w'| / stribeck_velocity) + viscous |w'|`` with
+    Stribeck's curve is ``mu = mu_d + (mu_s - mu_d) g(|w'| / v_s) + viscous |w'|`` with
     ``g(s) = exp(-s)`` ("exponential"), ``exp(-s^2)`` ("gaussian"; B. Armstrong-Helouvry, P. Dupont and C. Canudas de
     Wit, Automatica 30 (1994) 1083, eq. 7) or ``1 / (1 + s)`` ("hyperbolic").
 
@@ -55,7 +55,7 @@ class StribeckContact(Law):
     mu
         A table of ``(velocity, mu)``, the first velocity 0 and increasing (length/time): mu is linear between, and
         constant beyond. Or leave it out and give Stribeck's curve:
-    mu_static, mu_kinetic, stribeck_velocity, viscous
+    mu_s, mu_d, v_s, viscous
         Coefficients at rest and at high velocity, the velocity of the fall (> 0, length/time), the slope (time/length;
         0 by default).
     form
@@ -93,9 +93,9 @@ class StribeckContact(Law):
         *,
         kt: Reals,
         mu: Sequence[tuple[Reals, Reals]] | None = None,
-        mu_static: Reals | None = None,
-        mu_kinetic: Reals | None = None,
-        stribeck_velocity: Reals | None = None,
+        mu_s: Reals | None = None,
+        mu_d: Reals | None = None,
+        v_s: Reals | None = None,
         viscous: Reals | None = None,
         form: str | None = None,
         kn: Reals | None = None,
@@ -104,7 +104,7 @@ class StribeckContact(Law):
         relaxation: float | None = None,
     ) -> None:
         checks = Gathering()
-        curve = dict(zip(_STRIBECK, (mu_static, mu_kinetic, stribeck_velocity, viscous), strict=True))
+        curve = dict(zip(_STRIBECK, (mu_s, mu_d, v_s, viscous), strict=True))
         base = checks.take(_base, kt, kn, gap, normal_load)
         numbers: dict[str, Any] = {}
         if mu is not None:
@@ -120,7 +120,7 @@ class StribeckContact(Law):
                 remedy = ""
                 if self.form in ("tanh", "arctan", "regularised", "regularized", "smooth"):
                     remedy = "a smoothed sign never sticks; if that is wanted use ss.SampledLaw"
-                known = '"exponential", "gaussian" or "hyperbolic"'
+                known = '"exponential", "gaussian", "hyperbolic" or "cubic"'
                 checks.faults.append(Fault("form", found=shown(self.form), expected=known, remedy=remedy))
             for name, value in curve.items():
                 if value is None and name != "viscous":
@@ -213,9 +213,12 @@ class StribeckContact(Law):
         elif self.form == "gaussian":
             g = np.exp(-s * s)
             d = -2.0 * s * g
-        else:
+        elif self.form == "hyperbolic":
             g = 1.0 / (1.0 + s)
             d = -g * g
+        else:
+            g = 1.0 - 1.5 * s + 0.5 * s * s * s
+            d = 1.5 * (s * s - 1.0)
         return kinetic + (static - kinetic) * g + viscous * speed, (static - kinetic) * d / scale + viscous
 
     @default
@@ -226,7 +229,7 @@ class StribeckContact(Law):
     @default
     def units(self) -> Mapping[str, str]:
         """Units of parameters by name."""
-        speeds = {name: "length/time" for name in self._numbers if name.startswith(("speed", "stribeck"))}
+        speeds = {name: "length/time" for name in self._numbers if name.startswith(("speed", "v_s"))}
         return {**FrictionLaw.units, **speeds, "viscous": "time/length"}
 
     @default
@@ -351,7 +354,7 @@ class StribeckContact(Law):
     def _forgetting(self, values: Mapping[str, Array]) -> Array | None:
         if self._relaxation is not None:
             return np.asarray(self._relaxation)
-        speed, mu = ("speed2", "mu1") if self.form == FORMS[0] else ("stribeck_velocity", "mu_static")
+        speed, mu = ("speed2", "mu1") if self.form == FORMS[0] else ("v_s", "mu_s")
         limit = values[mu] * values["kn"] * np.maximum(-values["gap"], 0.0)
         if np.any(limit <= 0.0):
             return None
@@ -379,7 +382,7 @@ class StribeckContact(Law):
 
     def linear(self, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
         """Held in one state; "sliding" with the coefficient at rest, for a first guess."""
-        mu = values["mu1" if self.form == FORMS[0] else "mu_static"]
+        mu = values["mu1" if self.form == FORMS[0] else "mu_s"]
         return FrictionLaw.linear(state, {**values, "mu": mu}, drift)
 
     def ramps(self, values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
@@ -389,7 +392,7 @@ class StribeckContact(Law):
 
     def size(self, values: Mapping[str, Array]) -> Array:
         """Motion up to slip, length (n,)."""
-        mu = values["mu1" if self.form == FORMS[0] else "mu_static"]
+        mu = values["mu1" if self.form == FORMS[0] else "mu_s"]
         return FrictionLaw.size({**values, "mu": mu})
 
     def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
@@ -482,7 +485,7 @@ def _base(kt: Any, kn: Any, gap: Any, load: Any) -> FrictionContact:
 def _checked(name: str, value: Any) -> Any:
     value = number_or_numbers(name, value)
     least = np.min(np.asarray(value))
-    if name == "stribeck_velocity" and not least > 0:
+    if name == "v_s" and not least > 0:
         raise InputError(Fault(name, found=shown(value), expected="a velocity > 0"))
     if name.startswith("mu") and least < 0:
         raise InputError(Fault(name, found=f"{shown(value)}, negative", expected="a value >= 0"))

@@ -11,7 +11,7 @@ KT = 30.0
 
 def oscillator(harmonics):
     """x'' + 0.1 x' + x + f = 0, mu = 0.5 + 0.5 exp(-v / 0.5), N = 1; the belt moves at -velocity."""
-    law = ss.StribeckContact(kt=KT, mu_static=1.0, mu_kinetic=0.5, stribeck_velocity=0.5, normal_load=1.0)
+    law = ss.StribeckContact(kt=KT, mu_s=1.0, mu_d=0.5, v_s=0.5, normal_load=1.0)
     rubbing = ss.RubbingMotion(velocity=-1.3)
     return ss.Problem(
         ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[1.0]], dofs=["x"]),

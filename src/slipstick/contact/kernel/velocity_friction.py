@@ -16,7 +16,7 @@ from slipstick.trig.compiled import compiled
 from slipstick.typing import Array
 
 TWO_PI = 2.0 * np.pi
-TABLE, EXPONENTIAL, GAUSSIAN, HYPERBOLIC = 0, 1, 2, 3
+TABLE, EXPONENTIAL, GAUSSIAN, HYPERBOLIC, CUBIC = 0, 1, 2, 3, 4
 """Forms of the friction law."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 _PER_RADIAN = 0.5
@@ -73,9 +73,12 @@ def coefficient(form: int, p: Array, segment: int, speed: float, by: Array) -> t
     elif form == GAUSSIAN:
         e = np.exp(-x * x)
         d = -2.0 * x * e
-    else:
+    elif form == HYPERBOLIC:
         e = 1.0 / (1.0 + x)
         d = -e * e
+    else:
+        e = 1.0 - 1.5 * x + 0.5 * x * x * x
+        d = 1.5 * (x * x - 1.0)
     fall = static - kinetic
     by[0], by[1], by[2], by[3] = e, 1.0 - e, -fall * d * x / scale, speed
     return kinetic + fall * e + viscous * speed, fall * d / scale + viscous
@@ -159,6 +162,12 @@ def extreme(
 
 
 @compiled(allocates=True)
+def _deepest(before: float, now: float, after: float) -> float:
+    """Eight times as far as a parabola through a lowest sample and its neighbours goes below it; 0 where it is none."""
+    return before + after - 2.0 * now if now <= before and now <= after else 0.0
+
+
+@compiled(allocates=True)
 def first_below(
     code: int, a: float, b: float, side: float, held: float, e: Any, piece: Array, cells: float, k: Any
 ) -> float:
@@ -176,7 +185,7 @@ def first_below(
                 if most > now:
                     peak, height = c, most
             return root(code, peak, right, side, held, e, piece, k) if height > 0.0 else left
-        if i > 0 and now <= before and now <= after and now > 0.0:
+        if i > 0 and 0.0 < now < _deepest(before, now, after):
             low, least = extreme(code, left - step, right, 1.0, side, held, e, piece, k)
             if least < 0.0:
                 return root(code, left - step, low, side, held, e, piece, k)
@@ -215,7 +224,7 @@ def breakpoints(levels: Array, e: Any, cells: int, k: Any, times: Array, kinds: 
                 continue
             before = gaps[i - 1 if i else cells - 1] if normal else rates[i - 1 if i else cells - 1] - level
             sign = 1.0 if now > 0.0 else -1.0
-            if (before > 0.0) == (now > 0.0) and abs(now) <= abs(before) and abs(now) <= abs(after) and now != after:
+            if (before > 0.0) == (now > 0.0) and abs(now) < _deepest(abs(before), abs(now), abs(after)):
                 a, b = _START + (i - 1) * step, _START + (i + 1) * step
                 dip, least = extreme(_GRID, a, b, sign, level, held, e, piece, k)
                 if sign * least < 0.0:
