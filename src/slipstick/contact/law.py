@@ -222,6 +222,14 @@ class Law(ABC):
         del motion, values
         return None
 
+    def smooth_states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]] | None:
+        """``states``, cut also where the slopes of the law jump; None: unknown.
+
+        With it, and ``memory_in_sliding``, multipliers of stick-slip motion follow from the pieces.
+        """
+        del motion, values
+        return None
+
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...] | None:
         """Forces at phases ``tau`` (k,), (n, k) for each port, no harmonics cut off; None: unknown."""
         del motion, values, tau

@@ -24,6 +24,8 @@ _SPLITS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Velocities over the Stribeck velocity between which a curve is smooth enough for one rule of integration."""
 _FASTER = 30.0
 """Rate at which time integration forgets an excess, over that of the spring at the velocity of the law."""
+_SHORT = 1e-9
+"""An interval (rad) that is none."""
 _ROOM = 24
 """Intervals per harmonic and corner of the law."""
 
@@ -159,8 +161,7 @@ class StribeckContact(Law):
         return {"kt": base.kt, **law, **normal, **load, **rate}
 
     def __repr__(self) -> str:
-        given = {k: [tuple(map(plain, row)) for row in v] if k == "mu" else v for k, v in self.arguments.items()}
-        said = (f"{k}={v!r}" if isinstance(v, str | list) else f"{k}={plain(v)}" for k, v in given.items())
+        said = (f"{k}={_written(v)}" for k, v in self.arguments.items())
         return f"StribeckContact({', '.join(said)})"
 
     def __eq__(self, other: object) -> bool:
@@ -248,6 +249,10 @@ class StribeckContact(Law):
     def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
         """Intervals (start, end, state) of one period of n elements."""
         return self._evaluated(motion, values).intervals()
+
+    def smooth_states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
+        """The same, cut also where the velocity passes a row of a table."""
+        return self._evaluated(motion, values).intervals(cut=self.form == FORMS[0])
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, Array]:
         """Friction and normal force (n, k) at phases (k,), with corners."""
@@ -452,25 +457,32 @@ class _Evaluated:
             detail=self,
         )
 
-    def intervals(self) -> list[list[Interval]]:
-        """Neighbours of one state are one, in (0, 2 pi)."""
+    def intervals(self, *, cut: bool = False) -> list[list[Interval]]:
+        """Neighbours of one state are one, if they are not to be cut where the law has corners; in (0, 2 pi)."""
         from slipstick.contact.kernel.tuples import NAMES
 
         every = []
         for e, total in enumerate(self.totals):
             merged: list[list[Any]] = []
             for (start, end, _), (state, _, _) in zip(self.at[e, :total], self.code[e, :total], strict=True):
-                if merged and merged[-1][2] == NAMES[state]:
+                if merged and merged[-1][2] == NAMES[state] and (not cut or end - start < _SHORT):
                     merged[-1][1] = end
                 else:
                     merged.append([start, end, NAMES[state]])
-            if len(merged) > 1 and merged[0][2] == merged[-1][2]:
+            if len(merged) > 1 and merged[0][2] == merged[-1][2] and not cut:
                 merged[0][0] = merged.pop()[0] - 2.0 * np.pi
             elif len(merged) == 1:
                 merged = [[0.0, 2.0 * np.pi, merged[0][2]]]
             turned = [(float(a % (2.0 * np.pi)), float(a % (2.0 * np.pi) + b - a), name) for a, b, name in merged]
             every.append(sorted(turned))
         return every
+
+
+def _written(value: Any) -> str:
+    """An argument as Python writes it."""
+    if isinstance(value, list):
+        return f"[{', '.join(f'({plain(speed)}, {plain(mu)})' for speed, mu in value)}]"
+    return repr(value) if isinstance(value, str) else str(plain(value))
 
 
 def _base(kt: Any, kn: Any, gap: Any, load: Any) -> FrictionContact:

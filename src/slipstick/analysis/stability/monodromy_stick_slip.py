@@ -1,8 +1,13 @@
 """The monodromy matrix with laws that stick on a spring, and whose slip has no memory.
 
-Such a law tells its ``states``, a memory of steady sliding (``Law.memory_in_sliding``) and the spring of its first
-port. In a stick the force is ``kt w + e`` with a constant e that begins anew with each stick, in slip it follows
+Such a law tells its ``smooth_states``, a memory of steady sliding (``Law.memory_in_sliding``) and the spring of its
+first port. In a stick the force is ``kt w + e`` with a constant e that begins anew with each stick, in slip it follows
 motion and velocity: between changes of state the linearised system is smooth, and nothing stiff is integrated.
+
+Where a stick begins, e takes the value ``f - kt w`` of the slip before. That value is stationary there, so a shift in
+time changes nothing [R. I. Leine and H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004),
+section 8.2: a saltation matrix that projects]; but for a corner of the law, where its rate jumps to zero at a velocity
+that a disturbance reaches earlier or later.
 """
 
 from __future__ import annotations
@@ -16,13 +21,15 @@ from slipstick.contact.law import Interval, Motion
 from slipstick.typing import Array, IntArray
 
 _SIDES = {"slip+": 1.0, "slip-": -1.0}
-_AT_REST, _BACK, _SMOOTH = 1e-6, 1e-5, 1e-2
-"""Velocity over its largest at which a slip reverses; phase before a stick, and the share of the spring's rate by which
-the slip before may miss it: more is a corner of the law, which moves with a disturbance."""
+_BEFORE = 1e-9
+"""Phase before a change of state at which the law has the slopes of the state that ends."""
 
 
 def monodromy_stick_slip(combinations: Combinations, motion: SmoothMotion, law_ports: IntArray) -> Monodromy | None:
-    """The product over the intervals of all contacts; None for contacts of which it is not known."""
+    """The product over the intervals of all contacts; None for contacts of which it is not known.
+
+    Disturbances of motion and velocity (time is not scaled), then of e.
+    """
     laws, d, omega = motion.laws, combinations.dynamics, motion.omega
     if combinations.contacts.count or len(laws.each) != 1 or np.any(d.R[law_ports]) or np.any(d.R[:, law_ports]):
         return None
@@ -30,7 +37,7 @@ def monodromy_stick_slip(combinations: Combinations, motion: SmoothMotion, law_p
     p, memories, n = law.shape
     values = {name: value[:, 0] for name, value in law.values.items()}
     ports = tuple(motion.law_motion.reshape(p, n, -1))
-    states = law.law.states(Motion(motion.harmonics, omega, ports, motion.law_drift.reshape(p, n)), values)
+    states = law.law.smooth_states(Motion(motion.harmonics, omega, ports, motion.law_drift.reshape(p, n)), values)
     if states is None or memories != 1 or 0 not in law.law.stiffness_names:
         return None
     kt, P, r = values[law.law.stiffness_names[0]], laws.n_ports, d.size
@@ -50,7 +57,8 @@ def monodromy_stick_slip(combinations: Combinations, motion: SmoothMotion, law_p
         return K, C
 
     edges = np.array(sorted({start % (2.0 * np.pi) for one in states for start, _, _ in one}))
-    kept = tuple(e for e, one in enumerate(states) if len(one) > 1 and _state(one, edges[0] + 1e-12) == "stick")
+    changing = [any(state != "stick" for _, _, state in one) for one in states]
+    kept = tuple(e for e, one in enumerate(states) if changing[e] and _state(one, edges[0] + 1e-12) == "stick")
     places = [*range(2 * r), *(2 * r + e for e in kept)]
     Phi = np.zeros((2 * r + n, len(places)))
     Phi[places, range(len(places))] = 1.0
@@ -72,33 +80,23 @@ def monodromy_stick_slip(combinations: Combinations, motion: SmoothMotion, law_p
                 A[:, r : 2 * r, 2 * r + e] = -columns[:, e]
         for factor in _magnus(A.reshape(count, len(_NODES), 2 * r + n, -1), np.full(count, step / omega)):
             Phi = factor @ Phi
-        q, velocity = motion.law_arguments(np.array([b - _BACK, b]))
-        K, C = (part[0] for part in slopes(np.array([b]), now))
-        forces = [f[:, 0] for f in _forces(law, q, velocity, now, laws)]
+        K, C = (part[0] for part in slopes(np.array([b - _BEFORE]), now))
+        _, (velocity,) = motion.law_arguments(np.array([b]))
+        (acceleration,) = motion.law_acceleration(np.array([b]))
         for e in range(n):
             if after[e] == "stick" and now[e] != "stick":
                 begun = -kt[e] * rows[e] @ Phi[:r]
                 if now[e] in _SIDES:
-                    begun += K[e] @ rows @ Phi[:r]
-                    reversing = abs(velocity[1, e]) <= _AT_REST * np.abs(motion.law_arguments(edges)[1][:, e]).max()
-                    if not reversing:
-                        begun += C[e] @ rows @ Phi[r : 2 * r]
-                        moved = kt[e] * (q[1, e] - q[0, e] + motion.law_drift[e] * _BACK)
-                        if abs(moved - (forces[1][e] - forces[0][e])) > _SMOOTH * (abs(moved) + 1e-300):
-                            return None
+                    by_motion, by_velocity = rows @ Phi[:r], rows @ Phi[r : 2 * r]
+                    begun += K[e] @ by_motion + C[e] @ by_velocity
+                    rate = K[e] @ velocity + C[e] @ acceleration - kt[e] * velocity[e]
+                    begun -= rate / acceleration[e] * by_velocity[e]
                 else:
-                    begun += kt[e] * velocity[1, e] / velocity[1, n + e] * rows[n + e] @ Phi[:r]
+                    begun += kt[e] * velocity[e] / velocity[n + e] * rows[n + e] @ Phi[:r]
                 Phi[2 * r + e] = begun
             elif now[e] == "stick" and after[e] != "stick":
                 Phi[2 * r + e] = 0.0
     return Monodromy(Phi[places], kept, sound=True)
-
-
-def _forces(law, q: Array, velocity: Array, now: list[str], laws) -> list[Array]:  # type: ignore[no-untyped-def]
-    """Forces of slip (2 instants) as (n_elements, 1) each."""
-    side = np.array([_SIDES.get(state, 0.0) for state in now])
-    told = laws.rate(q, velocity, side * np.abs(laws.memory_in_sliding(q, velocity)))[0]
-    return [row[: law.shape[2], None] for row in told]
 
 
 def _state(intervals: list[Interval], tau: float) -> str:
