@@ -1,4 +1,4 @@
-"""``mu = { velocity_table = ... }`` or ``mu = { mu_s = 0.5, mu_d = 0.3, v_s = 0.1 }``: friction over sliding velocity."""
+"""``mu = { velocity_table = ... }`` or ``mu = { mu_s = 0.5, mu_d = 0.3, v_s = 0.1 }``: friction over velocity."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, TimeSlopes, Variable, default
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, number_or_numbers, plain, same_length, shown, wrong
+from slipstick.faults import SMALLEST, Gathering, number, number_or_numbers, plain, same_length, shown, wrong
 from slipstick.typing import Array, IntArray, Numbers, Reals
 
 FORMS = ("table", "exponential", "gaussian", "hyperbolic", "cubic")
@@ -117,20 +117,20 @@ class StribeckContact(Law):
             self.form = FORMS[0]
             numbers = checks.take(_table, mu) or {}
         else:
-            self.form = "exponential" if form is None else form
-            if self.form not in FORMS[1:]:
+            self.form = "exponential" if form is None else str(form)
+            if not isinstance(form, str | None) or form not in (None, *FORMS[1:]):
                 remedy = ""
                 if self.form in ("tanh", "arctan", "regularised", "regularized", "smooth"):
                     remedy = "a smoothed sign never sticks; if that is wanted use ss.SampledLaw"
                 known = '"exponential", "gaussian", "hyperbolic" or "cubic"'
-                checks.faults.append(Fault("form", found=shown(self.form), expected=known, remedy=remedy))
+                checks.faults.append(Fault("form", found=shown(form), expected=known, remedy=remedy))
             for name, value in curve.items():
                 if value is None and name != "viscous":
                     checks.faults.append(Fault(name, "is missing", remedy="give it, or a table mu=[(0, 0.4), ...]"))
                 else:
                     numbers[name] = checks.take(_checked, name, 0.0 if value is None else value)
-        if relaxation is not None and not (np.ndim(relaxation) == 0 and np.isfinite(relaxation) and relaxation > 0):
-            checks.faults.append(Fault("relaxation", found=shown(relaxation), expected="a rate > 0, 1/time"))
+        if relaxation is not None:
+            relaxation = checks.take(number, "relaxation", relaxation, "a rate > 0, 1/time", above=SMALLEST)
         checks.end()
         assert base is not None
         self._base: FrictionContact = base
@@ -191,9 +191,10 @@ class StribeckContact(Law):
         return new
 
     def mu(self, speed: Reals) -> Array:
-        """Friction coefficient at sliding speeds (>= 0), one row for each contact: (n, ...)."""
-        values = {k: np.atleast_1d(np.asarray(v, dtype=float))[:, None] for k, v in self._numbers.items()}
-        return self._coefficient(np.atleast_1d(np.asarray(speed, dtype=float))[None], values)[0]
+        """Friction coefficient at sliding speeds (>= 0) of any shape, one row for each contact: (n, ...)."""
+        at = np.asarray(speed, dtype=float)
+        rows = {k: np.asarray(v, dtype=float).reshape(-1, *(1,) * at.ndim) for k, v in self._numbers.items()}
+        return self._coefficient(at[None], rows)[0]
 
     def _coefficient(self, speed: Array, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """mu and its slope at speeds, with parameters that broadcast against them."""
@@ -515,6 +516,7 @@ def _table(rows: Any) -> dict[str, Any]:
         speeds[f"speed{k + 1}"] = checks.take(number_or_numbers, f"speed{k + 1}", speed)
         coefficients[f"mu{k + 1}"] = checks.take(_checked, f"mu{k + 1}", mu)
     checks.end()
+    same_length("velocity table", {**speeds, **coefficients})
     every = list(speeds.values())
     if np.any(np.asarray(every[0]) != 0.0):
         raise InputError(Fault("mu", found=f"velocities from {shown(every[0])}", expected="velocities from 0 on"))

@@ -15,12 +15,23 @@ class Belt:
 
     def piece(self, side):
         V, kt, c = self.V, self.kt, self.c
-        limit = lambda y: self.mu(abs(y[1] - V))
+
+        def limit(y):
+            return self.mu(abs(y[1] - V))
+
         if not side:
-            rate = lambda t, y: [y[1], -c * y[1] - y[0] - y[2], kt * (y[1] - V), y[0]]
+
+            def rate(t, y):
+                return [y[1], -c * y[1] - y[0] - y[2], kt * (y[1] - V), y[0]]
+
             return rate, [lambda t, y: limit(y) - y[2], lambda t, y: limit(y) + y[2]]
-        rate = lambda t, y: [y[1], -c * y[1] - y[0] - side * limit(y), 0.0, y[0]]
-        grows = lambda t, y: self.slope(abs(y[1] - V)) * np.sign(y[1] - V) * rate(t, y)[1]
+
+        def rate(t, y):
+            return [y[1], -c * y[1] - y[0] - side * limit(y), 0.0, y[0]]
+
+        def grows(t, y):
+            return self.slope(abs(y[1] - V)) * np.sign(y[1] - V) * rate(t, y)[1]
+
         return rate, [lambda t, y: side * kt * (y[1] - V) - grows(t, y), lambda t, y: side * (y[1] - V)]
 
     def go(self, y, side, time, stop=None, tolerance=1e-11):
@@ -46,7 +57,7 @@ class Belt:
         assert side == -1
         return before + t, y
 
-    def cycle(self, x, step=1e-6):
+    def cycle(self, x, step=1e-5):
         """Frequency, largest x over the mean, multiplier of the cycle near a largest x, by Newton's method."""
         for _ in range(20):
             period, y = self.returned(x)
