@@ -17,6 +17,9 @@ _PUBLIC = {
     "PlanarFrictionContact": "slipstick.contact.planar",
     "RubbingMotion": "slipstick.contact.rubbing",
     "SampledLaw": "slipstick.contact.sampled",
+    "BoucWenContact": "slipstick.contact.hysteresis",
+    "DahlContact": "slipstick.contact.hysteresis",
+    "IwanContact": "slipstick.contact.hysteresis",
     "StribeckContact": "slipstick.contact.velocity_friction",
     "casing_motion": "slipstick.contact.casing",
     "common_period": "slipstick.contact.rubbing",
@@ -85,6 +88,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
+    from slipstick.contact.hysteresis import BoucWenContact as BoucWenContact
+    from slipstick.contact.hysteresis import DahlContact as DahlContact
+    from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.planar import PlanarFrictionContact as PlanarFrictionContact
     from slipstick.contact.rubbing import RubbingMotion as RubbingMotion
     from slipstick.contact.rubbing import common_period as common_period
