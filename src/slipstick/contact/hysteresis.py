@@ -30,7 +30,7 @@ class Hysteresis(Law):
     def _take(self, given: Mapping[str, Any], ranges: Mapping[str, tuple[float, float, str]]) -> None:
         """Keep the parameters; InputError for those that are no numbers within their range (least excluded)."""
         checks = Gathering()
-        values = {name: checks.take(number_or_numbers, name, value) for name, value in given.items()}
+        values: dict[str, Any] = {name: checks.take(number_or_numbers, name, value) for name, value in given.items()}
         for name, value in values.items():
             low, high, expected = ranges[name]
             if value is not None and not np.all((np.asarray(value) > low) & (np.asarray(value) <= high)):
@@ -148,7 +148,7 @@ class IwanContact(Hysteresis):
         """Whether the last spring has a stiffness."""
         return bool(np.any(np.asarray(self.values["beta"]) > 0.0))
 
-    def spread(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
+    def spread(self, values: Mapping[str, Any]) -> tuple[Array, Array]:
         """Stiffness and limit of the sliders, (n, sliders + 1) each; of real or complex parameters (n,)."""
         kt, limit, chi, beta = (np.asarray(values[name])[:, None] for name in ("kt", "limit", "chi", "beta"))
         edges = np.arange(self.sliders + 1) / self.sliders
@@ -219,7 +219,7 @@ class _Smooth(Hysteresis):
     memory: ClassVar[tuple[str, ...]] = ("z",)
 
     @abstractmethod
-    def _curve(self, values: Mapping[str, Array]) -> tuple[Array, Array, Array, Array]:
+    def _curve(self, values: Mapping[str, Any]) -> tuple[Array, Array, Array, Array]:
         """``alpha, b, g, n`` (n,) each; of real or complex parameters."""
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
@@ -305,7 +305,7 @@ class DahlContact(_Smooth):
         positive = {"kt": (0.0, np.inf, "a tangential contact stiffness > 0"), "limit": (0.0, np.inf, "a force > 0")}
         self._take({"kt": kt, "limit": limit}, positive)
 
-    def _curve(self, values: Mapping[str, Array]) -> tuple[Array, Array, Array, Array]:
+    def _curve(self, values: Mapping[str, Any]) -> tuple[Array, Array, Array, Array]:
         b = values["kt"] / values["limit"]
         return 0.0 * b, b, 0.0 * b, 0.0 * b + 1.0
 
@@ -367,5 +367,5 @@ class BoucWenContact(_Smooth):
         """With a stiffness after yield nothing slides."""
         return {} if np.any(np.asarray(self.values["alpha"]) > 0.0) else {"tangential": "tangential"}
 
-    def _curve(self, values: Mapping[str, Array]) -> tuple[Array, Array, Array, Array]:
+    def _curve(self, values: Mapping[str, Any]) -> tuple[Array, Array, Array, Array]:
         return values["alpha"], values["beta"], values["gamma"], values["n"]
