@@ -228,6 +228,9 @@ class _Smooth(Hysteresis):
 
         X, L = np.ascontiguousarray(motion.Q[0], dtype=float), motion.harmonics.size
         alpha, *curve = self._curve(values)
+        if np.any(motion.drift[0] * alpha):
+            slides = "the opposing surface slides, and the stiffness after yield has no bound"
+            raise InputError(Fault("alpha", slides, remedy="give alpha = 0, or no rubbing velocity"))
         f, by, work = np.empty((len(X), L)), np.empty((len(X), L, L + 4)), np.empty(len(X))
         p = np.ascontiguousarray(np.column_stack([np.broadcast_to(c, len(X)) for c in curve]))
         run(X, np.asarray(motion.harmonics.m, dtype=float), np.ascontiguousarray(motion.drift[0]), p, RULE, f, by, work)
@@ -361,11 +364,6 @@ class BoucWenContact(_Smooth):
     def units(self) -> Mapping[str, str]:
         """Units of parameters by name; those of beta and gamma are 1/length^n."""
         return {"kt": "force/length"}
-
-    @default
-    def surface_ports(self) -> Mapping[str, str]:
-        """With a stiffness after yield nothing slides."""
-        return {} if np.any(np.asarray(self.values["alpha"]) > 0.0) else {"tangential": "tangential"}
 
     def _curve(self, values: Mapping[str, Any]) -> tuple[Array, Array, Array, Array]:
         return values["alpha"], values["beta"], values["gamma"], values["n"]
