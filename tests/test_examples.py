@@ -174,6 +174,20 @@ def test_brake_squeal(tmp_path):
 
 @pytest.mark.verify
 @pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
+def test_squeal_map():
+    """Steady sliding loses its stability where 0.1 + N mu'(V) = 0; the map is that of the page."""
+    module = load("falling_friction/squeal_map.py")
+    lines = module.compute()
+    for load_, line in zip(module.LOADS, lines[1:], strict=True):
+        onset = 0.5 * np.log(load_ / 0.1)
+        marks = line.split("|")[1].split()
+        assert [mark == "#" for mark in marks] == [v < onset for v in module.VELOCITIES]
+    page = (EXAMPLES.parent / "docs" / "falling-friction.md").read_text(encoding="utf-8")
+    assert "\n".join(lines) in page
+
+
+@pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 def test_answers_of_the_oscillator(tmp_path):
     """Peaks over the velocity: located events, and every circle of the figure lies on a locus or is a smaller peak."""
     module = load("oscillator/answers.py")

@@ -146,6 +146,23 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         "normal_sin": {1: 1.0}, "second_velocity": 1.0, "second_velocity_per_omega": 1.0, "second_cos": {1: 1.0},
         "second_sin": {1: 1.0},
     }),
+    "IwanContact": (
+        lambda: ss.IwanContact, {"kt": 1.0, "limit": 2.0, "chi": -0.3, "beta": 0.1, "sliders": 5},
+    ),
+    "DahlContact": (lambda: ss.DahlContact, {"kt": 1.0, "limit": 2.0}),
+    "BoucWenContact": (
+        lambda: ss.BoucWenContact, {"kt": 1.0, "beta": 2.0, "gamma": 0.5, "n": 1.5, "alpha": 0.1},
+    ),
+    "StribeckContact": (
+        lambda: ss.StribeckContact,
+        {"kt": 1.0, "mu": [(0.0, 0.4), (2.0, 0.3)], "kn": 1.0, "gap": -1.0, "relaxation": 100.0},
+    ),
+    "StribeckContact by curve": (
+        lambda: ss.StribeckContact,
+        {
+            "kt": 1.0, "mu_s": 0.4, "mu_d": 0.3, "v_s": 0.5, "viscous": 0.01, "form": "gaussian", "normal_load": 1.0,
+        },
+    ),
     "PlanarFrictionContact": (
         lambda: ss.PlanarFrictionContact,
         {"kt": 1.0, "mu": 0.3, "kn": 1.0, "gap": -1.0, "normal_load": None, "tolerance": 1e-8},

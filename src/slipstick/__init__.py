@@ -17,6 +17,10 @@ _PUBLIC = {
     "PlanarFrictionContact": "slipstick.contact.planar",
     "RubbingMotion": "slipstick.contact.rubbing",
     "SampledLaw": "slipstick.contact.sampled",
+    "BoucWenContact": "slipstick.contact.hysteresis",
+    "DahlContact": "slipstick.contact.hysteresis",
+    "IwanContact": "slipstick.contact.hysteresis",
+    "StribeckContact": "slipstick.contact.velocity_friction",
     "casing_motion": "slipstick.contact.casing",
     "common_period": "slipstick.contact.rubbing",
     "contact_forces": "slipstick.contact.friction",
@@ -87,10 +91,14 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
+    from slipstick.contact.hysteresis import BoucWenContact as BoucWenContact
+    from slipstick.contact.hysteresis import DahlContact as DahlContact
+    from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.planar import PlanarFrictionContact as PlanarFrictionContact
     from slipstick.contact.rubbing import RubbingMotion as RubbingMotion
     from slipstick.contact.rubbing import common_period as common_period
     from slipstick.contact.sampled import SampledLaw as SampledLaw
+    from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning

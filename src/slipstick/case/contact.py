@@ -37,6 +37,7 @@ from slipstick.case.table import (
 )
 from slipstick.case.thermal import ContactThermalTable, NumberOrTable, ThermalTable, background_of, cold_value
 from slipstick.case.validation import ReadTable
+from slipstick.case.velocity_friction import Friction, is_over_velocity, velocity_arguments
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.faults import Gathering
 
@@ -75,7 +76,10 @@ class ContactTable(Table):
     )
     normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
-    mu: NumberOrTable = Field(description="a number >= 0, the friction coefficient")
+    mu: Friction = Field(
+        description="a number >= 0, the friction coefficient; over the sliding velocity { velocity_table = [[0, 0.4], "
+        "[2, 0.3]] } or { mu_s = 0.4, mu_d = 0.3, v_s = 0.5 }"
+    )
     kn: NumberOrTable | None = Field(
         default=None, description="a number >= 0, the normal contact stiffness (force/length)"
     )
@@ -100,6 +104,12 @@ class ContactTable(Table):
             faults.append(Fault("kn", IS_MISSING, remedy=remedy))
         elif raw.get("kn") == 0 and raw.get("normal_load"):
             faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
+        if is_over_velocity(raw.get("mu")):
+            if isinstance(raw.get("tangential"), list) or raw.get("friction") == PLANAR:
+                remedy = "give one direction, or mu as a number"
+                faults.append(Fault("mu", "depends on the velocity, and the contact slides in a plane", remedy=remedy))
+            if raw.get("kt") == 0:
+                faults.append(Fault("kt", found="0", expected="a tangential contact stiffness > 0"))
         return faults + list(_vector_faults(raw))
 
 
@@ -109,7 +119,7 @@ class StopTable(ContactTable):
     tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")
     normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
-    mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+    mu: Friction = Field(default=0.0, description="0: there is no friction")
 
 
 class StatorPortsTable(Table):
@@ -365,17 +375,23 @@ def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> Law
     from slipstick.contact.friction import FrictionContact
     from slipstick.contact.planar import PlanarFrictionContact
     from slipstick.contact.stator import StatorContact
+    from slipstick.contact.velocity_friction import StribeckContact
 
     if isinstance(row.table, StatorTable):
-        neutral = {"kn": 0.0, "gap": 1.0}
+        still = {"kn": 0.0, "gap": 1.0}
         known = {key: value for key in _LAW_OF_STATOR if (value := row.get(key)) is not None}
         if not row.complete:
-            return StatorContact(**neutral)
-        return gathering.inside(row.where, lambda: StatorContact(**known)) or StatorContact(**neutral)
-    law = PlanarFrictionContact if is_planar(row.table) else FrictionContact
+            return StatorContact(**still)
+        return gathering.inside(row.where, lambda: StatorContact(**known)) or StatorContact(**still)
+    law: Any = PlanarFrictionContact if is_planar(row.table) else FrictionContact
+    neutral: dict[str, Any] = _NEUTRAL
+    mu = row.get("mu")
+    if is_over_velocity(mu):
+        mu = None
+        if not is_planar(row.table):
+            law, neutral = StribeckContact, {**_NEUTRAL, "mu": None, **velocity_arguments(row.get("mu"))}
     background, arguments = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
-    for key in ("kt", "mu", "kn"):
-        value = row.get(key)
+    for key, value in (("kt", row.get("kt")), ("mu", mu), ("kn", row.get("kn"))):
         cold = None if value is None else gathering.inside((*row.where, key), cold_value, value, background)
         if cold is not None:
             arguments[key] = cold
@@ -383,15 +399,15 @@ def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> Law
     loads = {"gap": row.get("gap"), "normal_load": row.get("normal_load") if total is None else total}
     arguments |= {key: value for key, value in loads.items() if value is not None}
     if row.complete and "gap" in arguments:
-        arguments = {**_NEUTRAL, **arguments, "normal_load": None}
+        arguments = {**neutral, **arguments, "normal_load": None}
     else:
-        arguments = {**_NEUTRAL, **arguments, "gap": None}
+        arguments = {**neutral, **arguments, "gap": None}
     try:
         return law(**arguments)
     except InputError as error:
         told = [fault for fault in error.faults if row.complete or fault.where]
         gathering.faults += [fault.inside(*row.where) for fault in told]
-        return law(**_NEUTRAL)
+        return law(**neutral)
 
 
 def _rubbing(row: ReadTable, gathering: Gathering) -> RubbingMotion:
@@ -457,6 +473,10 @@ def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
     values = {name: keys.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
     total = keys.take("normal_load_total")
     values["normal_load"] = values["normal_load"] if total is None else total
+    if is_over_velocity(values["mu"]):
+        arguments = {name: value for name, value in values.items() if value is not None}
+        arguments |= velocity_arguments(arguments.pop("mu"))
+        return call("ss.StribeckContact", **{name: literal(value) for name, value in arguments.items()})
     cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
     law = "ss.PlanarFrictionContact" if is_planar(keys.table) else "ss.FrictionContact"
     return call(law, **{name: literal(value) for name, value in cold.items()})

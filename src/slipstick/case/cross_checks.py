@@ -12,8 +12,9 @@ from slipstick.case.response import written_frequencies
 from slipstick.case.sections import Sections, place
 from slipstick.case.structure import Described
 from slipstick.case.table import RawTable, toml
-from slipstick.case.thermal import OF_STRUCTURE, OVER_TEMPERATURE, background_of, heated_names
+from slipstick.case.thermal import OF_STRUCTURE, OVER_TEMPERATURE, background_of, heated_names, is_table
 from slipstick.case.validation import ReadTable
+from slipstick.case.velocity_friction import is_over_velocity
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.faults import suggestion
 from slipstick.quantities import frequency_unit, unit_of_time_fault
@@ -157,7 +158,7 @@ def _by_row(contacts: Sequence[CaseContact]) -> list[tuple[ReadTable, list[str]]
 def _heat_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) -> list[Fault]:
     """Faults of one block; ``heated``: whether ``[thermal]`` holds it, if known."""
     thermal, faults = row.table.thermal, []
-    tables = [name for name in OVER_TEMPERATURE if isinstance(row.get(name), dict)]
+    tables = [name for name in OVER_TEMPERATURE if is_table(row.get(name))]
     wrong = {place[1:2] for place in row.wrong if place[:1] == ("thermal",)}
     background = (
         background_of(row.table, None if top is None else top.table) is not None
@@ -177,6 +178,9 @@ def _heat_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) -> 
     if thermal is not None and not resistance and heated is False:
         remedy = "give temperature per power, or [thermal] influence"
         faults.append(Fault(("thermal", "resistance"), IS_MISSING, remedy=remedy))
+    if is_over_velocity(row.get("mu")) and (thermal is not None or heated):
+        remedy = "give mu as a number or over temperature, or leave the heat out"
+        faults.append(Fault("mu", "depends on the velocity, and the contact is heated", remedy=remedy))
     if tables and thermal is None and not wrong and heated is False:
         cold = "is a table over temperature, but the temperature of the contact is not given"
         remedy = "give [contact.thermal] with background and resistance, or [thermal] with influence"

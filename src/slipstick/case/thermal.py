@@ -29,7 +29,7 @@ OVER_TEMPERATURE = ("mu", "kt", "kn")
 _ARRAYS = ("influence", "thermal_influence")
 
 
-def _number_or_table(value: object) -> Any:
+def number_or_table(value: object) -> Any:
     """A number >= 0, or ``{ table = [[25, 0.5], [200, 0.45]], interpolation = "pchip" }`` over temperature."""
     if not isinstance(value, dict):
         if not is_number(value):
@@ -54,7 +54,7 @@ def _number_or_table(value: object) -> Any:
     return value
 
 
-NumberOrTable = Annotated[float | dict[str, Any], PlainValidator(_number_or_table)]
+NumberOrTable = Annotated[float | dict[str, Any], PlainValidator(number_or_table)]
 
 
 class ContactThermalTable(Table):
@@ -74,6 +74,11 @@ class ThermalTable(Table):
         default=None, min_length=1, description="a list of contact names, in the order of the influence matrix"
     )
     background: float | None = Field(default=None, description="a finite number, the temperature without friction")
+
+
+def is_table(value: object) -> bool:
+    """Whether it is a table over temperature."""
+    return isinstance(value, dict) and "table" in value
 
 
 def cold_value(value: float | dict[str, Any], background: float | None) -> float:
@@ -97,7 +102,8 @@ def background_of(contact: ContactTable, top: ThermalTable | None) -> float | No
 
 def _tables_of(contact: ContactTable) -> tuple[dict[str, Any], dict[str, str]]:
     """The rows of the parameters that a contact gives over temperature, and how each is interpolated."""
-    tables = {name: value for name in OVER_TEMPERATURE if isinstance(value := getattr(contact, name), dict)}
+    values = {name: getattr(contact, name) for name in OVER_TEMPERATURE}
+    tables = {name: value for name, value in values.items() if is_table(value)}
     kinds = {name: str(value.get("interpolation", "pchip")) for name, value in tables.items()}
     return {name: value["table"] for name, value in tables.items()}, kinds
 

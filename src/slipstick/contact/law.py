@@ -222,6 +222,14 @@ class Law(ABC):
         del motion, values
         return None
 
+    def smooth_states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]] | None:
+        """``states``, cut also where the slopes of the law jump; None: unknown.
+
+        With it, and ``memory_in_sliding``, multipliers of stick-slip motion follow from the pieces.
+        """
+        del motion, values
+        return None
+
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...] | None:
         """Forces at phases ``tau`` (k,), (n, k) for each port, no harmonics cut off; None: unknown."""
         del motion, values, tau
@@ -248,6 +256,15 @@ class Law(ABC):
             Forces (n_ports, n, k), and time derivatives of the memory (n_memory, n, k).
         """
         del q, velocity, memory, values
+        return None
+
+    def memory_in_sliding(self, q: Array, velocity: Array, values: Mapping[str, Array]) -> Array | None:
+        """A memory (n_memory, n, k) in steady sliding whose small changes change no force; None: there is none.
+
+        With it self-excited vibration is known: eigenvalues of steady sliding leave the memory out. Arguments as of
+        ``rate``.
+        """
+        del q, velocity, values
         return None
 
     def time_slopes(

@@ -19,9 +19,11 @@ from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
 from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
+from slipstick.contact.hysteresis import BoucWenContact, DahlContact, IwanContact
 from slipstick.contact.planar import PlanarFrictionContact
 from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.contact.stator import StatorContact
+from slipstick.contact.velocity_friction import StribeckContact
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
@@ -76,6 +78,10 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "friction": (FrictionContact, _by_fields),
     "planar friction": (PlanarFrictionContact, _by_fields),
     "stator": (StatorContact, _by_fields),
+    "Iwan": (IwanContact, lambda law: law.arguments),
+    "Dahl": (DahlContact, lambda law: law.arguments),
+    "Bouc-Wen": (BoucWenContact, lambda law: law.arguments),
+    "velocity friction": (StribeckContact, lambda law: law.arguments),
     "rubbing": (RubbingMotion, _rubbing),
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),

@@ -24,6 +24,7 @@ from slipstick.balance.problem import Problem
 from slipstick.balance.residual import terms
 from slipstick.branch import Branch
 from slipstick.contact.friction_law import is_friction
+from slipstick.contact.law import Law
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.interrupts import pass_on
 from slipstick.results.record import Outputs, Point, Recorder
@@ -194,7 +195,7 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
             fault = f"the rubbing motion has {', '.join(other)}"
             yield Fault(("contact", pair.name), fault, expected="a constant velocity alone", remedy=instead)
         law = pair.contact
-        if not is_friction(law) and (law.memory or not law.in_time):
+        if not is_friction(law) and not (law.in_time and (not law.memory or slides(law))):
             fault = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
             yield Fault(("contact", pair.name), fault, expected="friction, or forces of motion and velocity")
     yield from (state.self_excited_fault() for state in problem.contact_states)
@@ -208,6 +209,13 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
                 yield Fault(("contact", pair.name), unknown, expected="friction", remedy="compute the whole disc")
     if 1 not in problem.harmonics.orders:
         yield Fault("harmonics", "harmonic 1 is left out", expected="harmonics with 0 and 1, such as 0 to 10")
+
+
+def slides(law: Law) -> bool:
+    """Whether what a law remembers is without effect in steady sliding."""
+    still = np.zeros((len(law.ports), 1, 1))
+    values = {name: np.ravel(np.asarray(value, dtype=float))[:1, None] for name, value in law.values.items()}
+    return law.memory_in_sliding(still, still, values) is not None
 
 
 def _varied_faults(problem: Problem, parameter: str, span: tuple[float, float] | None) -> list[Fault]:

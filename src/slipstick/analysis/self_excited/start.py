@@ -120,6 +120,8 @@ class CycleStart:
                 self.motion = first.reshape(-1) / np.linalg.norm(first)
                 self.rest = np.where(np.arange(X.shape[1]) == 0, X, 0.0).reshape(-1)
                 self.largest = part * size if self.smooth else self._largest()
+                if self.smooth and (half := self._corrected(0.5 * part * size, exact=True)) is not None:
+                    self.value += 4.0 / 3.0 * (half.parameter - self.value)  # the curve bends as the size squared
                 return True
         return False
 

@@ -17,6 +17,7 @@ from slipstick.analysis.stability.harmonic_form import (
 )
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import Monodromy, monodromy, monodromy_with_laws
+from slipstick.analysis.stability.monodromy_stick_slip import monodromy_stick_slip
 from slipstick.analysis.stability.orbit import Orbit, orbit_beside, within_reach
 from slipstick.analysis.stability.refined_motion import Iteration, SmoothMotion
 from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline
@@ -97,7 +98,7 @@ class StabilityWatch:
             return self._counted(x, detail)
         motion, known = self._iterate(x, detail), self.systems.at(detail)
         if motion.laws.n_memory:
-            return self._shot(motion, known, detail)
+            return self._shot(x, motion, known, detail)
         line, fine = self._pieces(motion, known, detail.omega)
         if fine is None or not fine.sound:
             multipliers = NO_MULTIPLIERS if fine is None else self.judged(fine.multipliers)
@@ -128,9 +129,19 @@ class StabilityWatch:
             multipliers=multipliers, unstable=count, method=method, neutral=len(line.neutral), error=error
         )
 
-    def _shot(self, motion: SmoothMotion, known: Combinations, detail: Detail) -> PointStability:
+    def _shot(self, x: Array, motion: SmoothMotion, known: Combinations, detail: Detail) -> PointStability:
         """Stability with contacts that remember: of the motion in time beside this one."""
         line = timeline(motion)
+        fine = monodromy_stick_slip(known, motion, self.systems.law_ports)
+        if fine is not None:
+            multipliers = self.judged(fine.multipliers)
+            coarse = monodromy_stick_slip(known, self._iterate.truncated(x, detail), self.systems.law_ports)
+            doubts = _apart(multipliers, NO_MULTIPLIERS if coarse is None else self.judged(coarse.multipliers))
+            settled = _settled(multipliers, doubts, None, safety=_LEAST)
+            return PointStability(
+                multipliers=multipliers, unstable=unstable(multipliers) if settled else UNKNOWN, method=PIECES,
+                neutral=0, error=float(doubts.max(initial=0.0)),
+            )  # fmt: skip
         reach = self._within_reach(detail, motion, known.dynamics, known.contacts)
         orbit = self._orbit(detail, motion, line, known) if reach else None
         if orbit is None:

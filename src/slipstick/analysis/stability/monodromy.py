@@ -130,8 +130,8 @@ def law_tangent(combinations: Combinations, motion: SmoothMotion, law_ports: Int
     d, there = combinations.dynamics, law_ports >= 0
     ports, P = law_ports[there], len(law_ports)
     q, velocity = motion.law_arguments(tau)
-    slopes = motion.laws.slopes(q, velocity, np.zeros((len(tau), 0)))
-    K, C = slopes[:, there][:, :, :P][:, :, there], slopes[:, there][:, :, P:][:, :, there]
+    slopes = motion.laws.slopes(q, velocity, motion.laws.memory_in_sliding(q, velocity))[:, :P][:, there]
+    K, C = slopes[:, :, :P][:, :, there], slopes[:, :, P : 2 * P][:, :, there]
     if np.any(d.R[ports]) or np.any(d.R[:, ports]):
         if combinations.contacts.count or np.any(C):
             return None

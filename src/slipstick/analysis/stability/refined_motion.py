@@ -60,6 +60,11 @@ class SmoothMotion:
         H = h.H_minus(tau)
         return H @ self.law_motion.T, self.omega * (H @ h.derivative(self.law_motion).T + self.law_drift)
 
+    def law_acceleration(self, tau: Array) -> Array:
+        """Their acceleration (k, P)."""
+        h = self.harmonics
+        return np.asarray(self.omega**2 * (h.H_minus(tau) @ h.derivative(h.derivative(self.law_motion)).T))
+
 
 class Iteration:
     """What one iteration needs of a balance, made once a branch."""

@@ -64,6 +64,19 @@ class LawsInTime:
             forces[:, ports], rates[:, kept] = _joined(told[0], len(q)), _joined(told[1], len(q))
         return forces, rates
 
+    def memory_in_sliding(self, q: Array, velocity: Array) -> Array:
+        """What contacts that slide steadily remember, (k, n_memory)."""
+        memory = np.zeros((len(q), self.n_memory))
+        for law, ports, kept in self.each:
+            p, m, _ = law.shape
+            if m:
+                told = law.law.memory_in_sliding(
+                    _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), law.values
+                )
+                if told is not None:
+                    memory[:, kept] = _joined(told, len(q))
+        return memory
+
     def slopes(self, q: Array, velocity: Array, memory: Array) -> Array:
         """Derivatives of forces and rates by motion, velocity and memory, (k, P + m, 2 P + m), P ports in all."""
         P, m = self.n_ports, self.n_memory
