@@ -118,7 +118,7 @@ class Iteration:
                     "values": {**values, "v": motion.drift[0]},
                 }  # fmt: skip
             else:
-                laws.append(law_in_time(batch, values))
+                laws.append(law_in_time(batch, values, detail.inputs.batches[k].speed(detail.omega)))
                 rows.append(
                     (
                         np.concatenate(motion.Q),

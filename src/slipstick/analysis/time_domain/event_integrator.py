@@ -21,6 +21,8 @@ from slipstick.typing import Array
 
 _ROUNDING = 1e-12
 _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
+_GUARD_SAMPLES = np.linspace(0.0, 1.0, 25)[1:]
+_GUARD_ROUNDING = 1e-12
 _USES_BEFORE_PROPAGATOR = 40
 _COUNT = 9
 _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
@@ -75,14 +77,17 @@ class StateChange:
 
     tau: float
     contact: int
-    before: State
-    after: State
+    """Number of the friction contact; of one whose law switches, behind them."""
+    before: State | int
+    after: State | int
     z: Array
     linear: LinearPiece
     rate: Array
     """dz/dtau just before."""
     margin: Array
     states: Combination
+    guard: int = 0
+    """Of a law that switches: number of its guard."""
 
 
 class Stepper:
@@ -106,6 +111,7 @@ class Stepper:
         while reach**self.degree / factorial(self.degree) > 1e-18:
             self.degree += 1
         self.degree += 4
+        self._length = 1.0
         self._exponents = np.arange(self.degree + 1)
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
 
@@ -145,11 +151,13 @@ class Stepper:
 
     def _smooth(self, linear: LinearPiece, z: Array, length: float) -> tuple[Array, float]:
         """The polynomial from z on, and how far it reaches: ``length`` or less, in steps."""
+        length = min(length, 2.0 * self._length)
         while True:
             path = self._collocated(linear, z, length)
             if path is not None or length <= _SHORTEST:
                 break
             length *= 0.5
+        self._length = length
         if path is None:
             path = self._collocated(linear, z, length, fits=np.inf)
         if path is None:
@@ -158,11 +166,23 @@ class Stepper:
             )
         return path, length
 
-    def _sizes(self, z: Array) -> Array:
-        """Magnitudes (size,) of what is of one kind: motion and velocity, memory, forcing."""
+    def difference(self, before: Array, after: Array, states: Combination) -> Array:
+        """``after - before`` of z in some states, without whole turns of angles."""
+        s, out = self.model.system, after - before
+        for row in s.laws.angles(tuple(states[s.n_contacts :])):
+            e = s.memory.start + row
+            out[e] = (out[e] + np.pi) % (2.0 * np.pi) - np.pi
+        return out
+
+    def _sizes(self, linear: LinearPiece, z: Array) -> Array:
+        """Magnitudes (size,) of what is of one kind: motion and velocity, memory, angles, forcing."""
         s, out = self.model.system, np.ones_like(z)
-        for block in (slice(0, 2 * s.n), slice(2 * s.n, s.memory.start), s.memory):
+        for block in (slice(0, 2 * s.n), slice(2 * s.n, s.memory.start)):
             out[block] = max(z[block].max(initial=0.0), 1e-300)
+        angles = [s.memory.start + row for row in s.laws.angles(linear.regimes)]
+        straight = np.delete(z[s.memory], [row - s.memory.start for row in angles])
+        out[s.memory] = max(straight.max(initial=0.0), 1e-300)
+        out[angles] = 1.0
         return out
 
     def _collocated(self, linear: LinearPiece, z: Array, length: float, fits: float = _FITS) -> Array | None:
@@ -173,7 +193,7 @@ class Stepper:
         for _ in range(_LONGEST_ITERATION):
             before = rates
             rates = h * self.model.rate(linear, z + _INTEGRALS @ rates)
-            size = self._sizes(np.abs(z) + np.abs(rates).max(axis=0))
+            size = self._sizes(linear, np.abs(z) + np.abs(rates).max(axis=0))
             if not np.all(np.isfinite(size)):
                 return None
             if np.all(np.abs(rates - before) <= 1e-15 * size):
@@ -248,6 +268,10 @@ class Stepper:
             if self.model.system.laws:
                 path, left = self._smooth(linear, self.z, left)
             change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
+            if linear.regimes and path is not None:
+                guard = self._first_guard(linear, path, left)
+                if guard is not None and (change is None or guard[0] < change[0]):
+                    change = (guard[0], (guard[1], guard[2]))
             length = change[0] if change else left
             immediate = immediate + 1 if length == 0.0 else 0
             if immediate > 8 * len(self.states) + 8:
@@ -259,7 +283,8 @@ class Stepper:
                 yield self._advance(linear, tau + done * self.step, length, path)
             done = 1.0 if length == 1.0 - done else done + length
             if change:
-                yield self._switch(linear, change[1], tau + done * self.step)
+                at, now = change[1], tau + done * self.step
+                yield self._switch(linear, at, now) if isinstance(at, int) else self._next_regime(linear, *at, now)
 
     def _advance(self, linear: LinearPiece, tau: float, length: float, path: Array | None) -> Piece:
         if path is not None:
@@ -283,6 +308,46 @@ class Stepper:
         return StateChange(
             tau=tau, contact=j, before=before, after=after, z=z, linear=linear, margin=linear.margins[index],
             rate=self.model.rate(linear, z[None])[0], states=self.states,
+        )  # fmt: skip
+
+    def _first_guard(self, linear: LinearPiece, path: Array, length: float) -> tuple[float, int, int] | None:
+        """First sign change of a guard of a law that switches: fraction, contact and guard; None without any."""
+        model, laws = self.model, self.model.system.laws
+
+        def guards(s: Array) -> Array:
+            z = np.vander(s, len(path), increasing=True) @ path
+            return laws.guards(*model.law_motion(z), linear.regimes)[1]
+
+        s = length * np.concatenate([[0.0], _GUARD_SAMPLES])
+        which, values = laws.guards(*model.law_motion(np.vander(s, len(path), increasing=True) @ path), linear.regimes)
+        first: tuple[float, int, int] | None = None
+        for k in np.flatnonzero((values < -_GUARD_ROUNDING).any(axis=0)).tolist():
+            i = int(np.argmax(values[:, k] < -_GUARD_ROUNDING))
+            if i == 0 or values[i - 1, k] <= 0.0:
+                at = float(s[max(i - 1, 0)])
+            else:
+                from scipy.optimize import brentq
+
+                own = lambda x, k=k: guards(np.array([x]))[0, k]  # noqa: E731
+                at = float(brentq(own, s[i - 1], s[i], xtol=1e-15, rtol=4 * np.finfo(float).eps))
+            if first is None or at < first[0]:
+                first = (at, *which[k])
+        return first
+
+    def _next_regime(self, linear: LinearPiece, number: int, guard: int, tau: float) -> StateChange:
+        """A contact whose law switches goes over into its next regime."""
+        s, z = self.model.system, self.z.copy()
+        contact, place = s.laws.switching[number], s.n_contacts + number
+        at = contact.at(*self.model.law_motion(z[None]))
+        before = int(self.states[place])
+        after = contact.regimes.after(before, guard, at)
+        rate = self.model.rate(linear, z[None])[0]
+        by_guard, _ = contact.regimes.gradients(before, after, guard, at)
+        self.z[s.memory.start + contact.memory] = contact.regimes.reset(before, after, at)[:, 0, 0]
+        self.states = (*self.states[:place], after, *self.states[place + 1 :])
+        return StateChange(
+            tau=tau, contact=place, before=before, after=after, z=z, linear=linear, rate=rate,
+            margin=by_guard @ self.model.law_rows_of(number), states=self.states, guard=guard,
         )  # fmt: skip
 
     def enter(self, contact: int, state: State, force: float) -> None:

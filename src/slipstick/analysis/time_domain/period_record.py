@@ -27,6 +27,8 @@ class PeriodRecord:
         self._law_ports = system.laws.n_ports
         self._integral = np.zeros((harmonics.size, self._n_motions + 2 * self._nc))
         self._time_in_state = np.zeros((self._nc, len(State)))
+        self.time_in_regime = [np.zeros(len(contact.regimes.names)) for contact in system.laws.switching]
+        """Fractions of the period in the regimes of each contact whose law switches."""
         self.work = np.zeros(self._nc)
         """Energy a period / (2 pi) of each friction contact."""
         self.law_work = np.zeros(system.laws.n_ports)
@@ -55,10 +57,12 @@ class PeriodRecord:
         if self._law_ports:
             model = self._stepper.model
             q, velocity, memory = model.law_motion(z)
-            forces = model.system.laws.rate(q, velocity, memory)[0]
+            forces = model.system.laws.rate(q, velocity, memory, linear.regimes)[0]
             self.law_work += (_WEIGHTS * width / (2 * np.pi)) @ (forces * velocity) / model.system.omega
-        for j, state in enumerate(item.states):
+        for j, state in enumerate(item.states[: self._nc]):
             self._time_in_state[j, state] += width / (2 * np.pi)
+        for own, regime in zip(self.time_in_regime, linear.regimes, strict=True):
+            own[regime] += width / (2 * np.pi)
         ends = np.array([item.start, item.fraction ** np.arange(len(powers)) @ powers])
         self.tau.append(item.tau)
         self._widths.append(width)

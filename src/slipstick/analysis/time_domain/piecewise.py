@@ -8,23 +8,26 @@ forces at once: both are solved for together, exactly, in each combination.
 
 This module shares no code with ``slipstick.contact``: it is what the harmonic solutions are checked against. Contacts
 of other laws enter by their ``rate``, which adds to ``dz/dtau``: then a combination of friction states has a smooth
-system instead of a linear one. What they remember stands in z after ``e``.
+system instead of a linear one. What they remember stands in z after ``e``. Laws that switch have a rate in each of
+their regimes; their regimes are part of the combination.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.analysis.time_domain.law_in_time import LawsInTime, RegimeNumbers
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
 
-Combination = tuple["State", ...]
+Combination = tuple["State | int", ...]
+"""States of the friction contacts, then the regimes of the contacts whose law switches."""
 
 
 class State(IntEnum):
@@ -113,6 +116,24 @@ class FrictionSystem:
         """Where z holds what other laws remember."""
         return slice(2 * self.n + self.n_contacts, self.n_dynamic)
 
+    def unknowns(self, states: Combination, changing: Collection[int] | None = None) -> list[int]:
+        """Entries of z that a motion in these states is free in.
+
+        ``changing``: the contacts that change their state, numbered as in ``states``: what others remember while
+        stuck is left out.
+        """
+        nc, laws = self.n_contacts, self.laws
+        stuck = [2 * self.n + j for j, state in enumerate(states[:nc]) if state is State.STICK]
+        which = None
+        if changing is not None:
+            stuck = [e for e in stuck if e - 2 * self.n in changing]
+            which = [
+                k for k, (own, regime) in enumerate(zip(laws.switching, states[nc:], strict=True))
+                if nc + k in changing or regime not in own.regimes.neutral
+            ]  # fmt: skip
+        memory = [self.memory.start + row for row in laws.remembered(tuple(states[nc:]), which)]
+        return [*range(2 * self.n), *stuck, *memory]
+
     @property
     def n_forces(self) -> int:
         """Forces of friction contacts, tangential and normal."""
@@ -156,6 +177,8 @@ class LinearPiece:
     switches: tuple[Switch, ...]
     margins: Array
     """Rows of the switching functions."""
+    regimes: RegimeNumbers = ()
+    """Of the contacts whose law switches."""
     cache: dict[str, object] = field(default_factory=dict)
 
 
@@ -215,7 +238,7 @@ class PiecewiseLinear:
         """``dz/dtau`` at states (k, size)."""
         out = np.asarray(z @ linear.A.T, dtype=float)
         if self.system.laws:
-            forces, rates = self.system.laws.rate(*self.law_motion(z))
+            forces, rates = self.system.laws.rate(*self.law_motion(z), linear.regimes)
             out += forces @ self.law_columns.T
             out[:, self.system.memory] += rates / self.system.omega
         return out
@@ -223,7 +246,7 @@ class PiecewiseLinear:
     def rate_slopes(self, linear: LinearPiece, z: Array) -> Array:
         """Its derivatives by z, (k, size, size)."""
         s, P = self.system, self.system.laws.n_ports
-        slopes = s.laws.slopes(*self.law_motion(z))
+        slopes = s.laws.slopes(*self.law_motion(z), linear.regimes)
         remembered = np.eye(s.size)[s.memory]
         by_state = slopes @ np.concatenate([self.law_rows, self.law_speed, remembered])
         out = linear.A + self.law_columns @ by_state[:, :P]
@@ -233,8 +256,15 @@ class PiecewiseLinear:
     def __call__(self, states: Combination) -> LinearPiece:
         """The linear system of a combination."""
         if states not in self._systems:
-            self._systems[states] = self._build(states)
+            friction, regimes = states[: self.system.n_contacts], states[self.system.n_contacts :]
+            self._systems[states] = replace(self(friction), regimes=regimes) if regimes else self._build(friction)
         return self._systems[states]
+
+    def law_rows_of(self, number: int) -> Array:
+        """Rows (2 n_ports + n_memory, size) of motion, velocities and memory of one contact whose law switches."""
+        contact = self.system.laws.switching[number]
+        remembered = np.eye(self.system.size)[self.system.memory][contact.memory]
+        return np.concatenate([self.law_rows[contact.ports], self.law_speed[contact.ports], remembered])
 
     def _laws(self, states: Combination) -> tuple[Array, Array]:
         """Contact forces (tangential, then the normal ones) as ``S motion + T z``."""
@@ -350,6 +380,7 @@ class PiecewiseLinear:
         for state in (State.SEPARATION, State.STICK):
             states = tuple(state if s.varies[j] or state else State.SLIP_PLUS for j in range(s.n_contacts))
             linear, free = self._build(states), slice(0, 2 * s.n)
+            linear.regimes = tuple(contact.regimes.fastest for contact in s.laws.switching)
             A = self.rate_slopes(linear, np.zeros((1, s.size)))[0] if s.laws else linear.A
             radius = max(radius, float(np.abs(np.linalg.eigvals(A[free, free])).max(initial=0.0)))
         return max(radius, *s.orders, 1)
