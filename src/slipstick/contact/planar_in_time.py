@@ -32,6 +32,7 @@ class PlanarInTime(Regimes):
     names = ("separation", "separation", "stick", "slip")
     memory_used = (0, 0, 2, 1)
     angles = frozenset({SLIP})
+    linear = frozenset({SEPARATION, TOUCH, STICK})
     neutral = frozenset({STICK})
     fastest = STICK
 
@@ -81,9 +82,9 @@ class PlanarInTime(Regimes):
         held = (y - 0.5 * least) / at.length
         b = v["mu"] * v["kn"] * y
         if regime == STICK:
-            force = v["kt"] * at.q[:2] + at.memory
-            squared = force[0] ** 2 + force[1] ** 2
-            return np.stack([held, (b * b - squared) / (b * b + squared)])
+            spring = v["kt"] * at.q[:2]
+            force = np.hypot(*(spring + at.memory))
+            return np.stack([held, (b - force) / (b + force + np.abs(spring).sum(axis=0) + np.abs(at.memory).sum(axis=0))])
         closing = v["mu"] * v["kn"] * at.velocity[2] / v["kt"]
         along = at.velocity[0] * np.cos(at.memory[0]) + at.velocity[1] * np.sin(at.memory[0])
         size = np.hypot(at.velocity[0], at.velocity[1]) + np.abs(closing)

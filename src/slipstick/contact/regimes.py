@@ -44,6 +44,8 @@ class Regimes(ABC):
         How many entries of the memory each regime uses, the first ones; the others are zero in it.
     angles
         Regimes whose first entry of the memory is an angle (rad): whole turns do not matter.
+    linear
+        Regimes in which ``rate`` is linear in motion, velocity and memory, but for a constant.
     neutral
         Regimes in which what is remembered stays as it is: a contact that is always in one has no multiplier of it.
     fastest
@@ -53,6 +55,7 @@ class Regimes(ABC):
     names: tuple[str, ...]
     memory_used: tuple[int, ...]
     angles: frozenset[int] = frozenset()
+    linear: frozenset[int] = frozenset()
     neutral: frozenset[int] = frozenset()
     fastest: int = 0
 

@@ -23,18 +23,21 @@ _ROUNDING = 1e-12
 _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
 _GUARD_SAMPLES = np.linspace(0.0, 1.0, 25)[1:]
 _GUARD_ROUNDING = 1e-12
+_NEAR_START = 2.0 ** np.arange(-30.0, 1.0)
 _USES_BEFORE_PROPAGATOR = 40
 _COUNT = 9
 _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
 _FITS, _LONGEST_ITERATION = 1e-11, 60
 _SHORTEST = 2.0**-16
 """Part of a step that is not cut any more: a corner of the law lies in it."""
-_FEWEST = 256
+_SHORTEST_SWITCHING = 2.0**-44
+"""The same of laws that switch, whose rate has no corners but grows near a change of regime."""
+_FEWEST, _FEWEST_SMOOTH = 256, 64
 _REACH = 1.5
 """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
 
 
-def _steps(steps: int | None, fastest: float) -> int:
+def _steps(steps: int | None, fastest: float, fewest: int) -> int:
     """Steps a period: those given, or by the fastest motion, per unit of tau."""
     needed = 2 * np.pi * fastest / _REACH
     if needed > MOST_ITEMS:
@@ -48,7 +51,7 @@ def _steps(steps: int | None, fastest: float) -> int:
             f"time integration, steps: found {steps}; expected at least {int(np.ceil(0.5 * needed))}, as the fastest "
             f"motion is {fastest:.3g} times as fast as the forcing"
         )
-    return steps or int(max(_FEWEST, np.ceil(needed)))
+    return steps or int(max(fewest, np.ceil(needed)))
 
 
 class ChatteringError(SlipstickError):
@@ -104,7 +107,7 @@ class Stepper:
     def __init__(self, model: PiecewiseLinear, steps: int | None = None) -> None:
         self.model = model
         fastest = model.fastest()
-        self.steps = _steps(steps, fastest)
+        self.steps = _steps(steps, fastest, _FEWEST_SMOOTH if model.system.laws.switching else _FEWEST)
         self.step = 2 * np.pi / self.steps
         reach = fastest * self.step
         self.degree = 12
@@ -152,9 +155,10 @@ class Stepper:
     def _smooth(self, linear: LinearPiece, z: Array, length: float) -> tuple[Array, float]:
         """The polynomial from z on, and how far it reaches: ``length`` or less, in steps."""
         length = min(length, 2.0 * self._length)
+        shortest = _SHORTEST_SWITCHING if linear.regimes else _SHORTEST
         while True:
             path = self._collocated(linear, z, length)
-            if path is not None or length <= _SHORTEST:
+            if path is not None or length <= shortest:
                 break
             length *= 0.5
         self._length = length
@@ -190,17 +194,19 @@ class Stepper:
         h = length * self.step
         rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
         start = rates[0]
+        size = self._sizes(linear, np.abs(z) + np.abs(start))
         for _ in range(_LONGEST_ITERATION):
             before = rates
             rates = h * self.model.rate(linear, z + _INTEGRALS @ rates)
-            size = self._sizes(linear, np.abs(z) + np.abs(rates).max(axis=0))
-            if not np.all(np.isfinite(size)):
+            change = np.abs(rates - before).max(axis=0)
+            if not np.all(change < 1e3 * size):
                 return None
-            if np.all(np.abs(rates - before) <= 1e-15 * size):
+            if np.all(change <= 1e-15 * size):
                 break
         else:
             if fits < np.inf:
                 return None
+        size = self._sizes(linear, np.abs(z) + np.abs(rates).max(axis=0))
         coefficients = _POWERS @ rates
         end = z + _WHOLE @ rates
         ends = np.stack([coefficients[0] - start, coefficients.sum(axis=0) - h * self.model.rate(linear, end[None])[0]])
@@ -265,11 +271,11 @@ class Stepper:
         while done < 1.0:
             linear = self.model(self.states)
             left, path = 1.0 - done, None
-            if self.model.system.laws:
+            if linear.smooth:
                 path, left = self._smooth(linear, self.z, left)
             change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
-            if linear.regimes and path is not None:
-                guard = self._first_guard(linear, path, left)
+            if linear.regimes:
+                guard = self._first_guard(linear, self.powers(linear, self.z) if path is None else path, left)
                 if guard is not None and (change is None or guard[0] < change[0]):
                     change = (guard[0], (guard[1], guard[2]))
             length = change[0] if change else left
@@ -312,27 +318,33 @@ class Stepper:
 
     def _first_guard(self, linear: LinearPiece, path: Array, length: float) -> tuple[float, int, int] | None:
         """First sign change of a guard of a law that switches: fraction, contact and guard; None without any."""
-        model, laws = self.model, self.model.system.laws
-
-        def guards(s: Array) -> Array:
-            z = np.vander(s, len(path), increasing=True) @ path
-            return laws.guards(*model.law_motion(z), linear.regimes)[1]
-
-        s = length * np.concatenate([[0.0], _GUARD_SAMPLES])
-        which, values = laws.guards(*model.law_motion(np.vander(s, len(path), increasing=True) @ path), linear.regimes)
+        s = np.append(0.0, length * _GUARD_SAMPLES)
+        which, values = self._guards(linear, path, s)
         first: tuple[float, int, int] | None = None
         for k in np.flatnonzero((values < -_GUARD_ROUNDING).any(axis=0)).tolist():
             i = int(np.argmax(values[:, k] < -_GUARD_ROUNDING))
-            if i == 0 or values[i - 1, k] <= 0.0:
-                at = float(s[max(i - 1, 0)])
-            else:
-                from scipy.optimize import brentq
-
-                own = lambda x, k=k: guards(np.array([x]))[0, k]  # noqa: E731
-                at = float(brentq(own, s[i - 1], s[i], xtol=1e-15, rtol=4 * np.finfo(float).eps))
+            at = self._guard_root(linear, path, k, float(s[max(i - 1, 0)]), float(s[i]))
             if first is None or at < first[0]:
                 first = (at, *which[k])
         return first
+
+    def _guards(self, linear: LinearPiece, path: Array, s: Array) -> tuple[list[tuple[int, int]], Array]:
+        """Contacts and guards of laws that switch, and their values (k, n) at parts (k,) of a step."""
+        z = np.vander(s, len(path), increasing=True) @ path
+        return self.model.system.laws.guards(*self.model.law_motion(z), linear.regimes)
+
+    def _guard_root(self, linear: LinearPiece, path: Array, k: int, low: float, high: float) -> float:
+        """Where guard k, negative at ``high``, changes its sign; ``low`` where it never was positive."""
+        from scipy.optimize import brentq
+
+        near = low + (high - low) * np.append(0.0, _NEAR_START)
+        values = self._guards(linear, path, near)[1][:, k]
+        positive = np.flatnonzero(values > 0.0)
+        if not positive.size:
+            return low
+        last = int(positive[0] + np.argmax(values[positive[0] :] <= 0.0))
+        own = lambda x: self._guards(linear, path, np.array([x]))[1][0, k]  # noqa: E731
+        return float(brentq(own, near[last - 1], near[last], xtol=1e-15, rtol=4 * np.finfo(float).eps))
 
     def _next_regime(self, linear: LinearPiece, number: int, guard: int, tau: float) -> StateChange:
         """A contact whose law switches goes over into its next regime."""

@@ -101,6 +101,8 @@ class LawsInTime:
         self.each = tuple(each)
         """The laws, with their rows among the ports, those of their memory, and their places among ``switching``."""
         self.switching = tuple(switching)
+        self.count = sum(len(law.elements) for law in laws)
+        """Of all contacts."""
 
     def __bool__(self) -> bool:
         return bool(self.each)

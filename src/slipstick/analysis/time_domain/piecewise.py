@@ -179,6 +179,8 @@ class LinearPiece:
     """Rows of the switching functions."""
     regimes: RegimeNumbers = ()
     """Of the contacts whose law switches."""
+    smooth: bool = False
+    """Whether other laws add to ``A z`` what is not linear."""
     cache: dict[str, object] = field(default_factory=dict)
 
 
@@ -237,7 +239,7 @@ class PiecewiseLinear:
     def rate(self, linear: LinearPiece, z: Array) -> Array:
         """``dz/dtau`` at states (k, size)."""
         out = np.asarray(z @ linear.A.T, dtype=float)
-        if self.system.laws:
+        if linear.smooth:
             forces, rates = self.system.laws.rate(*self.law_motion(z), linear.regimes)
             out += forces @ self.law_columns.T
             out[:, self.system.memory] += rates / self.system.omega
@@ -257,8 +259,21 @@ class PiecewiseLinear:
         """The linear system of a combination."""
         if states not in self._systems:
             friction, regimes = states[: self.system.n_contacts], states[self.system.n_contacts :]
-            self._systems[states] = replace(self(friction), regimes=regimes) if regimes else self._build(friction)
+            self._systems[states] = self._switched(self(friction), regimes) if regimes else self._build(friction)
         return self._systems[states]
+
+    def _switched(self, linear: LinearPiece, regimes: RegimeNumbers) -> LinearPiece:
+        """The system with laws that switch in some regimes; it is linear where these are."""
+        laws = self.system.laws
+        piece = replace(linear, regimes=regimes, cache={})
+        if len(laws.switching) == laws.count and all(
+            regime in contact.regimes.linear for contact, regime in zip(laws.switching, regimes, strict=True)
+        ):
+            nothing = np.zeros((1, self.system.size))
+            A = self.rate_slopes(piece, nothing)[0]
+            A[:, self.system.n_dynamic] += self.rate(piece, nothing)[0]
+            piece.A, piece.smooth = A, False
+        return piece
 
     def law_rows_of(self, number: int) -> Array:
         """Rows (2 n_ports + n_memory, size) of motion, velocities and memory of one contact whose law switches."""
@@ -329,7 +344,7 @@ class PiecewiseLinear:
                 fy[j, one:] = s.kn[j] * s.approach[j]
         linear = LinearPiece(
             A=A, motion=motion, fx=forces[:nc], fy=fy, spring=s.kt[:, None] * total, rate=rate,
-            switches=(), margins=np.zeros((0, s.size)),
+            switches=(), margins=np.zeros((0, s.size)), smooth=bool(s.laws),
         )  # fmt: skip
         self._add_switches(states, linear)
         return linear
