@@ -126,34 +126,55 @@ class PlanarInTime(Regimes):
             return out
         return np.asarray(forces[:2] - v["kt"] * at.q[:2])
 
-    def gradients(self, before: int, after: int, guard: int, at: InTime) -> tuple[Array, Array]:
-        """Of the guard and of what is remembered after it."""
-        v = {name: value.item() for name, value in at.values.items()}
+    def guard_slope(self, regime: int, guard: int, at: InTime) -> Array:
+        """Of the guards."""
+        v, out = {name: value.item() for name, value in at.values.items()}, np.zeros(8)
+        q, (v1, v2, _), memory = at.q[:, 0, 0], at.velocity[:, 0, 0], at.memory[:, 0, 0]
+        limit, kt = v["mu"] * v["kn"], v["kt"]
+        if regime == STICK and guard:
+            force = kt * q[:2] + memory
+            out[:] = [*(-kt * force), limit**2 * (q[2] - v["gap"]), 0.0, 0.0, 0.0, *-force]
+        elif regime == SLIP and guard:
+            c, s = np.cos(memory[0]), np.sin(memory[0])
+            out[3:7] = [c, s, -limit / kt, v2 * c - v1 * s]
+        else:
+            out[2] = 1.0 if guard == 0 and regime != SEPARATION else -1.0
+        return out
+
+    def reset_slopes(self, before: int, after: int, at: InTime) -> Array:
+        """Of what is remembered where a regime begins."""
+        v, out = {name: value.item() for name, value in at.values.items()}, np.zeros((2, 8))
         q, (v1, v2, v3), memory = at.q[:, 0, 0], at.velocity[:, 0, 0], at.memory[:, 0, 0]
         y, limit, kt = q[2] - v["gap"], v["mu"] * v["kn"], v["kt"]
-        by_guard, by_reset = np.zeros(8), np.zeros((2, 8))
-        by_guard[2] = 1.0 if guard == 0 and before != SEPARATION else -1.0
-        c, s = np.cos(memory[0]), np.sin(memory[0])
-        if before == STICK and guard:
+        if before == STICK and after == SLIP:
             force = kt * q[:2] + memory
-            by_guard[:] = [*(-kt * force), limit**2 * y, 0.0, 0.0, 0.0, *-force]
-            if after == SLIP:
-                by_reset[0, [0, 1, 6, 7]] = np.array([-force[1] * kt, force[0] * kt, -force[1], force[0]])
-                by_reset[0] /= force @ force
-        elif before == SLIP and guard:
-            by_guard[:] = [0.0, 0.0, 0.0, c, s, -limit / kt, v2 * c - v1 * s, 0.0]
-            if after == STICK:
-                along, across = np.array([c, s]), np.array([-s, c])
-                by_reset[:, 2], by_reset[:, 6] = limit * along, limit * y * across
-                by_reset[[0, 1], [0, 1]] = -kt
-        elif before == TOUCH and after == SLIP:
-            by_reset[0, 3:5] = np.array([-v2, v1]) / (v1 * v1 + v2 * v2)
-        elif before == TOUCH and after == STICK:
-            by_reset[[0, 1], [0, 1]] = -kt
+            out[0, [0, 1, 6, 7]] = np.array([-force[1] * kt, force[0] * kt, -force[1], force[0]]) / (force @ force)
+        elif before == SLIP and after == STICK:
+            along = np.array([np.cos(memory[0]), np.sin(memory[0])])
+            out[:, 2], out[:, 6] = limit * along, limit * y * np.array([-along[1], along[0]])
+            out[[0, 1], [0, 1]] = -kt
+        elif before in (SEPARATION, TOUCH) and after == SLIP:
+            out[0, 3:5] = np.array([-v2, v1]) / (v1 * v1 + v2 * v2)
+        elif before in (SEPARATION, TOUCH) and after == STICK:
+            out[[0, 1], [0, 1]] = -kt
             if v3 > 0.0:
-                by_reset[[0, 1], [3, 4]] = kt * y / v3
-                by_reset[:, 2], by_reset[:, 5] = kt * at.velocity[:2, 0, 0] / v3, -kt * at.velocity[:2, 0, 0] * y / v3**2
-        return by_guard, by_reset
+                out[[0, 1], [3, 4]] = kt * y / v3
+                sliding = kt * at.velocity[:2, 0, 0] / v3
+                out[:, 2], out[:, 5] = sliding, -sliding * y / v3
+        return out
+
+    def memory_of(self, regime: int, force: Array, at: InTime) -> Array:
+        """The angle of the force, or what of it is not the spring's."""
+        out = np.zeros((2, *force.shape[1:]))
+        if regime == STICK:
+            out[:] = force[:2] - at.values["kt"] * at.q[:2]
+        elif regime == SLIP:
+            out[0] = np.arctan2(force[1], force[0])
+        return out
+
+    def regime_of(self, name: str) -> int:
+        """Separation, stick or slip."""
+        return {"separation": SEPARATION, "stick": STICK, "slip": SLIP}[name]
 
     def begin(self, force: Array, at: InTime) -> tuple[IntArray, Array]:
         """By the friction force and its limit."""

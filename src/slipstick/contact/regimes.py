@@ -100,8 +100,20 @@ class Regimes(ABC):
         return out
 
     @abstractmethod
-    def gradients(self, before: int, after: int, guard: int, at: InTime) -> tuple[Array, Array]:
-        """Derivatives where one regime of one element follows another: of the guard, but for a factor, and of ``reset``.
+    def guard_slope(self, regime: int, guard: int, at: InTime) -> Array:
+        """Derivatives of a guard of one element (n = k = 1) where it is zero, but for a factor.
 
-        By motion, velocities and memory: (2 n_ports + n_memory,) and (n_memory, 2 n_ports + n_memory).
+        By motion, velocities and memory, (2 n_ports + n_memory,).
         """
+
+    @abstractmethod
+    def reset_slopes(self, before: int, after: int, at: InTime) -> Array:
+        """Derivatives of ``reset`` of one element, (n_memory, 2 n_ports + n_memory)."""
+
+    @abstractmethod
+    def memory_of(self, regime: int, force: Array, at: InTime) -> Array:
+        """What is remembered (n_memory, n, k) in a regime with forces (n_ports, n, k)."""
+
+    @abstractmethod
+    def regime_of(self, name: str) -> int:
+        """The regime that a state of results is, the lasting one of several."""

@@ -96,7 +96,7 @@ class StabilityWatch:
         if not self.systems.in_time:
             return self._counted(x, detail)
         motion, known = self._iterate(x, detail), self.systems.at(detail)
-        if motion.laws.n_memory:
+        if motion.laws.remembers_smoothly:
             return self._shot(motion, known, detail)
         line, fine = self._pieces(motion, known, detail.omega)
         if fine is None or not fine.sound:

@@ -89,8 +89,6 @@ class StateChange:
     """dz/dtau just before."""
     margin: Array
     states: Combination
-    guard: int = 0
-    """Of a law that switches: number of its guard."""
 
 
 class Stepper:
@@ -354,12 +352,12 @@ class Stepper:
         before = int(self.states[place])
         after = contact.regimes.after(before, guard, at)
         rate = self.model.rate(linear, z[None])[0]
-        by_guard, _ = contact.regimes.gradients(before, after, guard, at)
+        by_guard = contact.regimes.guard_slope(before, guard, at)
         self.z[s.memory.start + contact.memory] = contact.regimes.reset(before, after, at)[:, 0, 0]
         self.states = (*self.states[:place], after, *self.states[place + 1 :])
         return StateChange(
             tau=tau, contact=place, before=before, after=after, z=z, linear=linear, rate=rate,
-            margin=by_guard @ self.model.law_rows_of(number), states=self.states, guard=guard,
+            margin=by_guard @ self.model.law_rows_of(number), states=self.states,
         )  # fmt: skip
 
     def enter(self, contact: int, state: State, force: float) -> None:

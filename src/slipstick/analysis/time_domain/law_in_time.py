@@ -107,6 +107,11 @@ class LawsInTime:
     def __bool__(self) -> bool:
         return bool(self.each)
 
+    @property
+    def remembers_smoothly(self) -> bool:
+        """Whether some law remembers and does not switch."""
+        return any(law.law.memory and law.law.regimes is None for law, *_ in self.each)
+
     def sized(self, length: float) -> LawsInTime:
         """The same with a typical motion."""
         return LawsInTime([replace(law, length=length) for law, *_ in self.each])

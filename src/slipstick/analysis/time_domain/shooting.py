@@ -61,8 +61,8 @@ def _regime_saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
     contact, rows = system.laws.switching[number], model.law_rows_of(number)
     at = contact.at(*model.law_motion(item.z[None]))
     before, after = int(item.before), int(item.after)
-    _, by_reset = contact.regimes.gradients(before, after, item.guard, at)
-    z, own, kept = item.z.copy(), system.memory.start + contact.memory, by_reset @ rows
+    z, own = item.z.copy(), system.memory.start + contact.memory
+    kept = contact.regimes.reset_slopes(before, after, at) @ rows
     z[own] = contact.regimes.reset(before, after, at)[:, 0, 0]
     jump = model.rate(model(item.states), z[None])[0] - item.rate
     jump[own] += item.rate[own] - kept @ item.rate
