@@ -206,7 +206,7 @@ class PlanarInTime(Regimes):
         return out
 
     def unsettled(self, q: Array, forces: Array, values: Mapping[str, Array]) -> NDArray[np.bool_]:
-        """Elements that neither slip nor separate."""
-        limit = values["mu"] * forces[2]
-        stuck = (np.hypot(forces[0], forces[1]) < limit * (1.0 - _WITHIN)) & (limit > 0)
-        return np.asarray(stuck.all(axis=1))
+        """Elements that neither slip nor separate: all their forces are those of the spring."""
+        moved = np.diff(forces[:2], axis=2) - values["kt"] * np.diff(q[:2], axis=2)
+        size = np.abs(forces[:2]).max(axis=(0, 2)) + 1e-300
+        return np.asarray((np.abs(moved).max(axis=(0, 2)) < 1e-9 * size) & (forces[2] > 0).all(axis=1))

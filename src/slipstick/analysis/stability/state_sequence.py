@@ -9,20 +9,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts, StateCodes
 from slipstick.contact.forces import element_intervals
+from slipstick.contact.friction_law import is_friction
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.contact.law import Interval
 from slipstick.trig.basis import TWO_PI
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
 
-Word = tuple[tuple[int, ...], ...]
-"""For each contact the codes of its states in their order over a period, beginning with the smallest rotation."""
+if TYPE_CHECKING:
+    from slipstick.balance.balance import Balance
+    from slipstick.balance.inputs import Inputs
+
+Word = tuple[tuple[int | str, ...], ...]
+"""For each contact the codes or names of its states in their order over a period, beginning with the smallest rotation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +154,23 @@ def word_of(harmonics: Harmonics, X: Array, Y: Array, values: Mapping[str, Array
     return tuple(words)
 
 
-def word_of_states(states: Sequence[Interval]) -> tuple[str, ...]:
+def word_at(
+    balance: Balance, x: Array, omega: float, inputs: Inputs, values: Sequence[Mapping[str, Array]] | None = None
+) -> Word:
+    """That of all contacts with friction at a motion (N,); ``values``: parameters of the batches, as they are there."""
+    word: Word = ()
+    for k, batch in enumerate(balance.batches):
+        own = inputs.batches[k].values if values is None else values[k]
+        if is_friction(batch.law):
+            motion = balance.layout.motion(k, x, omega, inputs.batches[k])
+            word = (*word, *word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]}))
+        elif batch.law.regimes is not None:
+            told = batch.law.states(balance.layout.motion(k, x, omega, inputs.batches[k]), own)
+            word = (*word, *(_word_of_states(states) for states in told or ()))
+    return word
+
+
+def _word_of_states(states: Sequence[Interval]) -> tuple[str, ...]:
     """The order of the states of one contact over a period, from their intervals."""
     lasting = [name for start, end, name in states if end - start > _SHORT]
     kept = [name for i, name in enumerate(lasting) if len(lasting) == 1 or name != lasting[i - 1]]

@@ -252,8 +252,8 @@ def _result(
         amplitude=np.maximum(high[first:] - mean, mean - low[first:]), mean=mean,
         power=system.omega * work, fractions=fractions,
         changes=tuple(
-            change for k, r in enumerate(records) for c in r.changes
-            if (change := _named(c, k, system, contacts, frictional)).before != change.after
+            named for k, r in enumerate(records) for c in r.changes
+            if (named := _named(c, k, system, contacts, frictional)).before != named.after
         ),
         periods=periods, change=change, converged=converged,
     )  # fmt: skip
