@@ -70,6 +70,14 @@ class PlanarInTime(Regimes):
             out[3, 6] = -over * (at.velocity[0] * c + at.velocity[1] * s)
         return TimeSlopes(out, forces, rates)
 
+    def relaxation(self, regime: int, at: InTime) -> Array:
+        """Of the angle, which follows the velocity."""
+        if regime != SLIP:
+            return np.zeros(at.q.shape[1:])
+        v = at.values
+        along = at.velocity[0] * np.cos(at.memory[0]) + at.velocity[1] * np.sin(at.memory[0])
+        return np.asarray(-v["kt"] * along / (v["mu"] * v["kn"] * (at.q[2] - v["gap"])))
+
     def guards(self, regime: int, at: InTime) -> Array:
         """Contact that begins, gets a load, loses it or ends; the circle; the velocity of slip."""
         v, least = at.values, SMALL * at.length
@@ -84,7 +92,9 @@ class PlanarInTime(Regimes):
         if regime == STICK:
             spring = v["kt"] * at.q[:2]
             force = np.hypot(*(spring + at.memory))
-            return np.stack([held, (b - force) / (b + force + np.abs(spring).sum(axis=0) + np.abs(at.memory).sum(axis=0))])
+            return np.stack(
+                [held, (b - force) / (b + force + np.abs(spring).sum(axis=0) + np.abs(at.memory).sum(axis=0))]
+            )
         closing = v["mu"] * v["kn"] * at.velocity[2] / v["kt"]
         along = at.velocity[0] * np.cos(at.memory[0]) + at.velocity[1] * np.sin(at.memory[0])
         size = np.hypot(at.velocity[0], at.velocity[1]) + np.abs(closing)
@@ -116,9 +126,7 @@ class PlanarInTime(Regimes):
             if after == SLIP:
                 out[0] = np.arctan2(at.velocity[1], at.velocity[0])
                 return out
-            since = np.divide(
-                at.q[2] - v["gap"], at.velocity[2], out=np.zeros_like(at.q[2]), where=at.velocity[2] > 0
-            )
+            since = np.divide(at.q[2] - v["gap"], at.velocity[2], out=np.zeros_like(at.q[2]), where=at.velocity[2] > 0)
             return np.asarray(v["kt"] * (at.velocity[:2] * since - at.q[:2]))
         forces = self.rate(before, at)[0]
         if after == SLIP:

@@ -67,6 +67,11 @@ class Regimes(ABC):
     def slopes(self, regime: int, at: InTime) -> TimeSlopes:
         """Derivatives of ``rate``."""
 
+    def relaxation(self, regime: int, at: InTime) -> Array:
+        """Derivative of the rate of the first entry of the memory by that entry, (n, k): it may be fast."""
+        p = len(at.q)
+        return np.asarray(self.slopes(regime, at).values[p, 2 * p])
+
     @abstractmethod
     def guards(self, regime: int, at: InTime) -> Array:
         """Numbers of order 1 that stay positive while the regime lasts, (n_guards, n, k)."""

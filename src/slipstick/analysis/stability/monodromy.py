@@ -64,7 +64,10 @@ def _unit(combinations: Combinations, kept: tuple[int, ...]) -> tuple[list[int],
 
 def monodromy(line: Timeline, starts: StickStarts, combinations: Combinations, omega: float) -> Monodromy | None:
     """The product over all intervals of a period (THEORY.md (13.4)); None where it would take minutes."""
-    kept, known = _memories(line, combinations.contacts.count), list(dict.fromkeys(interval.states for interval in line.intervals))
+    kept, known = (
+        _memories(line, combinations.contacts.count),
+        list(dict.fromkeys(interval.states for interval in line.intervals)),
+    )
     pieces = [combinations(states) for states in known]
     rates = np.array([piece.rate for piece in pieces])
     if not rates.max() * 2.0 * np.pi / omega < _LONGEST:
@@ -174,7 +177,11 @@ class LawsAlong:
         d, there, P = combinations.dynamics, law_ports >= 0, len(law_ports)
         ports = law_ports[there]
         rows, columns, R = np.zeros((P, d.size)), np.zeros((d.size, P)), np.zeros((P, P))
-        rows[there], columns[:, there], R[np.ix_(there, there)] = d.rows[ports], d.columns[:, ports], d.R[np.ix_(ports, ports)]
+        rows[there], columns[:, there], R[np.ix_(there, there)] = (
+            d.rows[ports],
+            d.columns[:, ports],
+            d.R[np.ix_(ports, ports)],
+        )
         at_once = np.any(d.R[ports]) or np.any(d.R[:, ports])
         if at_once and (combinations.contacts.count or motion.laws.switching):
             return None
@@ -192,7 +199,8 @@ class LawsAlong:
             K = slopes[:, :P, :P]
             slopes[:, :P, :P] = K @ np.linalg.inv(np.eye(P) + self._R @ K)
         by = np.concatenate(
-            [slopes[:, :, :P] @ self._rows, scale * (slopes[:, :, P : 2 * P] @ self._rows), slopes[:, :, 2 * P :]], axis=2
+            [slopes[:, :, :P] @ self._rows, scale * (slopes[:, :, P : 2 * P] @ self._rows), slopes[:, :, 2 * P :]],
+            axis=2,
         )
         A[:, r : 2 * r, : 2 * r] -= self._columns @ by[:, :P, : 2 * r] / scale
         if m:

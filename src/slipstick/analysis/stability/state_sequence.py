@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from slipstick.balance.inputs import Inputs
 
 Word = tuple[tuple[int | str, ...], ...]
-"""For each contact the codes or names of its states in their order over a period, beginning with the smallest rotation."""
+"""For each contact the codes or names of its states in their order over a period: the smallest of its rotations."""
 
 
 @dataclass(frozen=True, slots=True)

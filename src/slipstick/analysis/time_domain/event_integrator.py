@@ -28,6 +28,8 @@ _USES_BEFORE_PROPAGATOR = 40
 _COUNT = 9
 _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
 _FITS, _LONGEST_ITERATION = 1e-11, 60
+_SETTLED = 1e-13
+"""Change of an iteration, beside the size, that may be rounding."""
 _SHORTEST = 2.0**-16
 """Part of a step that is not cut any more: a corner of the law lies in it."""
 _SHORTEST_SWITCHING = 2.0**-44
@@ -139,10 +141,15 @@ class Stepper:
         z = np.vander(item.fraction * _GAUSS, len(item.path), increasing=True) @ item.path
         J = (item.fraction * self.step) * self.model.rate_slopes(item.linear, z)
         rates = J @ Phi
+        rows = [self.model.system.memory.start + row for row in self.model.system.laws.angles(item.linear.regimes)]
+        inverses, change = _implicit(J[:, rows, rows].T), np.inf
         for _ in range(_LONGEST_ITERATION):
             before = rates
             rates = J @ (Phi + np.tensordot(_INTEGRALS, rates, 1))
-            if np.abs(rates - before).max() <= 1e-15 * np.abs(rates).max():
+            for row, inverse in zip(rows, inverses, strict=True):
+                rates[:, row] = before[:, row] + inverse @ (rates[:, row] - before[:, row])
+            last, change = change, np.abs(rates - before).max() / (np.abs(rates).max() or 1.0)
+            if change <= 1e-15 or (change < _SETTLED and change > 0.5 * last):
                 break
         return np.asarray(Phi + np.tensordot(_WHOLE, rates, 1))
 
@@ -192,14 +199,16 @@ class Stepper:
         h = length * self.step
         rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
         start = rates[0]
-        size = self._sizes(linear, np.abs(z) + np.abs(start))
+        size, change = self._sizes(linear, np.abs(z) + np.abs(start)), np.inf
         for _ in range(_LONGEST_ITERATION):
-            before = rates
-            rates = h * self.model.rate(linear, z + _INTEGRALS @ rates)
-            change = np.abs(rates - before).max(axis=0)
-            if not np.all(change < 1e3 * size):
+            before, there = rates, z + _INTEGRALS @ rates
+            rates = h * self.model.rate(linear, there)
+            if linear.regimes:
+                self._relax(linear, there, h, before, rates)
+            last, change = change, float((np.abs(rates - before).max(axis=0) / size).max())
+            if not change < 1e3:
                 return None
-            if np.all(change <= 1e-15 * size):
+            if change <= 1e-15 or (change < _SETTLED and change > 0.5 * last):
                 break
         else:
             if fits < np.inf:
@@ -212,6 +221,13 @@ class Stepper:
             return None
         path = np.concatenate([z[None], coefficients / np.arange(1, _COUNT + 1)[:, None]])
         return np.asarray(path / length ** np.arange(_COUNT + 1)[:, None])
+
+    def _relax(self, linear: LinearPiece, z: Array, h: float, before: Array, rates: Array) -> None:
+        """Newton's step instead of the iteration's for angles, which may follow fast; writes on ``rates``."""
+        laws, first = self.model.system.laws, self.model.system.memory.start
+        rows, slopes = laws.relaxation(*self.model.law_motion(z), linear.regimes)
+        for row, inverse in zip(rows, _implicit(h * slopes), strict=True):
+            rates[:, first + row] = before[:, first + row] + inverse @ (rates - before)[:, first + row]
 
     def _propagator(self, linear: LinearPiece) -> Array:
         if "propagator" not in linear.cache:
@@ -413,6 +429,11 @@ def _collocation() -> tuple[Array, Array, Array]:
 
 
 _INTEGRALS, _WHOLE, _POWERS = _collocation()
+
+
+def _implicit(slopes: Array) -> Array:
+    """``(1 - slopes integrals)^-1`` of scalar equations with slopes (n, nodes) over a step."""
+    return np.linalg.inv(np.eye(_COUNT) - slopes[:, :, None] * _INTEGRALS) if len(slopes) else np.zeros((0, 0, 0))
 
 
 def _first_root(c: Array, values: Array, length: float) -> float:

@@ -87,7 +87,8 @@ class LawsInTime:
     """Forces and memory of all of them at once; motion, velocity and memory are (k, rows) at k instants."""
 
     def __init__(self, laws: Sequence[LawInTime]) -> None:
-        each, switching, port, kept = [], [], 0, 0
+        switching: list[Switching] = []
+        each, port, kept = [], 0, 0
         for law in laws:
             p, m, n = law.shape
             first = len(switching)
@@ -173,6 +174,15 @@ class LawsInTime:
                 which += [(places.start + e, g) for g in range(len(told)) for e in own]
                 values.append(told.reshape(-1, len(q)).T)
         return which, np.concatenate(values, axis=1)
+
+    def relaxation(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers) -> tuple[list[int], Array]:
+        """Rows of the memory that are angles, and the derivatives of their rates by themselves, (rows, k)."""
+        rows, values = [], []
+        for contact, regime in zip(self.switching, regimes, strict=True):
+            if regime in contact.regimes.angles:
+                rows.append(int(contact.memory[0]))
+                values.append(contact.regimes.relaxation(regime, contact.at(q, velocity, memory))[0])
+        return rows, np.array(values).reshape(len(rows), len(q))
 
     def remembered(self, regimes: RegimeNumbers, which: Sequence[int] | None = None) -> list[int]:
         """Rows of the memory in use; of contacts whose law switches those alone whose numbers are in ``which``."""

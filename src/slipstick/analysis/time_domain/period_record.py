@@ -15,6 +15,8 @@ from slipstick.typing import Array
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+_PARTS = 4
+"""Of the steps of laws that switch, which are long: extremes are those of a cubic in each."""
 
 
 class PeriodRecord:
@@ -63,11 +65,15 @@ class PeriodRecord:
             self._time_in_state[j, state] += width / (2 * np.pi)
         for own, regime in zip(self.time_in_regime, linear.regimes, strict=True):
             own[regime] += width / (2 * np.pi)
-        ends = np.array([item.start, item.fraction ** np.arange(len(powers)) @ powers])
-        self.tau.append(item.tau)
-        self._widths.append(width)
-        self._values.append(ends @ rows.T)
-        self._slopes.append(ends @ (linear.motion @ linear.A).T)
+        parts = _PARTS if linear.regimes else 1
+        at = item.fraction * np.arange(parts + 1) / parts
+        ends = np.vander(at, len(powers), increasing=True) @ powers
+        values, slopes = ends @ rows.T, ends @ (linear.motion @ linear.A).T
+        for k in range(parts):
+            self.tau.append(item.tau + at[k] * step)
+            self._widths.append(width / parts)
+            self._values.append(values[k : k + 2])
+            self._slopes.append(slopes[k : k + 2])
 
     @property
     def fractions(self) -> Array:

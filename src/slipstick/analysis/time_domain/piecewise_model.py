@@ -110,8 +110,8 @@ def system_of(
     if laws.switching:
         laws = laws.sized(_typical_motion(equations, laws, loads, law_motion))
     return FrictionSystem(
-        equations=equations, omega=omega, orders=orders, laws=laws, rubbing=rubbing[:, kept], approach=approach[:, kept],
-        loads=loads[:, kept], law_motion=law_motion[:, kept], **contacts,
+        equations=equations, omega=omega, orders=orders, laws=laws, rubbing=rubbing[:, kept],
+        approach=approach[:, kept], loads=loads[:, kept], law_motion=law_motion[:, kept], **contacts,
     )  # fmt: skip
 
 

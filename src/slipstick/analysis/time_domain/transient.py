@@ -28,7 +28,6 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
 from slipstick.units import Units
 
-
 _COLUMNS = {"separation": 0, "stick": 1, "slip": 2}
 """Of fractions: where the states of contacts that slide in a plane stand."""
 
