@@ -285,12 +285,9 @@ def test_limit_cycles_that_move_across_close_in_time() -> None:
 
 def test_a_structure_that_answers_forces_at_once_is_refused_by_name() -> None:
     modes = ss.ModalStructure(
-        frequencies=[6.0, 8.0],
-        damping_ratios=[0.02, 0.02],
-        modes=np.eye(2),
-        dofs=["x", "y"],
-        residual=0.001 * np.eye(2),
-    )
+        omega=[6.0, 8.0], mode_shapes=np.eye(2), dofs=["x", "y"], damping_ratio=0.02,
+        static_compliance=np.diag([1.0 / 36.0, 1.0 / 64.0]) + 0.001 * np.eye(2),
+    )  # fmt: skip
     contact = ss.PlanarFrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
     problem = ss.Problem(
         modes, contacts=ss.ContactPair(name="foot", contact=contact, tangential=("x", "y")),

@@ -187,7 +187,7 @@ class LawsAlong:
             return None
         return cls(combinations, motion, rows, columns, R if at_once else None)
 
-    def add_to(self, A: Array, tau: Array, regimes: tuple[int, ...]) -> None:
+    def add_to(self, A: Array, tau: Array, regimes: tuple[int, ...]) -> bool:
         """What the laws add to the linear system (k, size, size) at phases (k,)."""
         motion, d, P = self._motion, self._combinations.dynamics, len(self._rows)
         r, scale, m = d.size, self._combinations.scale, motion.laws.n_memory
@@ -224,7 +224,7 @@ class LawsAlong:
                 out[:, own.memory] = own.regimes.memory_of(regimes[places.start + own.element], force, at)[:, 0].T
         return out
 
-    def reset(self, change: Change, tau: float, nc: int) -> tuple[Array, Array]:
+    def reset(self, change: Change, tau: float, nc: int) -> tuple[IntArray, Array]:
         """Rows of what a contact remembers, and the rows that give it from the coordinates just before a change."""
         motion, d, scale = self._motion, self._combinations.dynamics, self._combinations.scale
         number = change.contact - nc

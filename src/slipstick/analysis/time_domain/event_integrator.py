@@ -287,7 +287,9 @@ class Stepper:
             left, path = 1.0 - done, None
             if linear.smooth:
                 path, left = self._smooth(linear, self.z, left)
-            change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
+            change: tuple[float, int | tuple[int, int]] | None = None
+            if len(linear.margins):
+                change = self.first_change(linear, self.z, left, path)
             if linear.regimes:
                 guard = self._first_guard(linear, self.powers(linear, self.z) if path is None else path, left)
                 if guard is not None and (change is None or guard[0] < change[0]):
@@ -433,7 +435,9 @@ _INTEGRALS, _WHOLE, _POWERS = _collocation()
 
 def _implicit(slopes: Array) -> Array:
     """``(1 - slopes integrals)^-1`` of scalar equations with slopes (n, nodes) over a step."""
-    return np.linalg.inv(np.eye(_COUNT) - slopes[:, :, None] * _INTEGRALS) if len(slopes) else np.zeros((0, 0, 0))
+    if not len(slopes):
+        return np.zeros((0, _COUNT, _COUNT))
+    return np.asarray(np.linalg.inv(np.eye(_COUNT) - slopes[:, :, None] * _INTEGRALS), dtype=float)
 
 
 def _first_root(c: Array, values: Array, length: float) -> float:

@@ -187,21 +187,19 @@ def periodic_memory(system: FrictionSystem, motion: Callable[[Array], tuple[Arra
     out = np.zeros((_MARCHED, system.laws.n_memory))
     for law, ports, kept, _ in system.laws.each:
         if law.law.regimes is None and law.law.memory:
-            own = LawsInTime([law])
-            out[:, kept] = _periodic(
-                own, system.omega, lambda tau, ports=ports: tuple(part[:, ports] for part in motion(tau))
-            )
+            out[:, kept] = _periodic(LawsInTime([law]), system.omega, motion, ports)
     return out
 
 
-def _periodic(laws: LawsInTime, omega: float, motion: Callable[[Array], tuple[Array, Array]]) -> Array:
+def _periodic(laws: LawsInTime, omega: float, motion: Callable[[Array], tuple[Array, Array]], ports: slice) -> Array:
     from scipy.integrate import solve_ivp
 
     memory = np.zeros((_MARCHED, laws.n_memory))
     at = 2 * np.pi * np.arange(_MARCHED + 1) / _MARCHED
 
     def rate(tau: float, w: Array) -> Array:
-        return laws.rate(*motion(np.array([tau])), w[None])[1][0] / omega
+        q, velocity = motion(np.array([tau]))
+        return laws.rate(q[:, ports], velocity[:, ports], w[None])[1][0] / omega
 
     w = memory[0]
     for _ in range(_PERIODS):
