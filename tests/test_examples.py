@@ -250,6 +250,23 @@ def test_bladed_disc(tmp_path):
     assert (tmp_path / "bladed_disc.png").stat().st_size > 10_000
 
 
+def test_worn_shroud(tmp_path):
+    """At resonance: less amplitude down to the best load, then ever more."""
+    module = load("worn_shroud/worn_shroud.py")
+    branches = module.compute()
+    peak = branches["at the peak"].dataset
+    assert all(branch.outcome.ok for branch in branches.values())
+    assert float(peak.normal_load[-1, 0]) == pytest.approx(0.36243, rel=1e-4)
+    size = peak.amplitude.sel(dof="tip").values
+    assert 1e3 * size[[0, -1]] == pytest.approx([0.996302, 11.4677], rel=1e-4)
+    best = ss.optimal(module.problem(), "shroud.normal_load", omega=module.BAND, dof="tip", start=5.0)
+    least = int(np.argmin(size))
+    assert 1e3 * size[least] == pytest.approx(1e3 * best.amplitude, rel=2e-3)
+    assert float(peak.normal_load[least, 0]) == pytest.approx(best.value, rel=0.06)
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "worn_shroud.png").stat().st_size > 10_000
+
+
 def test_blade_row(tmp_path):
     """The wave in an oval casing; the whole row under the same contacts moves alike, each blade with its delay."""
     module = load("blade_row/blade_row.py")

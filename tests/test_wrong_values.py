@@ -49,6 +49,12 @@ BRAKE = ss.Problem(
     ),
     loads=ss.Load(dof="y", harmonic=0, cos=50.0), harmonics=H,
 )  # fmt: skip
+WORN = ss.Problem(
+    STRUCTURE, loads=[LOAD], harmonics=range(4),
+    contacts=ss.ContactPair(
+        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0), tangential="x"
+    ),
+)  # fmt: skip
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
 SHORT = {"max_points": 2}
@@ -284,6 +290,20 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "limit_cycles": (
         lambda: ss.limit_cycles,
         {"problem": BRAKE, "parameter": "brake.mu", "span": (0.5, 0.6), "requested": (), "options": SHORT},
+    ),
+    "wear": (
+        lambda: ss.wear,
+        {
+            "problem": WORN, "kappa": {"damper": 1e-4}, "cycles": (0, 10), "omega": 10.0, "depth": 500.0,
+            "requested": (), "tolerance": 1e-4, "max_change": 1.0, "method": "auto", "listeners": (),
+        },
+    ),
+    "wear at the peak": (
+        lambda: ss.wear,
+        {
+            "problem": WORN, "kappa": 1e-4, "cycles": (0, 10), "omega": "peak", "range": (9.0, 12.0), "dof": "x",
+            "method": "euler", "steps": 1,
+        },
     ),
     "nonlinear_modes": (
         lambda: ss.nonlinear_modes,

@@ -49,6 +49,7 @@ _PUBLIC = {
     "nonlinear_modes": "slipstick.analysis.modes.nonlinear_modes",
     "optimal": "slipstick.analysis.peaks.optimum",
     "track_peak": "slipstick.analysis.peaks.tracking",
+    "wear": "slipstick.analysis.wear.wear",
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
     "resume": "slipstick.runs.resume",
@@ -75,6 +76,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.peaks.tracking import track_peak as track_peak
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles as limit_cycles
     from slipstick.analysis.time_domain.transient import transient as transient
+    from slipstick.analysis.wear.wear import wear as wear
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem

@@ -7,6 +7,7 @@ is the one file that looks both ways, and to its right only inside its methods.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,9 +24,10 @@ from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.disc import disc_of
 from slipstick.results.notebook import branch_html
-from slipstick.results.schema import LARGEST
+from slipstick.results.schema import CYCLES, LARGEST
 from slipstick.results.table import ResultTable
 from slipstick.state.thermal.model import HeatedContacts
+from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, DrawnAxes, Frequency, Names
 from slipstick.units import Units
@@ -430,8 +432,13 @@ class Branch:
         return unknowns(self.table, self.problem_at(point), point)
 
     def problem_at(self, point: int) -> Problem:
-        """The problem with the followed parameter as it is at a point; InputError where it is not known."""
+        """The problem with the followed parameter as it is at a point; InputError where it is not known.
+
+        Of wear over cycles the contacts have the gaps that they have there, and wear no further.
+        """
         problem, name = self._known_problem, str(self.table.attrs.get("parameter", ""))
+        if name == CYCLES:
+            return _worn(problem, self.table["worn_depth"].to_numpy()[point])
         if name:
             problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))
         return problem
@@ -462,6 +469,19 @@ class Branch:
         if not isinstance(name, str) or name not in known:
             raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
         return known.index(name)
+
+
+def _worn(problem: Problem, depth: Array) -> Problem:
+    """A problem with gaps opened by depths (n_contacts,), and contacts that do not wear."""
+    contacts, first = list(problem.contacts), 0
+    for p, pair in enumerate(problem.contacts):
+        for k in range(len(pair.elements)):
+            if depth[first] > 0.0:  # not nan, of laws that do not wear
+                gap = float(contacts[p].values("gap")[k]) + float(depth[first])
+                contacts[p] = contacts[p].with_value("gap", gap, k)
+            first += 1
+    states = [model for model in problem.states if not isinstance(model, WearModel)]
+    return replace(problem, contacts=contacts, states=states, told=None)
 
 
 def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:
@@ -518,6 +538,11 @@ class BranchPlots:
     def temperature(self, contact: Names = None, **options: Any) -> DrawnAxes:
         """Contact temperature, where friction heats the contacts."""
         return _plots().temperature(self._branch, contact, **options)
+
+    def wear(self, contact: Names = None, dof: Names = None) -> tuple[Axes, Axes, Axes, Axes]:
+        """Worn depth, normal load, amplitude and frequency over cycles, of ``ss.wear``."""
+        drawn: tuple[Axes, Axes, Axes, Axes] = _plots().wear(self._branch, contact, dof)
+        return drawn
 
     def fractions(self, contact: str | None = None, **options: Any) -> DrawnAxes:
         """Fractions of the period in stick, slip and separation."""

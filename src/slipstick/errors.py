@@ -202,6 +202,12 @@ class Outcome(Reason):
         "stopped early: a contact temperature left its table; extend the table by measured rows, or lower the thermal "
         "resistance, the normal load or the velocity"
     )
+    WORN_OUT = "stopped: a contact is worn as deep as was allowed; every point found is kept"
+    NOTHING_TOUCHES = "stopped: the contacts that wear have lost their load, and nothing wears on"
+    MOTION_LOST = (
+        "stopped early: the steady motion ends there, as at a fold of the response curve; what follows is a jump to "
+        "another motion: look at the response curve of the worn problem (Branch.problem_at)"
+    )
     INTERRUPTED = "interrupted by the user; every point found is kept"
     FAILED = "failed: a fault ended it, which its message names; every point found is kept"
     TIME_LIMIT = "stopped at the time limit; every point found is kept"

@@ -98,6 +98,46 @@ def test_friction_heats_and_follows_the_temperature() -> None:
     np.testing.assert_allclose(d["amplitude"], cold["amplitude"], rtol=1e-8)
 
 
+def test_heat_of_contacts_of_both_kinds() -> None:
+    """Along a line the planar contact is that of one direction, heated as well as the other one, derivatives too."""
+    rub = ss.RubbingMotion(velocity=1.0)
+
+    def heated(contact: ss.FrictionContact, tangential: Any, **options: Any) -> ss.Branch:
+        edge = ss.FrictionContact(kt=100.0, mu=0.5, normal_load=40.0)
+        model = ss.ThermalModel(
+            curve={name: ss.FrictionCurve(temperature=[25.0, 4000.0], mu=[0.5, 0.1]) for name in ("foot", "edge")},
+            background=25.0,
+            **{"resistance": {"foot": 3.0, "edge": 1.0}, **options},
+        )
+        two = ss.Problem(
+            ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=40.0 * np.eye(2), dofs=["x", "y"]),
+            contacts=[
+                ss.ContactPair(name="foot", contact=contact, tangential=tangential, rubbing=rub),
+                ss.ContactPair(name="edge", contact=edge, tangential="x", rubbing=rub),
+            ],
+            loads=[ss.Load(dof="x", sin=15.0)],
+            harmonics=range(4),
+            thermal=model,
+        )
+        return ss.steady_response(two, omega=6.4)
+
+    line = ss.FrictionContact(kt=100.0, mu=0.5, normal_load=40.0)
+    plane = ss.PlanarFrictionContact(kt=100.0, mu=0.5, normal_load=40.0)
+    one, both = heated(line, "x"), heated(plane, ("x", "y"))
+    for name in ("temperature", "friction_coefficient", "amplitude"):
+        np.testing.assert_allclose(both.dataset[name], one.dataset[name], rtol=1e-8, atol=1e-12)
+    assert np.all(both.dataset["temperature"] > 30.0)
+    names = ["foot.kt", "edge.kt", "friction"]
+    found, expected = (branch.sensitivity(names, dof="x")["amplitude"] for branch in (both, one))
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-12)
+    diagonal = heated(plane, ("x", "y"), resistance=np.diag([1.0, 3.0]), contacts=["edge", "foot"])
+    np.testing.assert_array_equal(diagonal.dataset["temperature"], both.dataset["temperature"])
+    with pytest.raises(ss.InputError, match="contacts of different laws"):
+        heated(plane, ("x", "y"), resistance=np.ones((2, 2)), contacts=["foot", "edge"])
+    with pytest.raises(ss.InputError, match="no contact 'fot'"):
+        heated(plane, ("x", "y"), resistance={"fot": 1.0})
+
+
 def test_study_loops_and_report(tmp_path: Any) -> None:
     found = ss.study(problem(), {"foot.mu": [0.3]}, omega=(8.0, 12.0))
     assert float(found["peak_amplitude"].sel(dof="x").max()) > 1.0

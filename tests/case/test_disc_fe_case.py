@@ -11,6 +11,7 @@ import slipstick as ss
 from slipstick.case.case import Case
 from slipstick.case.script import python_script
 from slipstick.errors import InputError
+from slipstick.models.bladed_sector import sector_shape
 
 CASE = """
 format = 1
@@ -66,7 +67,7 @@ CASE = CASE.replace("{low}", "340 rad/s").replace("{high}", "341 rad/s")
 
 def test_a_case_is_its_sector_in_a_wave(tmp_path: Path) -> None:
     problem = Case.from_text(CASE, tmp_path).problem()
-    model = ss.bladed_sector(ss_shape())
+    model = ss.bladed_sector(sector_shape("coarse", sectors=30))
     sector = ss.reduced_sector(
         model, surface="tip", contacts=2, between=("shroud_low", "shroud_high"), between_contacts=1,
         pressure="concave", modes=12, speed="3000 rpm", loss_factor=0.002,
@@ -82,12 +83,6 @@ def test_a_case_is_its_sector_in_a_wave(tmp_path: Path) -> None:
     assert problem.contacts[2].normal == own[0].normal
 
 
-def ss_shape() -> object:
-    from slipstick.models.bladed_sector import sector_shape
-
-    return sector_shape("coarse", sectors=30)
-
-
 def test_the_script_makes_the_same(tmp_path: Path) -> None:
     script = python_script(CASE, "disc.toml", tmp_path)
     assert 'ss.bladed_sector(sector_shape("coarse", sectors=30))' in script
@@ -100,6 +95,40 @@ def test_the_script_makes_the_same(tmp_path: Path) -> None:
     assert [pair.tangential for pair in problem.contacts] == [pair.tangential for pair in case.contacts]
 
 
+def _differing() -> str:
+    text = CASE.replace("sectors = 30", "sectors = 24").replace("engine_order = -3", "engine_order = 1")
+    text = text.replace("speed =", 'mistuning = { spread = 0.02, seed = 3, blade = "blade" }\nspeed =')
+    return text.replace("modes = 12", "modes = 4")
+
+
+def test_blades_of_elements_that_differ_in_a_script(tmp_path: Path) -> None:
+    """The whole disc of a sector and its wave."""
+    script = python_script(_differing(), "disc.toml", tmp_path)
+    assert 'disc = body.mistuned(spread=0.02, seed=3, blade="blade")' in script
+    assert "return disc.problem(" in script
+
+
+@pytest.mark.verify
+def test_blades_of_elements_that_differ(tmp_path: Path) -> None:
+    """The whole disc of a case, that of its script and that of the library."""
+    text = _differing()
+    disc = Case.from_text(text, tmp_path).problem().structure
+    space: dict[str, object] = {"__file__": str(tmp_path / "disc.py"), "__name__": "made"}
+    exec(compile(python_script(text, "disc.toml", tmp_path), "disc.py", "exec"), space)
+    script = space["problem"]()  # type: ignore[operator]
+    body = ss.reduced_sector(
+        ss.bladed_sector(sector_shape("coarse", sectors=24)), surface="tip", contacts=2,
+        between=("shroud_low", "shroud_high"), between_contacts=1, pressure="concave", modes=4, speed="3000 rpm",
+        loss_factor=0.002, cache=tmp_path / "slipstick-cache",
+    )  # fmt: skip
+    own = body.mistuned(spread=0.02, seed=3, blade="blade")
+    for found in (disc, script.structure):
+        np.testing.assert_array_equal(found.deviations, own.deviations)
+        np.testing.assert_array_equal(found.natural_frequencies, own.natural_frequencies)
+    assert [len(pair) for pair in script.contacts] == [24, 24, 24]
+    assert script.outputs == tuple(f"c1y@{s}" for s in range(24))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -109,6 +138,9 @@ def test_the_script_makes_the_same(tmp_path: Path) -> None:
         ('between = ["shroud_low", "shroud_high"]\nbetween_contacts = 1', "", "no contact points towards neighbours"),
         ('surface = "tip"', 'surface = "TIP"', "surface: there is no surface 'TIP'"),
         ('size = "coarse"', 'file = "no.h5"', "no.h5"),
+        ("modes = 12", "modes = 12\nmistuning = { spread = 0.1 }", "mistuning.blade is missing; give an element set"),
+        ("modes = 12", 'modes = 12\nmistuning = { spread = 0.1, blade = "blad" }', "mistuning.blade: .*'blad'"),
+        ("modes = 12", 'modes = 12\nmistuning = { blade = "blade" }', "mistuning.stiffness is missing; give one for"),
     ],
 )
 def test_what_is_wrong_is_said_at_its_key(tmp_path: Path, old: str, new: str, said: str) -> None:

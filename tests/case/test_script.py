@@ -218,7 +218,9 @@ def test_literals_are_exact() -> None:
     assert eval(literal({"a": ["x" * 99, None, True, (1, 2.5)] * 9})) == {"a": ["x" * 99, None, True, (1, 2.5)] * 9}
 
 
-def test_matrices_of_a_model_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("reduced", [False, True])
+def test_matrices_of_a_model_file(reduced: bool, tmp_path: Path) -> None:
+    """As they are; and with Coriolis forces, made smaller with these."""
     mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (2, 1, 1), "hex20"))
     steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
     save_model(assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"]), tmp_path / "model.h5")
@@ -228,8 +230,10 @@ harmonics = "0..1"
 [structure]
 kind = "matrices"
 file = "model.h5"
-rotation = {{ speed = "3000 rpm", axis = {{ direction = [0, 1, 0] }} }}
+rotation = {{ speed = "3000 rpm", axis = {{ direction = [0, 1, 0] }}{", coriolis = true" if reduced else ""} }}
 loss_factor = 0.02
+{f'keep = ["{end}"]' if reduced else ""}
+{"modes = 5" if reduced else ""}
 [[load]]
 dof = "{end}"
 cos = 1.0
@@ -282,3 +286,139 @@ to = 6.0
     own = ss.MatrixStructure(**given, **turns, speed=np.pi)
     both = (s.project(np.eye(2), np.eye(2)).at([1], 3.0)[0] for s in (turning, own))
     np.testing.assert_allclose(*both, rtol=1e-12)
+
+
+ROTOR = """format = 1
+harmonics = "0..3"
+[structure]
+kind = "rotor"
+material = { young = 211e9, poisson = 0.3, density = 7810.0 }
+shaft = [{ length = 1.0, outer = 0.05, elements = 4 }, { length = 0.5, outer = 0.05, inner = 0.01, elements = 2 }]
+discs = [
+  { node = 2, width = 0.07, outer = 0.28, inner = 0.05 },
+  { node = 4, mass = 30.0, polar = 0.5, diametral = 0.3 },
+]
+bearings = [
+  { node = 0, kxx = 1e6, kyy = 0.8e6, cxx = 400.0 },
+  { node = 6, kxx = 1e6, cxx = 400.0, kxy = 1e4, kyx = -1e4 },
+]
+rayleigh = [1.0, 1e-6]
+SPEED
+[[load]]
+dof = "n2x"
+motion = "unbalance"
+cos = 0.02
+[[load]]
+dof = "n2y"
+motion = "unbalance"
+sin = 0.02
+[[contact]]
+name = "stator"
+law = "stator"
+ports = { x = "n2x", y = { n2y = 1.0 } }
+kn = 2e6
+gap = 2e-4
+mu = 0.1
+cn = 100.0
+slip_velocity = 0.01
+rubbing = { velocity_per_omega = 0.14 }
+[response]
+from = 76.0
+to = 77.0
+[output]
+dofs = ["n2x", "n2y"]
+"""
+SPEEDS = ["engine_order = 1", 'speed = "700 rpm"\ninternal_damping = 1e-6\nshear = false',
+          'engine_order = 1\nkeep = ["n2x", "n2y"]\nmodes = 4']  # fmt: skip
+
+
+@pytest.mark.parametrize("speed", SPEEDS, ids=["tied", "fixed", "reduced"])
+def test_a_rotor_of_beams_in_a_stator(speed: str, tmp_path: Path) -> None:
+    (tmp_path / "rotor.toml").write_text(ROTOR.replace("SPEED", speed))
+    same(tmp_path / "rotor.toml")
+    problem = ss.Case.from_file(tmp_path / "rotor.toml").problem()
+    steel = ss.Material(young=211e9, poisson=0.3, density=7810.0)
+    keys = {"speed": 700.0 * (np.pi / 30), "internal_damping": 1e-6, "shear": False} if "rpm" in speed else {}
+    own = ss.models.beam_rotor(
+        [
+            ss.models.Shaft(length=1.0, outer=0.05, elements=4),
+            ss.models.Shaft(length=0.5, outer=0.05, inner=0.01, elements=2),
+        ],
+        material=steel,
+        discs=[
+            ss.models.Disc.of(node=2, material=steel, width=0.07, outer=0.28, inner=0.05),
+            ss.models.Disc(node=4, mass=30.0, polar=0.5, diametral=0.3),
+        ],
+        bearings=[
+            ss.models.Bearing(node=0, kxx=1e6, kyy=0.8e6, cxx=400.0),
+            ss.models.Bearing(node=6, kxx=1e6, cxx=400.0, kxy=1e4, kyx=-1e4),
+        ],
+        rayleigh=(1.0, 1e-6), **(keys or {"engine_order": 1}),
+    )  # fmt: skip
+    if "keep" in speed:
+        own = ss.models.craig_bampton(own, ["n2x", "n2y"], modes=4)
+    assert problem.structure.dofs == own.dofs
+    assert list(problem.structure.arguments) == list(own.arguments)
+    for name, value in own.arguments.items():
+        np.testing.assert_array_equal(problem.structure.arguments[name], value, err_msg=name)
+    law = ss.models.StatorContact(kn=2e6, gap=2e-4, mu=0.1, cn=100.0, slip_velocity=0.01)
+    (pair,) = problem.contacts
+    assert pair.contact == law
+    assert pair.ports == {"x": {"n2x": 1.0}, "y": {"n2y": 1.0}}
+
+
+FREE = """format = 1
+harmonics = "0..3"
+[structure]
+kind = "free"
+{structure}
+keep = ["a", "c"]
+modes = 2
+damping_ratio = 0.01
+[[load]]
+dof = "a"
+sin = 3.0
+[[contact]]
+name = "clamp"
+tangential = {{ a = 1.0, c = -1.0 }}
+kt = 5.0
+mu = 0.3
+normal_load = 2.0
+[response]
+from = 3.0
+to = 4.0
+"""
+
+
+def test_a_body_that_is_not_held(tmp_path: Path) -> None:
+    """By its matrices, and the same from a model file."""
+    structure = """dofs = ["a", "b", "c"]
+mass = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]
+stiffness = [[30.0, -30.0, 0.0], [-30.0, 50.0, -20.0], [0.0, -20.0, 20.0]]"""
+    (tmp_path / "free.toml").write_text(FREE.format(structure=structure))
+    same(tmp_path / "free.toml")
+    found: Any = ss.Case.from_file(tmp_path / "free.toml").problem().structure
+    K = [[30.0, -30.0, 0.0], [-30.0, 50.0, -20.0], [0.0, -20.0, 20.0]]
+    own = ss.models.free_structure(
+        K, np.diag([1.0, 2.0, 1.0]), dofs=["a", "b", "c"], keep=["a", "c"], modes=2, damping_ratio=0.01
+    )
+    rows = np.eye(2)
+    np.testing.assert_array_equal(found.project(rows, rows).at([1], 3.3)[0], own.project(rows, rows).at([1], 3.3)[0])
+
+
+def test_a_model_file_of_a_body_that_is_not_held(tmp_path: Path) -> None:
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    model = assemble_mesh(MeshModel(mesh=box((0.2, 0.02, 0.01), (2, 1, 1), "hex20")), source="beam", material=steel)
+    save_model(model, tmp_path / "model.h5")
+    text = FREE.format(structure='file = "model.h5"').replace("modes = 2", "modes = 3")
+    nodes = model.mesh.nodes
+    ends = [f"n{k + 1}x" for k in (0, int(np.argmax(nodes[:, 0] - nodes[:, 1] - nodes[:, 2])))]
+    text = text.replace('"a"', f'"{ends[0]}"').replace('"c"', f'"{ends[1]}"')
+    text = text.replace("a = 1.0, c = -1.0", f"{ends[0]} = 1.0, {ends[1]} = -1.0")
+    (tmp_path / "free.toml").write_text(text)
+    script = written(tmp_path / "free.toml").problem().structure
+    found: Any = ss.Case.from_file(tmp_path / "free.toml").problem().structure
+    own = ss.models.free_structure(model.K, model.M, dofs=model.dofs, keep=ends, modes=3, damping_ratio=0.01)
+    assert found.dofs == tuple(ends)
+    for structure in (found, script):
+        np.testing.assert_array_equal(structure.natural_frequencies, own.natural_frequencies)

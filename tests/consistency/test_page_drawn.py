@@ -819,3 +819,19 @@ def test_the_shape_is_hidden_at_results_that_have_none() -> None:
     assert seen == [False, True, False]
     assert label.startswith("Deflected shape, largest displacement ")
     assert drawn('return $("body").hidden') is True
+
+
+def test_every_crossing_of_a_diagram_is_listed() -> None:
+    """However many there are; the list scrolls."""
+    met = [{"x": float(k), "y": 2.0 * k, "said": f"engine order 2, mode {k}"} for k in range(1, 31)]
+    lines = [{"name": "mode 1", "x": [0.0, 30.0], "y": [1.0, 2.0], "colour": 0}]
+    diagram = {
+        "title": "Campbell diagram", "x": {"label": "Speed of rotation", "frequency": True},
+        "dashed": "engine orders 2", "lines": lines, "met": met,
+    }  # fmt: skip
+    said, note = drawn(
+        'return [tagged($("diagram"), "li").map((li) => li.textContent), $("diagram").textContent]',
+        content(diagram=diagram),
+    )
+    assert [text.partition(":")[0] for text in said] == [one["said"] for one in met]
+    assert "met (30):" in note

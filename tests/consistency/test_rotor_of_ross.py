@@ -6,6 +6,8 @@ the components of the force without their signs; here it is Coulomb's, so that i
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -43,6 +45,19 @@ def problem(orders: range) -> ss.Problem:
         ss.Load(dof="n12x", motion="unbalance", sin=UNBALANCE), ss.Load(dof="n12y", motion="unbalance", cos=-UNBALANCE),
     ]  # fmt: skip
     return ss.Problem(rotor(), contacts=rub, loads=unbalance, harmonics=orders)
+
+
+def test_at_their_speed_the_periodic_motion_does_not_touch() -> None:
+    """The free rotor just reaches the stator at 1204 rpm."""
+    given = problem(range(3))
+    tau = np.linspace(0.0, 2.0 * np.pi, 721)
+    reached = []
+    for rpm in (1200.0, 1203.0, 1205.0):
+        free = ss.linear_response(replace(given, contacts=[]), omega=[rpm * np.pi / 30.0]).dataset
+        X = free.displacement.sel(dof=["n12x", "n12y"]).values[0]
+        reached.append(np.hypot(*(given.harmonics.H_minus(tau) @ X.T).T).max())
+    assert reached[0] == pytest.approx(7.86e-5, abs=5e-8)
+    assert reached[1] < RUB["gap"] < reached[2]
 
 
 def test_the_rubbing_rotor_against_integration_in_time() -> None:

@@ -46,6 +46,18 @@ def vibrating() -> ss.Branch:
 
 
 @cache
+def worn() -> ss.Branch:
+    """A contact that has worn for some cycles."""
+    problem = ss.Problem(
+        oscillator().structure, loads=oscillator().loads, harmonics=range(4),
+        contacts=ss.ContactPair(
+            name="c0", tangential="x", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, normal_load=800.0)
+        ),
+    )  # fmt: skip
+    return ss.wear(problem, 8e-4, (0, 100), omega=10.0, max_change=0.5, tolerance=1e-3)
+
+
+@cache
 def studied() -> dict[str, Any]:
     """A study of two cases, and its curves."""
     job = Job(problem=oscillator(velocity=10.0), span=(5.0, 5.5), options={"max_step": 0.2, "first_step": 0.2})
@@ -91,6 +103,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {"dof": "x", "over": "damper.mu"} | {key: found for key, found in studied().items() if key in names}
     if name == "disc":
         good |= {"branch": disc_and_wave()[0], "point": 0, "dof": "tip", "tau": 0.5}
+    if name == "wear":
+        good |= {"branch": worn(), "dof": "x", "contact": "c0"}
     if "samples" in names:
         good |= {"samples": xr.Dataset({"amplification": ("sample", np.ones(20))}), "percentiles": (50.0, 95.0)}
     if "data" in names:

@@ -11,6 +11,7 @@ from helpers.rings import DOFS, a_sector, pairs, ring_influence, ring_of, wave_p
 
 import slipstick as ss
 from slipstick.errors import InputError
+from slipstick.solve.newton import NewtonOptions
 from slipstick.structure.cyclic import CyclicStructure, WaveHarmonic
 
 
@@ -24,6 +25,8 @@ from slipstick.structure.cyclic import CyclicStructure, WaveHarmonic
         pytest.param(12, 4, 2 - 14j, 0.0, False, id="three nodal diameters, separating", marks=pytest.mark.verify),
         pytest.param(24, 19, 2 - 12j, 0.5, False, id="aliased", marks=pytest.mark.verify),
         pytest.param(16, 3, 2 - 14j, -0.2, False, id="16 sectors", marks=pytest.mark.verify),
+        pytest.param(12, 6, 1 - 6j, 0.3, False, id="12 sectors standing", marks=pytest.mark.verify),
+        pytest.param(12, 4, 1 - 6j, 0.3, False, id="12 sectors rubbing", marks=pytest.mark.verify),
         pytest.param(12, 7, 1 - 6j, 0.3, False, id="five nodal diameters, against", marks=pytest.mark.verify),
         pytest.param(12, 12, 0.2 - 1j, 0.3, False, id="12 sectors in phase", marks=pytest.mark.verify),
     ],
@@ -35,8 +38,13 @@ def test_a_wave_is_the_response_of_the_whole_ring(
     matrices = pairs(proportional=proportional)
     case = sectors, engine_order, matrices, force, velocity
     at, d = 7.9, [f"{name}@0" for name in DOFS]
-    wave = ss.forced_response(wave_problem(*case), omega=(7.8, 8.0), requested=[at]).dataset
-    ring = ss.forced_response(whole_ring(*case), omega=(7.8, 8.0), requested=[at], peaks_of=["tip@0"]).dataset
+    curve: dict[str, Any] = {
+        "omega": (7.8, 8.0),
+        "requested": [at],
+        "options": {"newton": NewtonOptions(tolerance=1e-12)},
+    }
+    wave = ss.forced_response(wave_problem(*case), **curve).dataset
+    ring = ss.forced_response(whole_ring(*case), peaks_of=["tip@0"], **curve).dataset
     one, all_of_it = (found.isel(point=int(np.argmin(np.abs(found.omega.to_numpy() - at)))) for found in (wave, ring))
     sector = one.displacement.sel(dof=list(DOFS)).to_numpy()
     np.testing.assert_allclose(all_of_it.displacement.sel(dof=d).to_numpy(), sector, atol=1e-10 * np.abs(sector).max())

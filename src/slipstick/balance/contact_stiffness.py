@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.contact.friction_law import is_friction
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ def stiffness_shares(problem: Problem) -> tuple[Array, Array]:
     springs = [
         (float(pair.values("kn")[k]), direction)
         for pair in problem.contacts
-        if is_friction(pair.contact)
+        if pair.contact.coulomb
         for k in range(len(pair))
         if (direction := pair.direction("normal", k)) and pair.values("kn")[k] > 0.0
     ]

@@ -13,7 +13,6 @@ from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
 from slipstick.balance.paths import Line, Path, StructureValue
-from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
@@ -164,7 +163,7 @@ def product_warnings(problem: Problem, names: Sequence[str]) -> Iterator[str]:
         constant = pair.given.get("normal", (None,)) == (None,) and not any(
             name.startswith("normal_") and np.any(value) for name, value in pair.rubbing.components()
         )
-        if not (is_friction(pair.contact) and constant) or problem.contact_states:
+        if not (pair.contact.coulomb and constant) or problem.contact_states:
             continue
         for k in range(len(pair)):
             same = tuple(

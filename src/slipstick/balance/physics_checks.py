@@ -13,7 +13,6 @@ from slipstick.balance.compliance import lossless
 from slipstick.balance.contacts import same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
-from slipstick.contact.friction_law import is_friction
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -100,7 +99,7 @@ def _static(problem: Problem) -> Array:
 def _may_feed(problem: Problem) -> bool:
     """Whether it may vibrate by itself without rubbing: by its damping, or by a law that is not friction."""
     return bool(getattr(problem.structure, "energy_fed", "")) or not all(
-        is_friction(pair.contact) for pair in problem.contacts
+        pair.contact.coulomb for pair in problem.contacts
     )
 
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.analysis.curve.request import ResponseOptions
     from slipstick.analysis.events import EventFunction
+    from slipstick.analysis.wear.wear import WearRequest
     from slipstick.balance.balance import Balance
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
@@ -193,7 +194,7 @@ class Case:
     frequency_unit: str = "rad/s"
     """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
     further: Mapping[str, Any] = field(default_factory=dict)
-    """What ``[track]``, ``[optimal]``, ``[modes]`` and ``[cycles]`` ask for, by name."""
+    """What ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]`` and ``[wear]`` ask for, by name."""
     plan: StudyPlan | None = None
     """What ``[study]`` asks for."""
     noticed: tuple[str, ...] = ()
@@ -349,6 +350,10 @@ class Case:
             )
         else:
             sentences = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
+        if "wear" in self.further:
+            from slipstick.analysis.wear.wear import wear_warnings, worn_problem
+
+            sentences += wear_warnings(worn_problem(self.problem(), self.further["wear"].kappa))
         return [*self.noticed, *sentences]
 
     @property
@@ -365,6 +370,17 @@ class Case:
         if self.parameter is None:
             return frequency_request(self.problem(), self.span, *arguments)
         return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *arguments)
+
+    def wear(self) -> WearRequest:
+        """What ``[wear]`` asks for, to be followed."""
+        from slipstick.analysis.wear.wear import wear_request
+
+        asked = self.further["wear"]
+        peak = {"range": asked.range or self.omega, "dof": asked.dof} if asked.omega == "peak" else {}
+        return wear_request(
+            self.problem(), asked.kappa, (asked.start, asked.stop), omega=asked.omega, depth=asked.depth,
+            requested=asked.at, method=asked.method, tolerance=asked.tolerance, max_change=asked.max_change, **peak,
+        )  # fmt: skip
 
     def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""

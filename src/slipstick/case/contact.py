@@ -7,7 +7,7 @@ import keyword
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator
 
@@ -28,6 +28,7 @@ from slipstick.case.table import (
     NotNegative,
     Periodic,
     PeriodicAlong,
+    Positive,
     RawTable,
     Table,
     is_whole,
@@ -41,7 +42,7 @@ from slipstick.faults import Gathering
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
-    from slipstick.contact.friction import FrictionContact
+    from slipstick.contact.law import Law
     from slipstick.contact.rubbing import RubbingMotion
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.models.reduced_sector import ReducedSector
@@ -109,6 +110,41 @@ class StopTable(ContactTable):
     normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
     mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+
+
+class StatorPortsTable(Table):
+    """``ports = { x = "n2x", y = "n2y" }``."""
+
+    x: Cosines = Field(description='the dof of the rotor along x, such as "n2x" or { n2x = 1.0, s2x = -1.0 }')
+    y: Cosines = Field(description='the dof of the rotor along y, such as "n2y"')
+
+
+class StatorTable(Table):
+    """``[[contact]] law = "stator"``: a rotor in a circular stator."""
+
+    name: str = Field(min_length=1, description='a name for the contact, such as "stator"')
+    law: Literal["stator"] = Field(description='"stator", a rotor in a circular stator; left out for other contacts')
+    ports: StatorPortsTable = Field(description='a table such as { x = "n2x", y = "n2y" }')
+    kn: NotNegative = Field(description="a number >= 0, the radial contact stiffness (force/length)")
+    gap: Positive = Field(description="a number > 0, the clearance all round")
+    mu: NotNegative = Field(default=0.0, description="a number >= 0, the friction coefficient")
+    cn: NotNegative = Field(default=0.0, description="a number >= 0, radial damping in contact (force time/length)")
+    slip_velocity: NotNegative = Field(default=0.0, description="a number > 0 where there is friction, length/time")
+    rubbing: RubbingTable | None = Field(
+        default=None, description="a table such as { velocity_per_omega = 0.14 }, the speed of the rotor's surface"
+    )
+    tangential: ClassVar[None] = None
+    normal: ClassVar[None] = None
+    kt: ClassVar[None] = None
+    thermal: ClassVar[None] = None
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """Its surface turns one way."""
+        return [replace(fault, remedy="give one number") for fault in _vector_faults(raw)]
+
+
+_LAW_OF_STATOR = ("kn", "gap", "mu", "cn", "slip_velocity")
 
 
 def is_planar(table: ContactTable) -> bool:
@@ -202,8 +238,10 @@ class SurfaceContactTable(ContactTable):
         return faults + super().cross_check(raw)
 
 
-def contact_table(raw: RawTable) -> type[ContactTable]:
+def contact_table(raw: RawTable) -> type[ContactTable | StatorTable]:
     """Which table a ``[[contact]]`` block is."""
+    if {"law", "ports"} & set(raw):
+        return StatorTable
     on_surface = "points" in raw or (
         "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor", "between"} & set(raw)
     )
@@ -260,8 +298,11 @@ def build_contacts(
 def _single(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> ContactPair:
     from slipstick.balance.contacts import ContactPair
 
-    directions = {side: row.get(side) for side in ("tangential", "normal")}
     law, rubbing = _law(row, thermal, gathering), _rubbing(row, gathering)
+    if isinstance(row.table, StatorTable):
+        ports = {} if row.get("ports") is None else row.table.ports.model_dump()
+        return ContactPair(name=row.table.name, contact=law, rubbing=rubbing, ports=ports)
+    directions = {side: row.get(side) for side in ("tangential", "normal")}
     return ContactPair(name=row.table.name, contact=law, rubbing=rubbing, **directions)
 
 
@@ -319,11 +360,18 @@ def _any_direction(body: Any) -> Any:
     return np.linalg.svd(points.normals)[2][-1] + 0.1 * np.ones(3)
 
 
-def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> FrictionContact:
+def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> Law:
     """The parameters of a contact, cold; neutral ones where these are at fault, and all faults that are its own."""
     from slipstick.contact.friction import FrictionContact
     from slipstick.contact.planar import PlanarFrictionContact
+    from slipstick.contact.stator import StatorContact
 
+    if isinstance(row.table, StatorTable):
+        neutral = {"kn": 0.0, "gap": 1.0}
+        known = {key: value for key in _LAW_OF_STATOR if (value := row.get(key)) is not None}
+        if not row.complete:
+            return StatorContact(**neutral)
+        return gathering.inside(row.where, lambda: StatorContact(**known)) or StatorContact(**neutral)
     law = PlanarFrictionContact if is_planar(row.table) else FrictionContact
     background, arguments = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
     for key in ("kt", "mu", "kn"):
@@ -402,6 +450,9 @@ def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> C
 
 
 def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
+    if isinstance(keys.table, StatorTable):
+        keys.take("law")
+        return call("ss.models.StatorContact", **keys.rest(*_LAW_OF_STATOR))
     background = background_of(keys.table, thermal)
     values = {name: keys.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
     total = keys.take("normal_load_total")
@@ -413,6 +464,10 @@ def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
 
 def _pair_text(keys: KeysToWrite, law: str) -> str:
     arguments = {"name": literal(keys.take("name")), "contact": law}
+    ports = keys.take("ports")
+    if ports is not None:
+        written = ", ".join(f'"{port}": {_direction_text(direction)}' for port, direction in ports.model_dump().items())
+        arguments["ports"] = f"{{{written}}}"
     for port in ("tangential", "normal"):
         direction = keys.take(port)
         if isinstance(direction, tuple):

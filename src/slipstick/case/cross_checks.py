@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.contact import CaseContact, SurfaceContactTable
+from slipstick.case.contact import CaseContact, StatorTable, SurfaceContactTable
 from slipstick.case.requests import RequestTable
 from slipstick.case.response import written_frequencies
 from slipstick.case.sections import Sections, place
@@ -90,6 +90,9 @@ def _contact(row: ReadTable, known: Known) -> Iterator[Fault]:
             for i, cosines in enumerate(given if isinstance(given, tuple) else (given,)):
                 at = (side, i) if isinstance(given, tuple) else (side,)
                 yield from (fault.inside(*at) for fault in cosine_faults(cosines, known.dofs))
+    if isinstance(row.table, StatorTable) and row.right("ports"):
+        for port, cosines in row.table.ports.model_dump().items():
+            yield from (fault.inside("ports", port) for fault in cosine_faults(cosines, known.dofs))
     rubbing = row.table.rubbing
     if rubbing is not None:
         moved = {part: getattr(rubbing, part, {}) for part in MOTION_PARTS}

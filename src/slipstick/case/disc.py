@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
-from slipstick.case.matrices import KEYS, matrix_text, read_given
+from slipstick.case.matrices import KEYS, matrix_text, read_given, renamed
 from slipstick.case.script_text import KeysToWrite, call, literal
 from slipstick.case.structure import Body, Described, StructureKind, Tell
 from slipstick.case.table import MatrixGiven, NotNegative, Table, list_or_file, unexpected
@@ -38,14 +37,31 @@ SectorMatrix = Annotated[Any, PlainValidator(_one_or_pair)]
 _PAIR = "a list of two, [M0, M1]: rows or a file, of the sector and from the next one"
 
 
-class MistuningTable(Table):
-    """``mistuning = { spread = 0.02, seed = 1, blade = [[1.0]] }``."""
+class DeviationTable(Table):
+    """By how much blades differ."""
 
     stiffness: list[float] | None = Field(default=None, description="a list of relative deviations, one for each blade")
     spread: NotNegative | None = Field(default=None, description="a number >= 0, the standard deviation of random ones")
     seed: int = Field(default=0, ge=0, description="a whole number >= 0: the same one gives the same blades")
-    blade: MatrixGiven = Field(description="rows or a file, the blade's share of the stiffness of the sector")
     families: int | None = Field(default=None, ge=1, description="a whole number >= 1, families of tuned modes kept")
+
+
+class MistuningTable(DeviationTable):
+    """``mistuning = { spread = 0.02, seed = 1, blade = [[1.0]] }``."""
+
+    blade: MatrixGiven = Field(description="rows or a file, the blade's share of the stiffness of the sector")
+
+
+def deviation_faults(raw: Mapping[str, Any]) -> list[Fault]:
+    """The deviations are said in one way."""
+    given = raw.get("mistuning")
+    if not isinstance(given, Mapping):
+        return []
+    if "stiffness" in given and "spread" in given:
+        return [Fault(("mistuning", "spread"), "is given together with stiffness", remedy="keep one of them")]
+    if not {"stiffness", "spread"} & set(given):
+        return [Fault(("mistuning", "stiffness"), IS_MISSING, remedy="give one for each blade, or spread and seed")]
+    return []
 
 
 class DiscTable(Table):
@@ -69,14 +85,7 @@ class DiscTable(Table):
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """The deviations are said in one way."""
-        given = raw.get("mistuning")
-        if not isinstance(given, Mapping):
-            return []
-        if "stiffness" in given and "spread" in given:
-            return [Fault(("mistuning", "spread"), "is given together with stiffness", remedy="keep one of them")]
-        if not {"stiffness", "spread"} & set(given):
-            return [Fault(("mistuning", "stiffness"), IS_MISSING, remedy="give one for each blade, or spread and seed")]
-        return []
+        return deviation_faults(raw)
 
 
 def _disc(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
@@ -98,7 +107,7 @@ def _disc(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Describ
         for d in {wave.phase_number(0), wave.phase_number(1)}:
             sector.phase_modes(d)
     except InputError as error:
-        found.faults += [_renamed(fault) for fault in error.faults]
+        found.faults += [renamed(fault) for fault in error.faults]
         return Described(dofs=names, made=True)
     if table.mistuning is None:
         return Described(body=Body(structure=wave), dofs=names, made=True)
@@ -119,10 +128,6 @@ def _matrices(value: Any, key: str, folder: Path, found: Gathering) -> Any:
         return found.inside((key,), read_given, value, folder)
     both = [found.inside((key, i), read_given, one, folder) for i, one in enumerate(value)]
     return None if any(one is None for one in both) else tuple(both)
-
-
-def _renamed(fault: Fault) -> Fault:
-    return replace(fault, where=(*(KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
 
 
 def _script(given: KeysToWrite, folder: Path) -> list[str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
+from slipstick.case.disc import DeviationTable, deviation_faults
 from slipstick.case.fe import (
     MOST_CONTACTS,
     Contacts,
@@ -29,6 +30,8 @@ from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, Slip
 
 if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
+    from slipstick.models.reduced_sector import ReducedSector
+    from slipstick.structure.disc import Disc
 
 _OF_FILE = ("quadratic", "fixed", "low", "high", "axis", "tolerance")
 _REDUCED = (
@@ -51,8 +54,24 @@ def _pair(value: Any) -> Any:
     return tuple(value)
 
 
+def _sets(value: Any) -> Any:
+    if isinstance(value, str) and value:
+        return value
+    if not (isinstance(value, list) and value and all(isinstance(name, str) and name for name in value)):
+        raise unexpected('an element set such as "BLADE", or a list of them')
+    return value
+
+
 Pair = Annotated[Any, PlainValidator(_pair)]
 Face = Annotated[Any, PlainValidator(_names)]
+
+
+class SetMistuningTable(DeviationTable):
+    """``mistuning = { spread = 0.02, seed = 1, blade = "BLADE" }``."""
+
+    blade: Annotated[Any, PlainValidator(_sets)] = Field(
+        description='an element set such as "BLADE", or a list of them, whose stiffness deviates'
+    )
 
 
 class DiscFeTable(ReductionTable):
@@ -89,11 +108,14 @@ class DiscFeTable(ReductionTable):
         default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y"]'
     )
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
+    mistuning: SetMistuningTable | None = Field(
+        default=None, description='a table such as { spread = 0.02, seed = 1, blade = "BLADE" }'
+    )
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The model is said in one way, and something is kept."""
-        faults = super().cross_check(raw)
+        faults = [*super().cross_check(raw), *deviation_faults(raw)]
         if "file" in raw and "size" in raw:
             faults.append(Fault("size", "is given together with file", remedy="keep one"))
         if "size" in raw:
@@ -133,13 +155,25 @@ def _disc(table: DiscFeTable, folder: Path, tell: Tell) -> Body:
                 cache=reduction_folder(folder), listener=stages(tell),
             )  # fmt: skip
             wave = sector.travelling_wave(table.engine_order)
-            for d in {wave.phase_number(0), wave.phase_number(1)}:
-                sector.structure.phase_modes(d)
+            disc = None
+            if table.mistuning is not None:
+                tell(f"structure: the modes of all {sector.sectors // 2 + 1} nodal diameters ...")
+                disc = _mistuned(sector, table.mistuning)
+            else:
+                for d in {wave.phase_number(0), wave.phase_number(1)}:
+                    sector.structure.phase_modes(d)
     except InputError:
         raise
     except SlipstickError as error:
         raise InputError(Fault(statement=str(error))) from None
-    return Body(structure=wave, sector=sector, force=table.force, seconds=time.perf_counter() - began)
+    return Body(structure=wave, sector=sector, disc=disc, force=table.force, seconds=time.perf_counter() - began)
+
+
+def _mistuned(sector: ReducedSector, table: SetMistuningTable) -> Disc:
+    try:
+        return sector.mistuned(**table.stated)
+    except InputError as error:
+        raise InputError([fault.inside("mistuning") for fault in error.faults]) from None
 
 
 def _model(table: DiscFeTable, folder: Path, tell: Tell) -> ImportedModel:
@@ -186,7 +220,12 @@ def _script(keys: KeysToWrite, _folder: Path) -> list[str]:
         if keys.take(name) is not None:
             reduction[name] = quantity_text(keys.raw[name])
     body = call("ss.reduced_sector", "model", **reduction, cache=here(CACHE))
-    return [f"model = {model}", f"body = {body}", f"structure = body.travelling_wave({order})"]
+    lines = [f"model = {model}", f"body = {body}", f"structure = body.travelling_wave({order})"]
+    mistuning = keys.take("mistuning")
+    if mistuning is not None:
+        own = {name: literal(value) for name, value in mistuning.stated.items()}
+        lines.append(f"disc = {call('body.mistuned', **own)}")
+    return lines
 
 
 DISC_FE = reducing_kind(DiscFeTable, _disc, _script)

@@ -16,18 +16,53 @@ from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell, within
 from slipstick.case.table import Frequency, MatrixGiven, NotNegative, RawTable, Table
 from slipstick.case.validation import ReadTable
-from slipstick.errors import Fault, InputError
+from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import Gathering
 
 if TYPE_CHECKING:
-    from slipstick.structure.protocol import Structure
+    from slipstick.structure.matrices import MatrixStructure
 
 KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
 _TURNING = {"gyroscopic": "gyroscopic", "circulatory": "circulatory"}
 _SPEEDS = ("speed", "engine_order")
 
 
-class MatricesTable(Table):
+class KeptTable(Table):
+    """What structures with matrices of any kind take to be made smaller."""
+
+    keep: list[str] | None = Field(default=None, min_length=1, description='a list of dofs to keep such as ["n2x"]')
+    modes: int | None = Field(
+        default=None, ge=0, le=10_000, description="a whole number >= 0, modes of the other dofs that are kept"
+    )
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """Both are given, or none."""
+        if "keep" in raw and "modes" not in raw:
+            return [Fault("modes", IS_MISSING, remedy="give how many modes of the other dofs are kept")]
+        if "modes" in raw and "keep" not in raw:
+            return [Fault("keep", IS_MISSING, remedy="give the dofs that are loaded, in contact or looked at")]
+        return []
+
+
+def kept(row: ReadTable, structure: MatrixStructure) -> MatrixStructure:
+    """The structure, made smaller where that is asked for."""
+    from slipstick.structure.reduction.craig_bampton import craig_bampton
+
+    table = row.table
+    return structure if table.keep is None else craig_bampton(structure, table.keep, modes=table.modes)
+
+
+def kept_script(keys: KeysToWrite, made: str) -> list[str]:
+    """Lines that make the same, ``made`` being the structure as it is."""
+    keep, modes = keys.take("keep"), keys.take("modes")
+    if keep is None:
+        return [f"structure = {made}"]
+    small = call("ss.models.craig_bampton", "structure", literal(keep), modes=literal(modes))
+    return [f"structure = {made}", f"structure = {small}"]
+
+
+class MatricesTable(KeptTable):
     """``[structure] kind = "matrices"``."""
 
     kind: Literal["matrices"]
@@ -49,9 +84,9 @@ class MatricesTable(Table):
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Dofs or count, not both."""
-        if "dofs" in raw and "count" in raw:
-            return [Fault("count", "is given together with dofs", remedy="keep one of them")]
-        return []
+        both = "dofs" in raw and "count" in raw
+        twice = [Fault("count", "is given together with dofs", remedy="keep one of them")] if both else []
+        return [*super().cross_check(raw), *twice]
 
 
 def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
@@ -72,11 +107,12 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
     agree = len(gathering.faults) == before
     if row.complete and agree and {"M", "K"} <= set(matrices) and names is not None:
         options = {"loss_factor": row.table.loss_factor, "dofs": names} | {key: row.get(key) for key in _SPEEDS}
-        structure = _in_case(gathering, lambda: MatrixStructure(**matrices, **options))
-        return Described(body=None if structure is None else Body(structure=structure), dofs=names, made=True)
+        structure = _in_case(gathering, lambda: kept(row, MatrixStructure(**matrices, **options)))
+        body = None if structure is None else Body(structure=structure)
+        return Described(body=body, dofs=names if structure is None else structure.dofs, made=True)
     if size is not None:
         fitting = {name: m for name, m in matrices.items() if m.shape == (size, size) and name not in _TURNING}
-        gathering.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
+        gathering.faults += [renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
     return Described(dofs=names, made=True)
 
 
@@ -108,16 +144,17 @@ def _sizes(row: ReadTable, matrices: Mapping[str, Any], size: int, gathering: Ga
         gathering.faults.append(Fault("count", found=str(count), expected=f"{size}, the rows of the {of}"))
 
 
-def _in_case(gathering: Gathering, make: Callable[[], Structure]) -> Structure | None:
+def _in_case(gathering: Gathering, make: Callable[[], MatrixStructure]) -> MatrixStructure | None:
     """A structure of the library, whose arguments have other names in the file."""
     try:
         return make()
     except InputError as error:
-        gathering.faults += [_renamed(fault) for fault in error.faults]
+        gathering.faults += [renamed(fault) for fault in error.faults]
         return None
 
 
-def _renamed(fault: Fault) -> Fault:
+def renamed(fault: Fault) -> Fault:
+    """A fault of the library's argument at the key of the file."""
     return replace(fault, where=(*(KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
 
 
@@ -139,7 +176,7 @@ def _matrices_script(keys: KeysToWrite, folder: Path) -> list[str]:
     arguments |= keys.rest("loss_factor", "engine_order")
     if keys.take("speed") is not None:
         arguments["speed"] = quantity_text(keys.raw["speed"])
-    return [*lines, f"structure = {call('ss.MatrixStructure', **arguments)}"]
+    return [*lines, *kept_script(keys, call("ss.MatrixStructure", **arguments))]
 
 
 def matrix_text(value: list[Any] | str, folder: Path) -> str:
@@ -150,7 +187,7 @@ def matrix_text(value: list[Any] | str, folder: Path) -> str:
 MATRICES = StructureKind(table=MatricesTable, build=_matrices, script=_matrices_script)
 
 
-class ModelTable(Table):
+class ModelTable(KeptTable):
     """``[structure] kind = "matrices"`` of an imported model."""
 
     kind: Literal["matrices"]
@@ -161,7 +198,7 @@ class ModelTable(Table):
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The rotation is said in one way."""
-        return rotation_faults(raw)
+        return [*super().cross_check(raw), *rotation_faults(raw)]
 
 
 def _model(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
@@ -178,15 +215,17 @@ def _model(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> De
     if model is None:
         return Described(made=True)
     matrices = {"M": model.M, "C": model.C, "K": model.K, "loss_factor": row.table.loss_factor}
-    structure = gathering.inside(("file",), lambda: MatrixStructure(**matrices, dofs=model.dofs))
-    body = None if structure is None else Body(structure=structure, model=model)
-    return Described(body=body, dofs=model.dofs, made=True)
+    whole = gathering.inside(("file",), lambda: MatrixStructure(**matrices, dofs=model.dofs))
+    structure = None if whole is None else gathering.inside((), kept, row, whole)
+    if structure is None:
+        return Described(dofs=model.dofs, made=True)
+    return Described(body=Body(structure=structure, model=model), dofs=structure.dofs, made=True)
 
 
 def _model_script(keys: KeysToWrite, _folder: Path) -> list[str]:
     arguments = {letter: f"model.{letter}" for letter in "MCK"} | {"dofs": "model.dofs"} | keys.rest("loss_factor")
     model = f"model = {call('ss.import_model', here(keys.take('file')))}"
-    return [model, *rotation_script(keys), f"structure = {call('ss.MatrixStructure', **arguments)}"]
+    return [model, *rotation_script(keys), *kept_script(keys, call("ss.MatrixStructure", **arguments))]
 
 
 MODEL = StructureKind(table=ModelTable, build=_model, script=_model_script)

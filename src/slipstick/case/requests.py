@@ -1,4 +1,4 @@
-"""Tables that a verb of its own computes: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``.
+"""Tables that a verb of its own computes: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``.
 
 Another one is another class here, and its name in :data:`slipstick.case.sections.REQUESTS`.
 """
@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator
 
-from slipstick.case.table import Positive, Table, positive_frequency, unexpected
+from slipstick.case.table import NotNegative, Positive, Table, is_number, positive_frequency, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import shown, suggestion
 
@@ -138,6 +138,67 @@ class CyclesTable(RequestTable):
         yield from _at_faults(self)
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
+
+
+def _by_contact(value: Any) -> Any:
+    """A number >= 0 for all contacts, or numbers, or lists of them, by name."""
+    expected = "a number >= 0, or numbers by the names of contacts such as { tip = 1e-9 }"
+    by_name = value if isinstance(value, dict) and value else {"": value}
+    for numbers in by_name.values():
+        several = numbers if isinstance(numbers, list) and numbers and by_name is value else [numbers]
+        if not all(is_number(number) and number >= 0 for number in several):
+            raise unexpected(expected)
+    return value
+
+
+def _frequency_or_peak(value: Any) -> Any:
+    return value if value == "peak" else positive_frequency(value)
+
+
+ByContact = Annotated[Any, PlainValidator(_by_contact)]
+FrequencyOrPeak = Annotated[Any, PlainValidator(_frequency_or_peak)]
+
+
+class WearTable(RequestTable):
+    """``[wear]``: wear of the contacts over cycles of vibration."""
+
+    verb: ClassVar[str] = "wear"
+
+    kappa: ByContact = Field(description="gap opened per dissipated energy, a number or numbers by name of contact")
+    start: NotNegative = Field(default=0.0, alias="from", description="a number >= 0 of cycles")
+    stop: Positive = Field(alias="to", description="a number > 0 of cycles")
+    omega: FrequencyOrPeak = Field(description='a frequency such as 9.0 or "50 Hz", or "peak"')
+    range: Frequencies | None = Field(default=None, description='of "peak": ' + _OMEGA)
+    dof: str | None = Field(default=None, description='of "peak": the name of an output')
+    depth: ByContact = Field(default=None, description="a depth > 0, or depths by name of contact")
+    at: list[float] = Field(default=[], description="a list of numbers of cycles that become exact points")
+    method: Literal["auto", "explicit", "implicit"] = Field(
+        default="auto", description='one of "auto", "explicit", "implicit"'
+    )
+    tolerance: Positive = Field(default=1e-7, le=0.1, description="a number from 1e-14 to 0.1", ge=1e-14)
+    max_change: Positive = Field(default=0.05, le=1.0, description="a number from 1e-6 to 1", ge=1e-6)
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """Contacts, cycles, range of frequencies, dof."""
+        from slipstick.analysis.wear.wear import depths, worn_problem
+
+        try:
+            worn_problem(problem, self.kappa)
+            if self.depth is not None:
+                depths(self.depth, problem.elements)
+        except InputError as error:
+            yield from error.faults
+        if not self.start < self.stop:
+            yield Fault("to", f"is {self.stop:g}, not more than from", remedy="give a range that is not empty")
+        for i, value in enumerate(self.at):
+            if not self.start <= value <= self.stop:
+                yield Fault(("at", i), found=f"{value:g}", expected=f"cycles from {self.start:g} to {self.stop:g}")
+        if self.omega == "peak":
+            yield from (replace(fault, where=("range",)) for fault in _omega_faults(self.range, swept))
+        for name in ("range", "dof"):
+            if self.omega != "peak" and getattr(self, name) is not None:
+                yield Fault(name, 'is for omega = "peak", but a frequency is given', remedy="leave it out")
+        yield from _dof_faults(problem, self.dof)
 
 
 def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Iterator[Fault]:

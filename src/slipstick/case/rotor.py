@@ -154,6 +154,7 @@ class RotationTable(Table):
     models: Annotated[dict[float, str], PlainValidator(_by_speed)] | None = Field(
         default=None, description='a table of model files by speed, such as { "3000 rpm" = "model_3000.h5" }'
     )
+    coriolis: bool = Field(default=False, description="true or false: Coriolis forces of the mesh too")
 
 
 def rotation_faults(raw: RawTable) -> list[Fault]:
@@ -179,9 +180,12 @@ def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tel
     tell(f"structure: stiffness at {table.speed:g} rad/s{'' if table.models else f', or reading it from {CACHE}'} ...")
     try:
         if table.models is None:
-            return turned_model(model, table.speed, axis=axis_arguments(table.axis), cache=reduction_folder(folder))
+            return turned_model(
+                model, table.speed, axis=axis_arguments(table.axis), cache=reduction_folder(folder),
+                coriolis=table.coriolis,
+            )  # fmt: skip
         others = {s: load_model(inside(folder, name), quiet=True) for s, name in table.models.items()}
-        return turned_model(model, table.speed, others=others)
+        return turned_model(model, table.speed, others=others, coriolis=table.coriolis)
     except InputError as error:
         raise InputError([fault.inside("rotation") for fault in error.faults]) from None
 
@@ -197,4 +201,5 @@ def rotation_script(keys: KeysToWrite) -> list[str]:
     if table.models is not None:
         models = (f"{literal(s)}: {call('ss.import_model', here(name))}" for s, name in table.models.items())
         arguments["others"] = f"{{{', '.join(models)}}}"
+    arguments |= {"coriolis": "True"} if table.coriolis else {}
     return [f"model = {call('ss.at_speed', 'model', quantity_text(raw['speed']), **arguments)}"]

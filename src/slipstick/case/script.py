@@ -6,6 +6,7 @@ import json
 import re
 import textwrap
 from pathlib import Path
+from typing import Any
 
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
@@ -93,7 +94,7 @@ def _problem(raw: RawTable, folder: Path) -> str:
     thermal = ThermalTable.model_validate(raw["thermal"]) if "thermal" in raw else None
     contacts = contacts_script(raw["contact"], thermal)
     loads = [load_script(load, i + 1) for i, load in enumerate(raw.get("load", []))]
-    tables = [contact_table(contact).model_validate(contact) for contact in raw["contact"]]
+    tables: list[Any] = [contact_table(contact).model_validate(contact) for contact in raw["contact"]]
     lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
     top = KeysToWrite({key: value for key, value in raw.items() if key not in CASE_SECTIONS}, TopTable)
     top.take("format")

@@ -12,15 +12,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slipstick.case.beam_rotor import ROTOR
 from slipstick.case.blade import BLADE
 from slipstick.case.contact import contact_table
 from slipstick.case.disc import DISC
 from slipstick.case.disc_fe import DISC_FE
 from slipstick.case.fe import FE
+from slipstick.case.free import FREE
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import MATRICES, MODAL, MODEL
 from slipstick.case.output import OutputTable
-from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable
+from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable, WearTable
 from slipstick.case.response import ResponseTable
 from slipstick.case.structure import Described, StructureKind, Tell, silent
 from slipstick.case.table import RawTable, Table, toml
@@ -30,11 +32,14 @@ from slipstick.case.validation import ReadTable, close_key, key_suggestion, read
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
 from slipstick.faults import Gathering, suggestion
 
-STRUCTURES: Mapping[str, StructureKind] = {"matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE, "disc": DISC}
+STRUCTURES: Mapping[str, StructureKind] = {
+    "matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE, "disc": DISC, "rotor": ROTOR, "free": FREE
+}  # fmt: skip
 """Kinds of ``[structure]``."""
 
 REQUESTS: Mapping[str, type[RequestTable]] = {
-    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable
+    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable,
+    "wear": WearTable,
 }  # fmt: skip
 """Tables that a verb of its own computes."""
 

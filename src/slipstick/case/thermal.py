@@ -211,6 +211,7 @@ def thermal_model(
         curve={contact.name: curve for contact in contacts if (curve := _curve(contact.row.table)) is not None},
         background={name: common if value is None else value for name, value in backgrounds.items()},
         resistance=resistance,
+        contacts=names,
     )
 
 
@@ -283,7 +284,7 @@ def _resistance_text(
         lines.append("names = [name for pair in contacts for name in pair.elements]")
         items = [_by_name(t, literal(alone.get(t.name, 0.0)), variables) for t in tables]
         lines.append(f"own = {{{', '.join(items)}}}")
-        return {"resistance": "np.diag([own[name] for name in names])"}
+        return {"resistance": "np.diag([own[name] for name in names])", "contacts": "names"}
     if top.influence == OF_STRUCTURE:
         matrix, heated, beside = _conducted_text(tables, top, variables, alone, lines)
     else:
@@ -302,7 +303,7 @@ def _resistance_text(
         every = f"[pair.name for pair in {chosen} if pair.name not in heated]" if chosen else literal([table.name])
         lines.append(f"for i in map(names.index, {every}):")
         lines.append(f"    resistance[i, i] = {literal(beside[table.name])}")
-    return {"resistance": "resistance"}
+    return {"resistance": "resistance", "contacts": "names"}
 
 
 def _conducted_text(

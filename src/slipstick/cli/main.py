@@ -12,7 +12,8 @@ import typer
 from slipstick.cli.verb import app
 
 VERBS = (
-    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "campbell", "interference"),
+    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear"),
+    *("campbell", "interference"),
     *("check", "init", "import_", "info", "verify"),
 )
 """Files in the folder of that name, each with a function of its own name, in the order of the help."""

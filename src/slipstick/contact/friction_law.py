@@ -22,6 +22,7 @@ class FrictionLaw(Law):
 
     ports: tuple[str, ...] = ("tangential", "normal")
     kind: ClassVar[str] = "friction"
+    coulomb: ClassVar[bool] = True
     derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)
     dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL_PORT,)
     """The normal force is elastic: its work over a period is zero."""

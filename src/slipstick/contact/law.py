@@ -166,6 +166,9 @@ class Law(ABC):
         Names of what an element remembers beside its motion: the unknowns of ``rate``, such as ("z",).
     regimes
         How it runs in time if it switches between regimes that are each smooth; ``rate`` is not asked then.
+    coulomb
+        Whether it is dry friction with the limit ``mu N`` at any velocity: between surfaces that do not move on their
+        own it takes energy out, and under a constant normal load mu and the load are one parameter.
     """
 
     if TYPE_CHECKING:
@@ -201,6 +204,11 @@ class Law(ABC):
     def memory(self) -> tuple[str, ...]:
         """Names of what an element remembers."""
         return ()
+
+    @default
+    def coulomb(self) -> bool:
+        """Whether it is dry friction with the limit ``mu N`` at any velocity."""
+        return False
 
     @abstractmethod
     def changed(self, **values: Numbers) -> Law:

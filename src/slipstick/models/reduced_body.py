@@ -35,6 +35,7 @@ from slipstick.fem.equations import COMPONENTS
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, skin_rows, with_contacts
+from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
 from slipstick.structure.reduction.reduce import SkinRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, tools
 from slipstick.typing import Array, Matrix, Reals
@@ -396,8 +397,20 @@ def _with_kept(whole: ContactModel, model: ImportedModel, keep: Sequence[str]) -
     return {**whole.request, "keep": directions, "names": (*whole.points.dofs, *keep)}
 
 
+_ROUNDING = 1e-12
+"""Of a skew-symmetric matrix, its symmetric part at most."""
+
+
 def _unused(model: ImportedModel) -> Iterator[str]:
-    if model.C is not None and model.C.nnz:
+    if model.C is None or not model.C.nnz:
+        return
+    if not is_symmetric(model.C):
+        yield (
+            f"{model.source}: holds Coriolis forces, which a reduction to real modes leaves out; for these make an "
+            "ss.MatrixStructure of its matrices and reduce it with ss.models.craig_bampton (in a case file "
+            'kind = "matrices" with keep and modes)'
+        )
+    if abs(symmetric_part(model.C)).max() > _ROUNDING * abs(model.C).max():
         yield (
             f"{model.source}: holds a damping matrix, which a reduction to real modes does not use; give "
             "loss_factor or damping_ratio"

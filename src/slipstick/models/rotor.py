@@ -235,14 +235,17 @@ def beam_rotor(
     checks.take(one, "material", material, Material, "an ss.Material")
     ci = checks.take(number, "internal_damping", internal_damping, "a time >= 0", above=0.0)
     count = 1 + sum(piece.elements for piece in pieces if piece is not None)
-    for name, things in (("discs", given_discs), ("bearings", given_bearings)):
-        for thing in things:
+    placed: dict[str, Sequence[Disc | Bearing]] = {"discs": given_discs, "bearings": given_bearings}
+    for name, things in placed.items():
+        for i, thing in enumerate(things):
             if thing.node >= count:
-                checks.faults.append(Fault((name, "node"), found=str(thing.node), expected=f"at most {count - 1}"))
+                checks.faults.append(Fault((name, i, "node"), found=str(thing.node), expected=f"at most {count - 1}"))
     if not pieces:
         checks.faults.append(Fault("shaft", "there is none", remedy="give one ss.models.Shaft or more"))
     if speed is None and engine_order is None:
         checks.faults.append(Fault("speed", "is not given", remedy="give speed, or engine_order; 0.0 at rest"))
+    if ci and engine_order is not None:
+        checks.faults.append(Fault("internal_damping", "is given with an engine order", remedy="give a fixed speed"))
     checks.end()
     lengths = [(piece, piece.length / piece.elements) for piece in pieces for _ in range(piece.elements)]
     size = 4 * count

@@ -11,6 +11,7 @@ _FIGURES = {
     "discs": "disc",
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping",
+    "worn": "wear",
     "rotor": "campbell interference",
     "study": "study_map study_curves percentile_convergence",
     "quantities": "abscissa_text",

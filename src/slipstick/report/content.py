@@ -195,6 +195,7 @@ _NOTED = {
     "peaks": ("optimum", "turning point", "tie", "corner", "requested"),
     "modes": ("requested", "turning point"),
     "cycles": (*_BIFURCATIONS, "requested"),
+    "wear": ("start", "requested", "worn out", "separation", "end"),
 }
 """Kinds of points that are listed for each analysis, beside the peaks of a response."""
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.report.encoding import Indices, packed
 from slipstick.results.measures import phase_of
-from slipstick.results.schema import branch_parts, is_self_excited
+from slipstick.results.schema import CYCLES, branch_parts, is_self_excited
 from slipstick.results.stability import between_known
 from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import Array
@@ -23,7 +23,7 @@ _ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
 _FRACTIONS = ("stick_fraction", "slip_fraction", "separation_fraction")
 _STATES = tuple(variable.name for variable in STATE_VARIABLES)
-_FIRST = ("dissipated_power", *_STATES, "friction_coefficient", *_FRACTIONS)
+_FIRST = ("worn_depth", "normal_load", "dissipated_power", *_STATES, "friction_coefficient", *_FRACTIONS)
 _ALWAYS = ("dissipated_power", "friction_coefficient")
 _OVER = {
     "response": ("omega",),
@@ -31,12 +31,13 @@ _OVER = {
     "peaks": ("parameter", "omega"),
     "modes": ("modal_amplitude", "omega", "load_factor"),
     "cycles": ("parameter", "omega"),
+    "wear": ("parameter",),
 }
 """What the results of each analysis can be drawn over, the first to begin with."""
 _OF_POINTS = ("omega", "modal_damping", "modal_amplitude", "load_factor", "multiplier_max")
 _WORK = ("truncation", "newton_iterations")
 _BEGIN = {"modes": "omega"}
-COMPANIONS = {"peaks": "omega", "modes": "modal_damping", "cycles": "omega"}
+COMPANIONS = {"peaks": "omega", "modes": "modal_damping", "cycles": "omega", "wear": "worn_depth"}
 """The quantity drawn beside the one that is chosen: the other half of the result."""
 
 
@@ -63,7 +64,9 @@ def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
 
 
 def analysis_of(dataset: ResultTable) -> str:
-    """The kind of results: "response", "parameter", "peaks" over a parameter, "modes" or "cycles"."""
+    """The kind of results: "response", "parameter", "peaks" over a parameter, "modes", "cycles" or "wear"."""
+    if str(dataset.attrs.get("parameter", "")) == CYCLES and CYCLES in dataset:
+        return "wear"
     if "modal_damping" in dataset:
         return "modes"
     if is_self_excited(dataset):

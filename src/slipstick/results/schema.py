@@ -36,8 +36,11 @@ NEAR_PEAK, NEAR_FOLD = "near peak", "near turning point"
 
 POINT_KINDS = (
     "start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS, "optimum", "tie", "corner",
-    NEAR_PEAK, NEAR_FOLD, "interpolated",
+    NEAR_PEAK, NEAR_FOLD, "worn out", "separation", "interpolated",
 )  # fmt: skip
+
+CYCLES = "cycles"
+"""Stands for the name of a parameter where wear goes on over cycles of vibration."""
 
 REQUESTED = "requested"
 """Attribute of the values at which points are wanted."""

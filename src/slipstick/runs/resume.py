@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.resume import Checkpoint, resumable
+from slipstick.analysis.wear.wear import WearCheckpoint
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.case.source import read_text
@@ -20,9 +21,9 @@ from slipstick.io.journal import Recorded, journal_of, read_journal, unpacked
 from slipstick.io.loading import load, load_dataset, load_table
 from slipstick.io.problem import fingerprint
 from slipstick.results import schema
-from slipstick.results.schema import Layout, layout_of
+from slipstick.results.schema import Layout
 from slipstick.runs.folder import FolderOfRun
-from slipstick.runs.run import UNFINISHED, Begun, CaseRun
+from slipstick.runs.run import UNFINISHED, WEAR, Begun, CaseRun, run_layout
 from slipstick.runs.study import StudyRun, holds_study
 from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
 
@@ -149,14 +150,23 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun 
     told = case.warnings()
     for sentence in told:
         doubt(sentence)
-    size = case.balance.size
+    run = CaseRun(case, place, told, wear=recorded.about.get("analysis") == WEAR)
     try:
-        checkpoints = [Checkpoint.from_plain(unpacked(note), size) for note in recorded.notes]
+        run.begun = Begun(recorded, _checkpoints(recorded, run))
     except InputError as error:
         raise InputError(f"{journal}: {error}") from None
-    _same_problem(case, recorded.layout, str(recorded.about.get("problem")), journal)
+    _same_problem(run, recorded.layout, str(recorded.about.get("problem")), journal)
     place.keep_case(path.name, text)
-    return CaseRun(case, place, told, Begun(recorded, checkpoints[: resumable(checkpoints)]))
+    return run
+
+
+def _checkpoints(recorded: Recorded, run: CaseRun) -> Sequence[Checkpoint] | Sequence[WearCheckpoint]:
+    """Those of the points up to the last one that a run can go on from."""
+    notes = [unpacked(note) for note in recorded.notes]
+    if run.wear:
+        return [WearCheckpoint.from_plain(note) for note in notes]
+    checkpoints = [Checkpoint.from_plain(note, run.case.balance.size) for note in notes]
+    return checkpoints[: resumable(checkpoints)]
 
 
 def _ended(place: FolderOfRun, journal: Path) -> Ended | None:
@@ -220,11 +230,11 @@ def _same_text(text: str, copies: Sequence[Path]) -> None:
             )
 
 
-def _same_problem(case: Case, layout: Layout, begun_with: str, journal: Path) -> None:
+def _same_problem(run: CaseRun, layout: Layout, begun_with: str, journal: Path) -> None:
     """Raises InputError where files that the case names have changed."""
-    present = layout_of(case.problem(), parameter=case.parameter or "", stability=bool(case.response.judged))
+    present = run_layout(run.case, run.request if run.wear else None)
     same = (present.labels, present.variables) == (layout.labels, layout.variables)
-    if not same or fingerprint(case.problem()) != begun_with:
+    if not same or fingerprint(run.problem) != begun_with:
         raise InputError(
             f"{journal}: the run is of other numbers: a file that the case names, or what it is reduced to, has "
             "changed since it began; put it back, or run the case anew into another folder"

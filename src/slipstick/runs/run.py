@@ -10,7 +10,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.record import Run, Sink, undisturbed
 from slipstick.analysis.curve.resume import Checkpoint
@@ -22,11 +22,16 @@ from slipstick.io.journal import Recorded
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import ResultStore
 from slipstick.results.record import Point, Recorder
-from slipstick.results.schema import Layout, attributes_of
+from slipstick.results.schema import CYCLES, Layout, attributes_of
 from slipstick.results.table import ResultTable
 from slipstick.runs.failures import fault_sentence, os_sentence
 from slipstick.runs.folder import SUBHARMONICS, OutputFolder
 from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.analysis.wear.wear import WearCheckpoint, WearRequest
+    from slipstick.balance.problem import Problem
 
 UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
 """Outcomes of a run that can be gone on with."""
@@ -37,7 +42,11 @@ class Begun:
     """A run that ended before it was done: its journal, and the checkpoints of the points that are kept."""
 
     recorded: Recorded
-    checkpoints: Sequence[Checkpoint]
+    checkpoints: Sequence[Checkpoint] | Sequence[WearCheckpoint]
+
+
+WEAR = "wear"
+"""What a journal calls the run of ``[wear]``; that of ``[response]`` has no name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,6 +129,13 @@ class _Clock(Listener):
             raise TimeIsUp
 
 
+def run_layout(case: Case, request: CurveRequest | WearRequest | None = None) -> Layout:
+    """Variables of the results of a case: of what is asked for, or else of its ``[response]``."""
+    if request is not None:
+        return request.recorder().layout
+    return Recorder(case.balance, parameter=case.parameter or "", stability=bool(case.response.judged)).layout
+
+
 @dataclass
 class CaseRun:
     """One run of a case into a folder; its points survive however it ends."""
@@ -129,6 +145,8 @@ class CaseRun:
     told: Sequence[str] = ()
     """Warnings of the case."""
     begun: Begun | None = None
+    wear: bool = False
+    """Whether it is that of ``[wear]``, not of ``[response]``."""
     until: float = math.inf
     """When its time is up, of the monotonic clock."""
     doubts: Sequence[str] = ()
@@ -144,21 +162,39 @@ class CaseRun:
 
     def compute(self, listener: RunListener | None = None) -> None:
         """Follow the branch; every point goes to the store at once."""
-        parameter, judged = self.case.parameter or "", bool(self.case.response.judged)
-        layout = Recorder(self.case.balance, parameter=parameter, stability=judged).layout
+        layout = run_layout(self.case, self.request if self.wear else None)
         self._open(replace(layout, attributes=self._unfinished()))
         self._follow(listener or RunListener())
         self._close()
 
     def finish(self) -> None:
         """Follow motion of twice the period, where that is asked for; the results take the place of earlier ones."""
-        if self.case.response.follow is not None and self.complete and self.points:
+        if self.case.response.follow is not None and not self.wear and self.complete and self.points:
             try:
                 self._follow_doubled()
             except Exception as error:
                 self.failures.append(f"twice the period: {fault_sentence(error)}")
         if self.complete:
             self.folder.complete()
+
+    @property
+    def shown_in(self) -> tuple[float, str]:
+        """The unit that what is followed is shown in: its size, and how it stands after a number."""
+        return (1.0, " cycles") if self.wear else self.case.shown_in
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last value of what is followed."""
+        return (self.request.start, self.request.stop) if self.wear else self.case.span
+
+    @property
+    def asked(self) -> str:
+        """What is computed, in words."""
+        if not self.wear:
+            return self.case.request
+        first, last, table = *self.span, self.case.further["wear"]
+        at = "the peak of the response" if table.omega == "peak" else self.case.frequency_text(table.omega)
+        return f"wear from {first:g} to {last:g} cycles at {at}"
 
     @property
     def points(self) -> int:
@@ -185,13 +221,26 @@ class CaseRun:
         """How it ended, in words."""
         return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
 
+    @cached_property
+    def request(self) -> CurveRequest | WearRequest:
+        """What is computed; its warnings are those of the case, or among ``doubts``."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            return self.case.wear() if self.wear else self.case.curve()
+
+    @property
+    def problem(self) -> Problem:
+        """What vibrates, with contacts that wear where they do."""
+        return self.request.problem if self.wear else self.case.problem()
+
     def _open(self, layout: Layout) -> None:
-        problem = self.case.problem()
+        problem = self.problem
         if self.begun is not None:
             recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
             self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
             return
         about = {"case_path": str(self.case.path.resolve()), "problem": fingerprint(problem)}
+        about |= {"analysis": WEAR} if self.wear else {}
         self.store = ResultStore(self.folder.results, layout, problem, about=about)
         self.folder.copy_case()
 
@@ -201,10 +250,11 @@ class CaseRun:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", SlipstickWarning)  # of the case, or among ``doubts``
-                run = replace(self.case.curve(), checkpoints=checkpoints).run()
+                request: Any = self.request  # checkpoints are of its kind
+                run = replace(request, checkpoints=checkpoints).run()
                 sink = _Stored(run, self.store, listener)
                 for last in checkpoints[-1:]:
-                    listener(GoingOn(points=run.count, value=float(last.state[-1]), part=last.part))
+                    listener(GoingOn(points=run.count, value=last.value, part=last.part))
                 with undisturbed():
                     for _ in run.follow(sink, _Clock(self.until), listener, guard=nullcontext):
                         pass
@@ -238,9 +288,8 @@ class CaseRun:
     def _unfinished(self) -> Mapping[str, Any]:
         """What an unfinished file says."""
         unfinished = "unfinished: the run ended before it could say why; every point found is kept"
-        attributes = attributes_of(
-            self.case.problem(), Outcome.INTERRUPTED, unfinished, self.told, parameter=self.case.parameter or ""
-        )
+        parameter = CYCLES if self.wear else self.case.parameter or ""
+        attributes = attributes_of(self.problem, Outcome.INTERRUPTED, unfinished, self.told, parameter=parameter)
         return {**attributes, **self.case.names}
 
     def _follow_doubled(self) -> None:

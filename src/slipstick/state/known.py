@@ -8,12 +8,14 @@ from typing import Any
 from slipstick.state.contact_state import StateVariable
 from slipstick.state.thermal.friction_curve import FrictionCurve
 from slipstick.state.thermal.model import TEMPERATURE, ThermalModel
+from slipstick.state.wear import WearModel
 
 STATE_VARIABLES: tuple[StateVariable, ...] = (TEMPERATURE,)
 """In all results, whether contacts have the state or not."""
 
 STORED_STATES: dict[str, tuple[type, Any]] = {
     "thermal": (ThermalModel, lambda model: {f.name: getattr(model, f.name) for f in fields(model)}),
+    "wear": (WearModel, lambda model: {"kappa": model.kappa}),
     "friction curve": (FrictionCurve, lambda curve: {**curve.tables, "interpolation": curve.interpolation}),
 }
 """What a results file calls each part of their models, and the arguments that make an equal one."""

@@ -138,6 +138,15 @@ def test_wrong_arguments(change, sentence):
         ss.nonlinear_modes(chain(), **({"amplitude": (0.01, 0.1)} | change))
 
 
+def test_a_travelling_wave_is_refused_and_what_tells_its_mode_is_said():
+    sector = ss.CyclicStructure(M=[[1.0]], K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=4)
+    law = ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0)
+    pair = ss.ContactPair(name="c", tangential={"x": 1.0, "x@next": -1.0}, contact=law)
+    problem = ss.Problem(sector.travelling_wave(1), contacts=pair, harmonics=[0, 1])
+    with raises_fault("problem", says="take limit cycles of its sector"):
+        ss.nonlinear_modes(problem, amplitude=(1.0, 2.0))
+
+
 def test_motions_that_free_vibration_has_not_are_refused():
     with raises_fault("contact", "damper", says="moves periodically"):
         ss.nonlinear_modes(oscillator(cos={1: 2.0}), amplitude=(1.0, 2.0))

@@ -102,3 +102,28 @@ def test_another_wave_that_grows_is_counted_and_named():
     assert "there is no Hopf point" in branch.message
     assert int(last.unstable_multipliers) == 2
     assert int(last.wave_number) == 4
+
+
+@pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+def test_the_nonlinear_mode_of_a_wave_is_the_line_of_its_forced_peaks() -> None:
+    """Limit cycles of a sector from which mass-proportional damping xi is taken, ``C = -M``.
+
+    What xi gives is given by a load in phase with the velocity: ``p |q_tip| = xi w q^H M q`` at the peak.
+    """
+    blade, disc, between = 4.0e4, 4.0e5, 1.5e5
+    M, K = np.diag([0.3, 1.2]), np.array([[blade, -blade], [-blade, blade + disc + 2.0 * between]])
+    given = {"M": M, "K": (K, np.diag([0.0, -between])), "dofs": ["tip", "disc"], "sectors": 6, "loss_factor": 2e-3}
+    law = ss.FrictionContact(kt=4.0e3, mu=0.3, normal_load=10.0)
+    common = {"contacts": ss.ContactPair(name="shroud", contact=law, tangential={"tip": 1.0, "tip@next": -1.0}),
+              "harmonics": [0, 1, 3]}  # fmt: skip
+    taken = ss.CyclicStructure(**given, C=-M, damping=0.0).travelling_wave(1)
+    cycles = ss.limit_cycles(ss.Problem(taken, **common), "damping", (0.0, 4.0), requested=3.0)
+    mode = cycles.dataset.isel(point=cycles.at(3.0))
+    w, q = float(mode.omega), mode.displacement.sel(dof=["tip", "disc"], coefficient=["c1", "s1"]).values
+    load = 3.0 * w * np.sum(M.diagonal()[:, None] * q**2) / np.hypot(*q[0])
+    wave = ss.CyclicStructure(**given).travelling_wave(1)
+    forced = ss.Problem(wave, **common, loads=ss.Load(dof="tip", amplitude=load), outputs=["tip"])
+    ((at, size),) = ss.forced_response(forced, omega=(0.98 * w, 1.02 * w)).peaks("tip")
+    assert at == pytest.approx(w, rel=2e-4)
+    assert size == pytest.approx(float(mode.amplitude.sel(dof="tip")), rel=2e-3)

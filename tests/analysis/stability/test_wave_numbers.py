@@ -23,6 +23,7 @@ CASES = [
     pytest.param(6, 2, SLIPPING, 0.3, id="slipping"),
     pytest.param(6, -1, SEPARATING, 0.3, id="separating"),
     pytest.param(6, 3, SLIPPING, 0.3, id="standing"),
+    pytest.param(12, 4, STUCK, 0.0, id="N = 12, stuck", marks=pytest.mark.verify),
     pytest.param(12, 4, SLIPPING, 0.3, id="N = 12", marks=pytest.mark.verify),
     pytest.param(12, 7, SEPARATING, 0.0, id="N = 12, backward", marks=pytest.mark.verify),
 ]
@@ -70,14 +71,17 @@ def test_multipliers_of_the_ring_are_those_of_some_wave_number(
     exact = ring_watch.at(ring_x, ring_detail)
     largest = exact.multipliers[np.abs(exact.multipliers) > 0.5]
     assert largest.size >= sectors
-    forms = [_at(form, balance.receptance, k) for k in range(sectors)]
-    worst = 0.0
-    for multiplier in largest:
-        start = np.log(multiplier) / period
-        found = [own.exponent(start) for own in forms]
-        near = min(abs(np.exp(e * period) - multiplier) for e in found if e is not None)
-        worst = max(worst, near)
+    worst = _furthest(form, balance.receptance, sectors, period, largest)
     assert worst < (1e-9 if force == STUCK and not velocity else 0.02)
+
+
+def _furthest(form: Any, receptance: Any, sectors: int, period: float, multipliers: Any) -> float:
+    """How far the worst of some multipliers is from the nearest one of all wave numbers."""
+    forms, worst = [_at(form, receptance, k) for k in range(sectors)], 0.0
+    for multiplier in multipliers:
+        found = [own.exponent(np.log(multiplier) / period) for own in forms]
+        worst = max(worst, min(abs(np.exp(e * period) - multiplier) for e in found if e is not None))
+    return worst
 
 
 def _at(form: Any, receptance: Any, k: int) -> Any:
@@ -102,43 +106,65 @@ FED = pytest.mark.filterwarnings("ignore:the structure's damping feeds energy in
 
 @FED
 @pytest.mark.parametrize(
-    ("number", "force", "fed", "expected"),
-    [(1, STUCK, 10.0, 2), (1, STUCK, 20.0, 2), (2, SLIPPING, 20.0, 0), (2, SLIPPING, 40.0, 2), (5, SLIPPING, 40.0, 2)],
-)
-def test_a_nodal_diameter_that_the_gas_feeds(number: int, force: complex, fed: float, expected: int) -> None:
-    """One of all waves, forward or backward: the count is that of the ring in time, with the gas about 9 rad/s."""
-    plain = wave_problem(6, 2, pairs(proportional=False), force, 0.0)
-    kappa = np.full(6, 0.5j)
+    ("sectors", "engine_order", "number", "force", "fed", "about", "expected"),
+    [
+        (6, 2, 1, STUCK, 10.0, 9.0, 2), (6, 2, 1, STUCK, 20.0, 9.0, 2), (6, 2, 2, SLIPPING, 20.0, 9.0, 0),
+        (6, 2, 2, SLIPPING, 40.0, 9.0, 2), (6, 2, 5, SLIPPING, 40.0, 9.0, 2),
+        pytest.param(12, 4, 1, STUCK, 10.0, 9.0, 2, marks=pytest.mark.verify),
+        pytest.param(12, 4, 9, STUCK, 20.0, 9.0, 2, marks=pytest.mark.verify),
+        pytest.param(12, 4, 5, SLIPPING, 20.0, 16.7, 0, marks=pytest.mark.verify),
+        pytest.param(12, 4, 5, SLIPPING, 40.0, 16.7, 2, marks=pytest.mark.verify),
+    ],
+)  # fmt: skip
+def test_a_nodal_diameter_that_the_gas_feeds(
+    sectors: int, engine_order: int, number: int, force: complex, fed: float, about: float, expected: int
+) -> None:
+    """One of all waves, forward or backward: the count is that of the ring in time, its gas as at ``about``, rad/s."""
+    plain = wave_problem(sectors, engine_order, pairs(proportional=False), force, 0.0)
+    kappa = np.full(sectors, 0.5j)
     kappa[number] = -1j * fed
     sector = plain.structure.sector.with_aerodynamics(kappa, np.diag([1.0, 0.0, 0.0]))  # type: ignore[attr-defined]
     problem = ss.Problem(
-        sector.travelling_wave(2), contacts=plain.contacts, loads=plain.loads, harmonics=plain.harmonics
+        sector.travelling_wave(engine_order), contacts=plain.contacts, loads=plain.loads, harmonics=plain.harmonics
     )
-    assert any(f"nodal diameter {min(number, 6 - number)})" in sentence for sentence in problem_warnings(problem))
+    assert any(f"nodal diameter {min(number, sectors - number)})" in sentence for sentence in problem_warnings(problem))
     x, detail, watch, _ = judged(problem, 7.9)
     found = watch.at(x, detail)
     ring_x, ring_detail, _, balance = judged(sector.mistuned().problem(problem), 7.9)
-    exact = StabilityWatch(balance, damping_at=9.0).at(ring_x, ring_detail)
+    exact = StabilityWatch(balance, damping_at=about).at(ring_x, ring_detail)
     assert found.unstable == exact.unstable == expected
     if expected:
         # frequency and wave number are told apart from the next one's by omega and the engine order
-        assert (found.wave_number - number) % 2 == 0 or (found.wave_number + number) % 2 == 0
+        assert 0 in ((found.wave_number - number) % engine_order, (found.wave_number + number) % engine_order)
 
 
 @FED
-@pytest.mark.parametrize(("fed", "grows"), [(0.0, False), (0.45, True), (1.2, True)])
-def test_viscous_damping_below_zero_in_some_nodal_diameters(fed: float, grows: bool) -> None:
-    """Coupled to the neighbours: the same equations for both; how many grow is found from all wave numbers."""
+@pytest.mark.parametrize(
+    ("sectors", "engine_order", "fed", "grows"),
+    [
+        (6, 2, 0.0, False), (6, 2, 0.45, True), (6, 2, 1.2, True),
+        pytest.param(12, 4, 0.0, False, marks=pytest.mark.verify),
+        pytest.param(12, 4, 0.45, True, marks=pytest.mark.verify),
+        pytest.param(12, 4, 1.2, True, marks=pytest.mark.verify),
+    ],
+)  # fmt: skip
+def test_viscous_damping_below_zero_in_some_nodal_diameters(
+    sectors: int, engine_order: int, fed: float, grows: bool
+) -> None:
+    """Coupled to the neighbours: the same equations for both; what grows is found from all wave numbers."""
     matrices = pairs(proportional=False)
     C0, C1 = matrices["C"]
     matrices["C"] = C0 - 0.8 * fed * np.eye(3), C1 + 0.6 * fed * np.eye(3)
-    given = 6, 2, matrices, SLIPPING, 0.3
+    given = sectors, engine_order, matrices, SLIPPING, 0.3
     wave, ring = wave_problem(*given, loss=0.0), whole_ring(*given, loss=0.0)
-    x, detail, watch, _ = judged(wave, 7.9)
+    x, detail, watch, balance = judged(wave, 7.9)
     ring_x, ring_detail, ring_watch, _ = judged(ring, 7.9)
     exact, found = ring_watch.at(ring_x, ring_detail), watch.at(x, detail)
     assert found.unstable == exact.unstable
     assert (exact.unstable > 0) == grows
+    growing = exact.multipliers[np.abs(exact.multipliers) > 1.0]
+    assert growing.size >= exact.unstable
+    assert _furthest(watch.form(x, detail), balance.receptance, sectors, 2.0 * np.pi / 7.9, growing) < 0.03
 
 
 @FED

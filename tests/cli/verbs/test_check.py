@@ -94,6 +94,47 @@ def test_a_law_that_is_no_friction_is_not_said_to_hold() -> None:
     )
 
 
+PLANAR = ss.PlanarFrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+
+
+@pytest.mark.parametrize(
+    "rubbing, expected",
+    [
+        (
+            {"velocity": (3.0, 0.0)},
+            "its side slides at 3 over the opposing surface in the direction of +x: friction holds it back, pushing it "
+            "towards -x; the opposing surface moves towards -x",
+        ),
+        (
+            {"velocity": (-3.0, 4.0)},
+            "its side slides at 5 over the opposing surface in the direction of -0.6 x + 0.8 y: friction holds it "
+            "back, pushing it towards 0.6 x - 0.8 y; the opposing surface moves towards 0.6 x - 0.8 y",
+        ),
+        (
+            {"velocity_per_omega": (0.0, 2.0)},
+            "its side slides at 2 x omega over the opposing surface in the direction of +y: friction holds it back, "
+            "pushing it towards -y; the opposing surface moves towards -y",
+        ),
+        (
+            {"cos": {2: (0.0, 1.0)}},
+            "its side slides to and fro with order 2 over the opposing surface, positive towards +y: it has no mean "
+            "direction",
+        ),
+    ],
+)
+def test_a_contact_that_slides_in_the_plane(rubbing: Any, expected: str) -> None:
+    foot = ss.ContactPair(name="foot", contact=PLANAR, tangential=("x", "y"), rubbing=ss.RubbingMotion(**rubbing))
+    assert said(foot) == [f"contact 'foot': {expected}"]
+
+
+def test_a_contact_in_the_plane_is_told_in_a_line(tmp_path: Path) -> None:
+    slipstick("init", "sliding_in_the_plane", tmp_path)
+    result = slipstick("check", tmp_path / "sliding_in_the_plane.toml")
+    assert result.exit_code == 0
+    told = "contact 'foot': slides along x and y, kt 100, mu 0.3, normal_load 400, rubbing at (3, 0)\n"
+    assert told in result.output
+
+
 def test_the_damping_ratio_of_every_mode_that_is_listed(tmp_path: Path) -> None:
     """``C / (2 w)`` of unit masses, and half the loss factor; verbs of other tables are named."""
     (tmp_path / "case.toml").write_text(
@@ -109,3 +150,18 @@ def test_the_damping_ratio_of_every_mode_that_is_listed(tmp_path: Path) -> None:
     assert result.exit_code == 0
     assert f"1  6.32456 rad/s (1.0066 Hz), damping ratio {ratio:.3g}\n" in result.output
     assert f"[track]: 'slipstick track {tmp_path / 'case.toml'}' computes it" in result.output
+
+
+def test_a_rotor_runs_in_a_sense() -> None:
+    """Its surface has no dof along which it slides."""
+    law = ss.models.StatorContact(kn=1.0, gap=1.0)
+    rubs = [
+        ss.ContactPair(name=name, contact=law, ports={"x": "x", "y": "y"}, rubbing=ss.RubbingMotion(velocity=v))
+        for name, v in (("a", 2.0), ("b", -2.0))
+    ]
+    rotor = ss.models.jeffcott_rotor(damping=0.1)
+    problem = ss.Problem(rotor, contacts=rubs, loads=ss.Load(dof="x", cos=1.0), harmonics=[0, 1])
+    assert list(dragged(problem, (1.0, 2.0))) == [
+        "contact 'a': the surface of the rotor runs at 2 in the sense from x to y",
+        "contact 'b': the surface of the rotor runs at 2 in the sense from y to x",
+    ]

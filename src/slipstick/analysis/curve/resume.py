@@ -50,6 +50,11 @@ class Checkpoint:
     earlier: Work
     seconds: float
 
+    @property
+    def value(self) -> float:
+        """Of what is followed."""
+        return float(self.state[-1])
+
     def plain(self) -> dict[str, Any]:
         """As numbers, texts and lists of them, and arrays."""
         values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "restart_point"}

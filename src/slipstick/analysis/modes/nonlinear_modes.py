@@ -32,6 +32,7 @@ from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.result_warnings import result_warnings
 from slipstick.results.schema import Declared, Layout
 from slipstick.solve.continuation import BranchEvent, Step
+from slipstick.structure.cyclic import TravellingWave
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.prescribed_mode import MODE, PrescribedMode
@@ -204,6 +205,9 @@ def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
     structure: Any = problem.structure
     if isinstance(structure, MatrixStructure):
         structure = structure.by_modes()
+    if isinstance(structure, TravellingWave):
+        remedy = 'take limit cycles of its sector with C = -M over "damping", or the whole disc, sector.mistuned()'
+        raise InputError(Fault("problem", "a travelling wave has no real mode", remedy=remedy))
     if not isinstance(structure, ModalStructure):
         name = type(structure).__name__
         raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")

@@ -12,7 +12,7 @@ from math import isfinite
 import numpy as np
 
 from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, NOTHING, Linearization
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
 from slipstick.solve.linear.bordered import Eliminated
@@ -46,7 +46,7 @@ class PeakSystem:
     Parameters
     ----------
     space
-        The states, with a parameter and one output.
+        The states, with one output, and a parameter if they are looked at over one.
 
     Attributes
     ----------
@@ -61,8 +61,7 @@ class PeakSystem:
 
     def at(self, parameter: float) -> tuple[Inputs, float]:
         """Inputs at ``parameter``; the frequency is not known there."""
-        assert self.space.path is not None
-        return self.space.path.at(parameter)[0], float("nan")
+        return self.space.at_value(parameter), float("nan")
 
     def slope(
         self, y: Array, parameter: float, context: Array | None = None
@@ -90,8 +89,9 @@ class PeakSystem:
         if sloped is None:
             return Evaluation.undefined(y.size)
         here, slope = sloped
-        along, beside = self.space.along(parameter), slope.displaced(here.omega)
+        beside = slope.displaced(here.omega)
         row = np.append(beside.by_motion(), beside.along(FREQUENCY))
+        along = NOTHING if self.space.path is None else self.space.along(parameter)
         R, U = here.change(np.zeros_like(here.x), along)
         carried = np.zeros(0) if here.detail.carried is None else here.detail.carried
         detail = PeakDetail(

@@ -25,7 +25,7 @@ from slipstick.balance.states import Powered
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.results.record import Outputs, contact_states, unknowns
-from slipstick.results.schema import is_self_excited, state_names
+from slipstick.results.schema import CYCLES, is_self_excited, state_names
 from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
 from slipstick.solve.norm import norm
 from slipstick.state.contact_state import Carried
@@ -67,7 +67,9 @@ class Sensitivities:
         self.balance = Balance(branch.problem)
         self.balance.anchor_if_undamped(float(branch.table["omega"].to_numpy()[0]))
         self.outputs = Outputs(self.balance, (dof,))
-        self._followed = str(branch.table.attrs.get("parameter", ""))
+        followed = str(branch.table.attrs.get("parameter", ""))
+        self._followed = "" if followed == CYCLES else followed  # at each point the gaps are held as worn
+        self._worn = followed == CYCLES
         self._path = parameter_path(branch.problem, self._followed) if self._followed else None
 
     def at(self, point: int) -> PointDerivatives:
@@ -115,7 +117,7 @@ class Sensitivities:
     ) -> Array:
         """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
         rates, of = np.full(len(directions), np.nan), self._table["peak_dof"].to_numpy()
-        if str(self._table["dof"].to_numpy()[of[point]]) != self.dof or of[point] < 0:
+        if str(self._table["dof"].to_numpy()[of[point]]) != self.dof or of[point] < 0 or self._worn:
             return rates
         value = float(self._table[self.branch.followed].to_numpy()[point])
         surface = StateSpace(self.outputs, here.inputs, self._path)

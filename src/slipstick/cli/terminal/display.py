@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.analysis.events import StrategyTried
-from slipstick.case.case import Case
 from slipstick.cli.terminal.guard import plain, say
 from slipstick.progress import Position, duration
-from slipstick.runs.run import GoingOn, PointKept, RunListener
+from slipstick.runs.run import CaseRun, GoingOn, PointKept, RunListener
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -201,9 +200,9 @@ def _width(bar: Progress) -> int:
 class ShownCurve(RunListener):
     """Shows a run: how its first point is sought, and each point once it is kept."""
 
-    def __init__(self, case: Case, display: CurveDisplay) -> None:
-        self._case, self._display = case, display
-        self._factor, self._unit = case.shown_in
+    def __init__(self, run: CaseRun, display: CurveDisplay) -> None:
+        self._case, self._display = run.case, display
+        self._factor, self._unit = run.shown_in
         self._last: float | None = None
         self._part = 1
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from slipstick.case.structure import Body
     from slipstick.fem.contact_points import ContactPoints
     from slipstick.models.reduced_body import ReducedBody
+    from slipstick.typing import Array
     from slipstick.units import Units
 
 _LISTED = 10
@@ -214,7 +215,7 @@ def _request(case: Case, problem: Problem) -> None:
         say("the support moves: all motion, in results and figures too, is relative to it")
 
 
-_ALONG = {"tangential": "slides along"}
+_ALONG = {"tangential": "slides along", "second": "and"}
 
 
 def _contacts(problem: Problem) -> None:
@@ -227,7 +228,8 @@ def _contacts(problem: Problem) -> None:
                 f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(law.unit(quantity))}"
                 for quantity in _told(pair, k)
             ]
-            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
+            told = ", ".join([*along, *numbers, _motion(pair, k, units)]).replace(f", {_ALONG['second']} ", " and ")
+            say(f"contact '{name}': {told}")
 
 
 def _stiffness(problem: Problem) -> None:
@@ -237,13 +239,29 @@ def _stiffness(problem: Problem) -> None:
         say(f"normal stiffness: {sentence}")
 
 
+_SLIDING = ("cos", "sin", "second_cos", "second_sin")
+
+
+def _velocities(pair: ContactPair, k: int) -> tuple[Array, Array]:
+    """Constant velocities along the one or two directions of the surface, and what each rad/s adds to them."""
+    import numpy as np
+
+    from slipstick.contact.rubbing import SECOND, VELOCITIES
+
+    befores = ("", SECOND) if "second" in pair.contact.ports else ("",)
+    both = np.array([[pair.values(before + name)[k] for before in befores] for name in VELOCITIES], dtype=float)
+    return both[0], both[1]
+
+
 def _motion(pair: ContactPair, k: int, units: Units) -> str:
     """The rubbing motion of the k-th contact in a few words."""
-    from slipstick.contact.rubbing import VELOCITIES
+    import numpy as np
 
-    along, across = _orders(pair, k, "cos", "sin"), _orders(pair, k, "normal_cos", "normal_sin")
-    velocity, swept = (float(pair.values(name)[k]) for name in VELOCITIES)
-    words = [f"rubbing at {_speed(velocity, swept, units)}" if velocity or swept or along else "no rubbing"]
+    along, across = _orders(pair, k, *_SLIDING), _orders(pair, k, "normal_cos", "normal_sin")
+    speeds, swept = _velocities(pair, k)
+    said = [_speed(float(v), float(s), units) for v, s in zip(speeds, swept, strict=True)]
+    at = f"({', '.join(said)})" if len(said) > 1 else said[0]
+    words = [f"rubbing at {at}" if np.any(speeds) or np.any(swept) or along else "no rubbing"]
     words += [f"periodic part of order {_some(along)}"] if along else []
     words += [f"moving along the normal with order {_some(across)}"] if across else []
     return " and ".join(words)
@@ -265,26 +283,52 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
 
     ``omega`` is the range of frequencies: a velocity that sweeps with them may turn round within it.
     """
-    from slipstick.contact.friction_law import is_friction
-    from slipstick.contact.rubbing import VELOCITIES
-
     alike: dict[tuple[str, bool, bool], list[tuple[str, str, str]]] = {}
     for pair in problem.contacts:
-        held = is_friction(pair.contact)
+        held = pair.contact.coulomb
         for k, name in enumerate(pair.elements):
-            periodic = _some(m for m in _orders(pair, k, "cos", "sin") if m > 0)
-            velocity, swept = (float(pair.values(v)[k]) for v in VELOCITIES)
+            periodic = _some(m for m in _orders(pair, k, *_SLIDING) if m > 0)
+            velocity, swept, direction = _course(pair, k, omega)
             signs = {copysign(1.0, v) for v in (velocity + swept * w for w in omega) if v}
             if not signs and not periodic:
                 continue
             sign, turns = (1.0, True) if len(signs) != 1 else (signs.pop(), False)
             speed = [f"at {_speed(sign * velocity, sign * swept, problem.units)}"] if velocity or swept else []
             how = " and ".join([*speed, *([f"to and fro with order {periodic}"] if periodic else [])])
-            direction = pair.direction(pair.contact.surface_ports.get("tangential", ""), k) or {}
+            if not direction:  # a surface that turns: the law's own sense, no dof
+                yield _turned(name, how, sign)
+                continue
             ways = _towards(direction, sign), _towards(direction, -sign)
             alike.setdefault((how, turns, held), []).append((name, *ways))
     for (how, turns, held), contacts in alike.items():
         yield _dragged(how, turns, held, *zip(*contacts, strict=True))
+
+
+def _course(pair: ContactPair, k: int, omega: tuple[float, float]) -> tuple[float, float, Mapping[str, float]]:
+    """Velocity of the k-th contact, what each rad/s adds to it, and along which direction, cosines by dof.
+
+    In two directions it is that of the velocity in the middle of the range, if it turns with the frequency.
+    """
+    import numpy as np
+
+    ports = pair.contact.surface_ports
+    first = pair.direction(ports.get("tangential", ""), k) or {}
+    velocity, swept = _velocities(pair, k)
+    only_second = not (velocity.any() or swept.any() or _orders(pair, k, "cos", "sin"))
+    if not (velocity[1:].any() or swept[1:].any() or (only_second and len(velocity) > 1)):
+        return float(velocity[0]), float(swept[0]), first
+    along = velocity + swept * 0.5 * sum(omega)
+    along = along if along.any() else velocity if velocity.any() else swept
+    along = np.array([0.0, 1.0]) if only_second else along / np.linalg.norm(along)
+    second = pair.direction(ports["second"], k) or {}
+    cosines = {dof: along[0] * first.get(dof, 0.0) + along[1] * second.get(dof, 0.0) for dof in {**first, **second}}
+    return float(velocity @ along), float(swept @ along), {dof: c for dof, c in cosines.items() if c}
+
+
+def _turned(name: str, how: str, sign: float) -> str:
+    """A contact whose surface turns about the line of sight of x and y."""
+    sense = "from x to y" if sign > 0.0 else "from y to x"
+    return f"contact '{name}': the surface of the rotor runs {how} in the sense {sense}"
 
 
 def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Sequence[str], back: Sequence[str]) -> str:
@@ -306,7 +350,7 @@ def _told(pair: ContactPair, k: int) -> list[str]:
     load = "normal_load" in pair.quantities and pair.values("normal_load")[k] > 0
     hidden = {"gap"} if load else {"normal_load"}
     hidden |= {"kn"} if pair.direction("normal", k) is None else set()
-    return [q for q in pair.quantities if q not in hidden and q not in pair.rubbing.names]
+    return [q for q in pair.quantities if q not in hidden and not pair.rubbing.is_component(q)]
 
 
 def _linear_limits(case: Case, problem: Problem) -> list[Answer]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -39,6 +40,9 @@ from slipstick.errors import InputError
 from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import Units, after_number
+
+WEAR = "wear"
+"""Name of its figure."""
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -102,19 +106,20 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     from slipstick.cli.terminal.display import ShownCurve, curve_display
 
     case = run.case
-    options.tell(f"{case.title}: {case.request}")
+    options.tell(f"{case.title}: {run.asked}")
     if case.plan is not None:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
-    for name in case.further:
+    for name in () if run.wear else case.further:
         options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
     run.until = options.until
     prepare_kernel(options.tell)
-    factor, unit = case.shown_in
-    start, stop = (value / factor for value in case.span)
+    factor, unit = run.shown_in
+    start, stop = (value / factor for value in run.span)
     with termination_as_interrupt(), curve_display(start, stop, unit, quiet=options.quiet) as display:
-        run.compute(ShownCurve(case, display))
-    if options.figures and options.wanted.names and run.points > 1 and not run.failures:
-        _draw(run, options.wanted)
+        run.compute(ShownCurve(run, display))
+    wanted = replace(options.wanted, names=(WEAR,)) if run.wear else options.wanted
+    if options.figures and wanted.names and run.points > 1 and not run.failures:
+        _draw(run, wanted)
     if options.report and run.points:
         _report(run)
     with termination_as_interrupt(), warnings_said():
@@ -137,7 +142,7 @@ def _doubled(run: CaseRun) -> list[Answer]:
 
 
 def _tell_doubled(run: CaseRun) -> None:
-    if run.case.response.follow is None or not run.points:
+    if run.case.response.follow is None or run.wear or not run.points:
         return
     from slipstick.results.stability import PERIOD_DOUBLING
 
@@ -152,7 +157,7 @@ def _answer(run: CaseRun) -> Answer:
     ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
     said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
     results = results_answer(run.table) if run.points else {"points": 0, "peaks": []}
-    doubled = {} if run.case.response.follow is None else {"subharmonics": _doubled(run)}
+    doubled = {} if run.case.response.follow is None or run.wear else {"subharmonics": _doubled(run)}
     return {**case_answer(run.case), **ended, **said, **results, **doubled, **files_in(run.folder.work)}
 
 
@@ -178,6 +183,8 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
     from slipstick import plots
 
     data = run.table.to_dataset()
+    if run.wear:
+        return {WEAR: lambda: plots.wear(data)[0]}
     dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
     top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
     drawings: dict[str, Callable[[], Axes]] = {
@@ -216,8 +223,8 @@ def _report(run: CaseRun) -> None:
     from slipstick.branch import Branch
     from slipstick.report.writing import write_report
 
-    branch = Branch.from_dataset(run.table, run.case.problem())
-    branch.balance = run.case.balance  # made once for a run
+    branch = Branch.from_dataset(run.table, run.problem)
+    branch.balance = run.request.balance if run.wear else run.case.balance  # made once for a run
     report_or_warn(lambda: write_report(branch, run.folder.work / REPORT))
 
 
@@ -237,7 +244,7 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
     folder = run.folder
     if run.points:
         data = run.table
-        for line in peak_lines(data):
+        for line in wear_lines(data) if run.wear else peak_lines(data):
             options.tell(line)
         if "coordinates_of_motion" in data.attrs:
             options.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
@@ -254,6 +261,21 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
         complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
     for failure in run.failures:
         complain(f"error: {failure}")
+
+
+def wear_lines(data: ResultTable, most: int = 12) -> list[str]:
+    """One line for each contact that is worn, the deepest first: its depth, and the load left of the first one."""
+    import numpy as np
+
+    depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
+    length, force = (after_number(data[name].attrs["units"]) for name in ("worn_depth", "normal_load"))
+    last = np.nan_to_num(depth[-1])
+    names = data["contact"].to_numpy()
+    return [
+        f"{names[i]}: worn {last[i]:.6g}{length}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
+        for i in np.argsort(-last, kind="stable")[:most]
+        if last[i] > 0.0
+    ]
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:

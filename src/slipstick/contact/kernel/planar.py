@@ -550,9 +550,9 @@ def least_margin(forces: Array, limits: Array, room: IntArray) -> tuple[float, f
     """The mean whose largest margin over the sampled times is least: margin, means, how many times decide.
 
     The smallest circle round points with a weight each (E. Welzl, 1991): two or three of them decide. They are found
-    by exchange: the time that is most beyond joins those that decide. ``room`` (11,) receives their numbers.
+    by exchange: the time that is most beyond joins those that decide. ``room`` (13,) receives their numbers.
     """
-    kept, active, trial = room[:3], room[3:7], room[7:10]
+    kept, active, trial, better = room[:3], room[3:7], room[7:10], room[10:13]
     _, active[0] = margin(forces, limits, 0.0, 0.0)
     n, best, c1, c2 = 1, -limits[active[0]], -forces[0, active[0]], -forces[1, active[0]]
     kept[0] = active[0]
@@ -584,10 +584,12 @@ def least_margin(forces: Array, limits: Array, room: IntArray) -> tuple[float, f
             if inside:
                 found, d1, d2, many = s, x1, x2, m
                 for i in range(m):
-                    kept[i] = trial[i]
+                    better[i] = trial[i]
         if many == 0 or not found > best:
             break
         n, best, c1, c2 = many, found, d1, d2
+        for i in range(n):
+            kept[i] = better[i]
     return best, c1, c2, n
 
 
@@ -611,7 +613,7 @@ def resting_mean(p: Planar, grid: Grid, room: Room) -> tuple[float, float, float
         size = max(size, abs(forces[0, i]), abs(forces[1, i]))
     if size == 0.0:
         return -limits.min(), 0.0, 0.0, dc
-    times = np.zeros(11, np.int64)
+    times = np.zeros(13, np.int64)
     least, c1, c2, k = least_margin(forces, limits, times)
     if least > 1e-3 * size or k == 1:  # it slips for certain; or the variation of the load decides alone
         return least, c1, c2, dc

@@ -304,7 +304,7 @@ const SMOOTH = ["peaks", "modes"], CORNERS = ["tie", "corner"];
 const BRIEF = { modal_amplitude: "amplitude", omega: "frequency", modal_damping: "damping", parameter: "parameter" };
 /** Room for the numbers of two charts, one below the other, so that places are. */
 const LETTERS = 6;
-const TITLES = { response: "Response", parameter: "Response over the parameter", peaks: "Peak over the parameter", modes: "Nonlinear mode", cycles: "Self-excited vibration" };
+const TITLES = { response: "Response", parameter: "Response over the parameter", peaks: "Peak over the parameter", modes: "Nonlinear mode", cycles: "Self-excited vibration", wear: "Wear over cycles" };
 
 function swatch(line) {
   return element("svg:svg", { width: 18, height: 8, "aria-hidden": "true" },

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law, Motion
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import Gathering, Name, number, numbers, one, shown, suggestion, table, wrong
@@ -76,15 +75,39 @@ class ThermalModel(StateModel):
         return tuple(dict.fromkeys(name for curve in curves for name in curve.names))
 
     def of(self, laws: Sequence[Law], names: Sequence[Sequence[str]]) -> list[HeatedContacts]:
-        """The contacts of the law that follows some curve."""
+        """The contacts of dry friction; without any, those of the first law that follows some curve."""
         curves = set(self.parameters)
-        follow = [k for k, law in enumerate(laws) if curves & set(law.values)] or [0]
-        follow.sort(key=lambda k: not is_friction(laws[k]))  # another law may call a parameter the same
-        return [
-            replace(
-                self.elements([name for batch_names in names[follow[0] :][:1] for name in batch_names]), batch=follow[0]
-            )
-        ]
+        follow = [k for k, law in enumerate(laws) if curves & set(law.values)]
+        follow = [k for k in follow if laws[k].coulomb] or follow[:1] or [0]  # others may call a parameter the same
+        if len(names) < 2:
+            return [self.elements(names[0] if names else ())]
+        every = [name for of_law in names for name in of_law]
+        faults = self._unknown(every)
+        order = list(self.contacts or every)
+        matrix = np.asarray(0.0 if isinstance(self.resistance, Mapping) else self.resistance)
+        if not faults and matrix.ndim == 2:
+            if self.contacts is None:
+                faults = [Fault(("thermal", "contacts"), "is missing", expected="the order of the influence matrix")]
+            elif matrix.shape == (len(order), len(order)):
+                law_of = np.array([next(k for k, its in enumerate(names) if name in its) for name in order])
+                if np.any(matrix[law_of[:, None] != law_of]):
+                    kinds = "lets contacts of different laws heat each other, which is not known"
+                    faults = [Fault(("thermal", "influence"), kinds, remedy="leave only what each heats by itself")]
+        if faults:
+            raise InputError(faults)
+        return [replace(self._only(names[k], order, matrix).elements(names[k]), batch=k) for k in follow]
+
+    def _only(self, names: Sequence[str], order: list[str], matrix: Array) -> ThermalModel:
+        """What it says of these contacts; ``order`` is that of the influence matrix, if it is one."""
+        tables = {key: getattr(self, key) for key in ("curve", "background", "resistance")}
+        kept: dict[str, Any] = {
+            key: {name: of for name, of in value.items() if name in names} if isinstance(value, Mapping) else value
+            for key, value in tables.items()
+        }
+        if matrix.shape == (len(order), len(order)):
+            rows = [order.index(name) for name in names if name in order]
+            kept |= {"resistance": matrix[np.ix_(rows, rows)], "contacts": [order[row] for row in rows]}
+        return replace(self, **kept)
 
     def elements(self, names: Sequence[str]) -> HeatedContacts:
         """The model for these contacts, in this order; raises InputError with every fault."""

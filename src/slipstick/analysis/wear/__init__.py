@@ -1,0 +1,1 @@
+"""Contacts that wear on slow time."""
