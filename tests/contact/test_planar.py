@@ -346,14 +346,13 @@ class TestForcedCircle:
         exact = d["kind"].to_numpy() != "interpolated"
         np.testing.assert_allclose(p[exact], 200.0, rtol=2e-6)
 
-    def test_what_is_not_told_in_time_is_refused_by_name(self) -> None:
-        with pytest.raises(InputError, match="two directions is not integrated in time"):
-            ss.forced_response(forced_circle(), omega=(8.0, 9.0), stability=True)
-        branch = ss.steady_response(forced_circle(), omega=9.0)
-        with pytest.raises(InputError, match=r"'foot'.*two directions is not integrated in time"):
-            branch.check_in_time(0)
-        with pytest.raises(InputError, match="two directions is not integrated in time"):
-            ss.transient(forced_circle(), 9.0)
+    def test_the_circle_is_the_same_in_time(self) -> None:
+        """It slips at all times; its angle turns once a period."""
+        branch = ss.steady_response(forced_circle(), omega=9.0, stability=True)
+        check = branch.check_in_time(0)
+        assert check.converged
+        assert check.relative_difference < 1e-6
+        assert branch.dataset["stable"].to_numpy().all()
 
 
 @pytest.mark.verify

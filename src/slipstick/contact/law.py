@@ -107,6 +107,7 @@ class TimeSlopes(NamedTuple):
 
 
 if TYPE_CHECKING:
+    from slipstick.contact.regimes import Regimes
 
     def default(function: Callable[[Any], _T]) -> _T:
         """To type checkers it is an attribute, which a subclass may set."""
@@ -163,6 +164,8 @@ class Law(ABC):
         The parameter that is a stiffness along a port, by port.
     memory
         Names of what an element remembers beside its motion: the unknowns of ``rate``, such as ("z",).
+    regimes
+        How it runs in time if it switches between regimes that are each smooth; ``rate`` is not asked then.
     coulomb
         Whether it is dry friction with the limit ``mu N`` at any velocity: between surfaces that do not move on their
         own it takes energy out, and under a constant normal load mu and the load are one parameter.
@@ -292,8 +295,15 @@ class Law(ABC):
         return TimeSlopes(np.stack(columns, axis=1), *told)
 
     @default
+    def regimes(self) -> Regimes | None:
+        """How a law that switches runs in time; None: it does not switch."""
+        return None
+
+    @default
     def in_time(self) -> bool:
-        """Whether ``rate`` tells the law in time."""
+        """Whether ``rate``, or ``regimes``, tells the law in time."""
+        if self.regimes is not None:
+            return True
         still = np.zeros((len(self.ports), 1, 1))
         values = {name: np.ravel(np.asarray(value, dtype=float))[:1, None] for name, value in self.values.items()}
         with np.errstate(all="ignore"):

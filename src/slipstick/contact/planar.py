@@ -14,6 +14,7 @@ from slipstick.contact.forces import SERIAL, shared_out
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.law import ByPort, Interval, Linear, Motion, Response, Variable, default
+from slipstick.contact.planar_in_time import PlanarInTime
 from slipstick.errors import Fault, InputError, SlipstickError
 from slipstick.faults import number
 from slipstick.trig.harmonics import Harmonics
@@ -61,9 +62,9 @@ class PlanarFrictionContact(FrictionContact):
     tolerance: float
 
     slips_at_once: ClassVar[bool] = True
-    rate_remedy: ClassVar[str] = (
-        "friction in two directions is not integrated in time: take a FrictionContact along the larger motion for that"
-    )
+    memory: ClassVar[tuple[str, ...]] = ("first", "second")
+    """While stuck the force less that of the spring; while slipping the angle of the force (``PlanarInTime``)."""
+    regimes: ClassVar[PlanarInTime] = PlanarInTime()
     ports: ClassVar[tuple[str, ...]] = ("tangential", "second", "normal")  # type: ignore[misc]
     dissipating: ClassVar[tuple[int, ...]] = (0, 1)
     stiffness_names: ClassVar[Mapping[int, str]] = {0: "kt", 1: "kt", 2: "kn"}

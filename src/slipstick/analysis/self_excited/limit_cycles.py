@@ -195,7 +195,8 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
             fault = f"the rubbing motion has {', '.join(other)}"
             yield Fault(("contact", pair.name), fault, expected="a constant velocity alone", remedy=instead)
         law = pair.contact
-        if not is_friction(law) and not (law.in_time and (not law.memory or slides(law))):
+        remembers = law.memory and law.regimes is None and not slides(law)
+        if not is_friction(law) and (remembers or not law.in_time):
             fault = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
             yield Fault(("contact", pair.name), fault, expected="friction, or forces of motion and velocity")
     yield from (state.self_excited_fault() for state in problem.contact_states)

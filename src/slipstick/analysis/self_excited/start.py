@@ -11,8 +11,7 @@ import numpy as np
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.steady_sliding import Sliding
 from slipstick.analysis.self_excited.system import CycleSystem
-from slipstick.analysis.stability.linear_systems import friction_batch
-from slipstick.analysis.stability.state_sequence import Word, word_of
+from slipstick.analysis.stability.state_sequence import Word, word_at
 from slipstick.balance.scaling import scales
 from slipstick.contact.friction_law import is_friction
 from slipstick.solve.continuation import ArclengthScaling, Step
@@ -28,6 +27,8 @@ _BEYOND = (0.02, 0.05, 0.1, 0.2, 0.01, 0.005, 0.002, 0.001)
 _NEAR = 0.1
 """Of the range: where a cycle is nearer to the Hopf point it is the first: little of the curve is left out."""
 _DOUBLINGS = 60
+_STRAIGHT = 1e-9
+"""Of the range: less than that is rounding."""
 _SMALL, _GROWN, _SAME_VALUE = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8), (9.0, 4.0, 1.0, 19.0), 1e-3
 """Where laws other than friction bend the curve from the Hopf point on: sizes of the vibration there, and how much
 larger than that the first cycle is sought."""
@@ -68,9 +69,11 @@ class CycleStart:
         self.system = CycleSystem(space, rate.reshape(-1))
         self.rest, self.omega, self.value = rest, hopf.omega, hopf.value
         self.scale = scales(self._balance, space.at_value(hopf.value), hopf.omega).displacement
-        self._friction = friction_batch(self._balance)
-        self.smooth = any(not is_friction(batch.law) for batch in self._balance.batches)
+        laws = [batch.law for batch in self._balance.batches if not is_friction(batch.law)]
+        self.smooth = any(law.regimes is None for law in laws)
         self.largest = self._largest()
+        if laws and not self.smooth:
+            self.smooth = not self._straight()
         self.exists = self._settle()
 
     def size(self, x: Array) -> float:
@@ -125,6 +128,12 @@ class CycleStart:
                 return True
         return False
 
+    def _straight(self) -> bool:
+        """Whether vibration of any size at which no contact changes its state has the same value of the parameter."""
+        steps = [self._corrected(part * (self.largest or self.scale), exact=True) for part in (0.5, 0.25)]
+        there = [step.parameter for step in steps if step is not None and self._slides_on(step)]
+        return len(there) == len(steps) and abs(there[1] - there[0]) < _STRAIGHT * abs(self._span[1] - self._span[0])
+
     def _corrected(self, size: float, *, exact: bool = False) -> Step | None:
         """The solution of the balance whose part along the vibration has a size."""
         guess = np.concatenate([self.vibrating(size), [self.omega, self.value]])
@@ -142,12 +151,8 @@ class CycleStart:
         return self._word(step.x[:-1], float(step.x[-1]), step.parameter) == self._word(self.rest)
 
     def _word(self, x: Array, omega: float | None = None, value: float | None = None) -> Word:
-        balance, k = self._balance, self._friction
-        if k is None:
-            return ()
-        inputs = self._space.at_value(self.value if value is None else value).batches[k]
-        motion = balance.layout.motion(k, x, omega or self.omega, inputs)
-        return word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**inputs.values, "v": motion.drift[0]})
+        inputs = self._space.at_value(self.value if value is None else value)
+        return word_at(self._balance, x, omega or self.omega, inputs)
 
     def _largest(self) -> float | None:
         still = self._word(self.rest)

@@ -14,15 +14,14 @@ import numpy as np
 
 from slipstick.analysis.stability.floquet import unstable
 from slipstick.analysis.stability.linear_systems import LinearSystems
-from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, law_tangent
+from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, LawsAlong
 from slipstick.analysis.stability.refined_motion import Iteration
+from slipstick.analysis.stability.state_sequence import timeline
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.residual import Detail
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import ParameterSystem
-from slipstick.contact.forces import element_intervals
-from slipstick.contact.kernel.tuples import STICK
 from slipstick.errors import InputError
 from slipstick.results.stability import EIGENVALUES, UNKNOWN, PointStability
 from slipstick.solve.newton import NewtonOptions, newton_at
@@ -147,27 +146,28 @@ class SteadySliding:
     def _sliding(self, value: float, x: Array, detail: Detail) -> Sliding:
         """With the disturbances of a motion at rest."""
         motion = self._iteration.truncated(x, detail)
-        values, states = motion.values, tuple[int, ...]()
-        if len(motion.X):
-            intervals = element_intervals(motion.harmonics, motion.X, motion.Y, **values)
-            states = tuple(int(code[n - 1, 0]) for code, n in zip(intervals.code, intervals.totals, strict=True))
-        combinations = self._systems.at(detail)
-        piece, r, scale = combinations(states), combinations.dynamics.size, combinations.scale
-        A = np.zeros((2 * r, 2 * r))
-        A[:r, r:] = scale * np.eye(r)
-        A[r:] = -piece.forces[:, : 2 * r]
+        line, combinations = timeline(motion), self._systems.at(detail)
+        n, r, m, scale = len(motion.X), combinations.dynamics.size, motion.laws.n_memory, combinations.scale
+        piece = combinations(line.cut[:n])
+        whole = np.zeros((1, 2 * r + n + m, 2 * r + n + m))
+        whole[0, :r, r : 2 * r] = scale * np.eye(r)
+        whole[0, r : 2 * r, : 2 * r + n] = -piece.forces
         if motion.laws:
-            tangent = law_tangent(combinations, motion, self._systems.law_ports, np.zeros(1))
-            if tangent is None:
+            along = LawsAlong.of(combinations, motion, self._systems.law_ports)
+            if along is None or not along.add_to(whole, np.zeros(1), line.cut[n:]):
                 raise InputError(VELOCITIES_JUMP)
-            A[r:] -= tangent[0]
+        lasting = [k for k, own in enumerate(motion.laws.switching) if line.cut[n + k] not in own.regimes.neutral]
+        remembered = motion.laws.remembered_by_switching(line.cut[n:], lasting)  # in sliding, others have no effect
+        kept = [*range(2 * r), *(2 * r + n + row for row in remembered)]
+        A = whole[0][np.ix_(kept, kept)]
         exponents, vectors = np.linalg.eig(A)
+        vectors = vectors[: 2 * r]
         size = np.abs(exponents).max(initial=0.0) or 1.0
         order = np.lexsort((np.abs(exponents.imag), -(exponents.real / size).round(12)))
         return Sliding(
             value=value, x=x, exponents=exponents[order].astype(complex),
             shapes=(piece.motion[:, : 2 * r] @ vectors)[:, order].astype(complex),
-            neutral=sum(s == STICK and kt > 0 for s, kt in zip(states, values["kt"], strict=True)),
+            neutral=len(line.neutral),
         )  # fmt: skip
 
     def over(self, values: Sequence[float]) -> Iterator[Sliding]:

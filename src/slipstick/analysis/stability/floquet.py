@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics
@@ -76,7 +78,8 @@ class StabilityWatch:
     Raises
     ------
     InputError
-        If a contact follows a law that does not tell its rate in time.
+        If a contact follows a law that does not tell its rate in time, or slides in a plane on a structure that has no
+        equations in time or a static residual.
     """
 
     def __init__(self, balance: Balance, *, full: bool = False, damping_at: float | None = None) -> None:
@@ -84,9 +87,24 @@ class StabilityWatch:
             raise InputError(faults)
         self.balance, self._iterate = balance, Iteration(balance)
         self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
+        if faults := list(self._switching_faults()):
+            raise InputError(faults)
         self._orders_differ: bool | None = None
         self._reach: bool | None = None
         self._told = False
+
+    def _switching_faults(self) -> Iterator[Fault]:
+        """Contacts whose law switches, where the structure is not known as that needs."""
+        names = self.balance.problem.elements
+        switching = [b for b in self.balance.batches if b.law.regimes is not None]
+        if not switching or (self.systems.in_time and not self.systems.answers_at_once()):
+            return
+        why = "has a static residual" if self.systems.in_time else "has no equations in time"
+        for name in (names[e] for b in switching for e in b.numbers):
+            yield Fault(
+                "stability", f"contact '{name}' slides in a plane, and the structure {why}",
+                remedy="give the structure as matrices, or as modes without a residual; or leave stability out",
+            )  # fmt: skip
 
     def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
         """Stability at a solution (N,).
@@ -97,7 +115,7 @@ class StabilityWatch:
         if not self.systems.in_time:
             return self._counted(x, detail)
         motion, known = self._iterate(x, detail), self.systems.at(detail)
-        if motion.laws.n_memory:
+        if motion.laws.remembers_smoothly:
             return self._shot(x, motion, known, detail)
         line, fine = self._pieces(motion, known, detail.omega)
         if fine is None or not fine.sound:

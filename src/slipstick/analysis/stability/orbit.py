@@ -17,7 +17,7 @@ from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.state_sequence import Timeline
 from slipstick.analysis.stability.switched_system import FrictionPorts
 from slipstick.analysis.time_domain.event_integrator import ChatteringError, Stepper
-from slipstick.analysis.time_domain.initial_state import periodic_memory, with_forces
+from slipstick.analysis.time_domain.initial_state import periodic_memory, with_forces, with_regimes
 from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import system_of
@@ -82,7 +82,8 @@ def orbit_beside(
         if system.laws.n_memory:
             z[system.memory] = periodic_memory(system, lambda phases: motion.law_arguments(tau + phases))[0]
         friction = motion.force[0] @ motion.harmonics.H_minus(tau)
-        z, states = with_forces(stepper, z, tuple(State(code) for code in line.cut), friction)
+        z, states = with_forces(stepper, z, tuple(State(code) for code in line.cut[: system.n_contacts]), friction)
+        z, states = with_regimes(stepper, z, states, motion.law_force @ motion.harmonics.H_minus(tau))
         for held_free in (True,) if free else (False, True):
             closed = _closed(stepper, z, states, tau, free=held_free)
             orbit = None if closed is None else _beside(closed, z, states, line, size, system.omega, free=free)
@@ -102,9 +103,7 @@ def _beside(
     system = stepper.model.system
     if not free and abs(system.omega / omega - 1.0) > _SHIFT:
         return None
-    changing = {interval.change.contact for interval in line.intervals if interval.change is not None}
-    stuck = [2 * system.n + j for j, state in enumerate(states) if state is State.STICK and j in changing]
-    kept = [*range(2 * system.n), *stuck, *range(system.n_dynamic)[system.memory]]
+    kept = system.unknowns(states, line.changing)
     away = float(np.linalg.norm((end - z)[: 2 * system.n])) / size
     return Orbit(Phi[np.ix_(kept, kept)], away) if away < FARTHEST else None
 
@@ -154,13 +153,12 @@ def _corrected(
 ) -> tuple[Array, Stepper]:
     """Newton's correction of the start, and of the frequency where that is free."""
     system = stepper.model.system
-    kept = [*range(2 * system.n), *(2 * system.n + j for j, s in enumerate(states) if s is State.STICK)]
-    kept += range(system.n_dynamic)[system.memory]
-    matrix, defect = np.eye(len(kept)) - Phi[np.ix_(kept, kept)], (stepper.z - z)[kept]
+    kept = system.unknowns(states)
+    matrix, defect = np.eye(len(kept)) - Phi[np.ix_(kept, kept)], stepper.difference(z, stepper.z, states)[kept]
     if free:
         beside = Stepper(PiecewiseLinear(replace(system, omega=system.omega * (1.0 + _NUDGE))), stepper.steps)
         one_period(beside, z, states, False, tau)
-        matrix = np.column_stack([matrix, (stepper.z - beside.z)[kept] / _NUDGE])
+        matrix = np.column_stack([matrix, stepper.difference(beside.z, stepper.z, states)[kept] / _NUDGE])
     # a free phase, and the residual traction of a contact stuck all period: least squares changes them least
     step = np.linalg.lstsq(matrix, defect, rcond=1e-13)[0]
     out = z.copy()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise_model import law_in_time
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Motion
@@ -53,6 +53,12 @@ class SmoothMotion:
     law_force: Array
     law_drift: Array
     """Constant velocity (P,) over omega."""
+
+    def of_law(self, law: LawInTime, ports: slice) -> Motion:
+        """Motion of the contacts of one law, whose rows among the ports are ``ports``, as the law takes it."""
+        p, _, n = law.shape
+        Q = self.law_motion[ports].reshape(p, n, -1)
+        return Motion(self.harmonics, self.omega, tuple(Q), self.law_drift[ports].reshape(p, n))
 
     def law_arguments(self, tau: Array) -> tuple[Array, Array]:
         """Motion and velocity (k, P) of contacts of other laws at phases (k,)."""
@@ -123,7 +129,7 @@ class Iteration:
                     "values": {**values, "v": motion.drift[0]},
                 }  # fmt: skip
             else:
-                laws.append(law_in_time(batch, values))
+                laws.append(law_in_time(batch, values, detail.inputs.batches[k].speed(detail.omega)))
                 rows.append(
                     (
                         np.concatenate(motion.Q),

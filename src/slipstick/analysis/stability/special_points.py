@@ -15,8 +15,7 @@ from functools import partial
 import numpy as np
 
 from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
-from slipstick.analysis.stability.linear_systems import friction_batch
-from slipstick.analysis.stability.state_sequence import Word, word_of
+from slipstick.analysis.stability.state_sequence import Word, word_at
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -57,7 +56,8 @@ class SpecialPoints:
         self._watch, self._system = watch, system
         h = watch.balance.harmonics
         self._complete = h.highest == h.n
-        self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS
+        switching = any(batch.law.regimes is not None for batch in watch.balance.batches)
+        self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS and not switching
         """Whether interpolated points are judged too."""
         self._of_wave = hasattr(watch.balance.receptance, "wave_numbers")
         self._known: list[tuple[Step, PointStability]] = []
@@ -181,12 +181,8 @@ class SpecialPoints:
 
     def _word(self, x: Array, parameter: float, near: Detail) -> Word:
         x, inputs, omega = self._placed(x, parameter)
-        batch = friction_batch(self._watch.balance)
-        if batch is None:
-            return ()
-        motion = self._watch.balance.layout.motion(batch, x, omega, inputs.batches[batch])
-        values = inputs.batches[batch].values if not near.states else near.responses[batch].values
-        return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**values, "v": motion.drift[0]})
+        values = [response.values for response in near.responses] if near.states else None
+        return word_at(self._watch.balance, x, omega, inputs, values)
 
     def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""

@@ -9,19 +9,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts, StateCodes
 from slipstick.contact.forces import element_intervals
+from slipstick.contact.friction_law import is_friction
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
+from slipstick.contact.law import Interval
 from slipstick.trig.basis import TWO_PI
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
 
-Word = tuple[tuple[int, ...], ...]
-"""For each contact the codes of its states in their order over a period, beginning with the smallest rotation."""
+if TYPE_CHECKING:
+    from slipstick.balance.balance import Balance
+    from slipstick.balance.inputs import Inputs
+
+Word = tuple[tuple[int | str, ...], ...]
+"""For each contact the codes or names of its states in their order over a period: the smallest of its rotations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +38,10 @@ class Change:
     time: float
     """Phase, rad."""
     contact: int
+    """Number of the friction contact; of one whose law switches, behind them."""
     state: int
     origin: int
-    """State code before a stick, which says how it begins."""
+    """State code before a stick, which says how it begins; of a law that switches the regime before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +62,11 @@ class Timeline:
     """Contacts stuck all period."""
 
     @property
+    def changing(self) -> set[int]:
+        """Contacts that change their state."""
+        return {interval.change.contact for interval in self.intervals if interval.change is not None}
+
+    @property
     def cut(self) -> StateCodes:
         """States where the period begins and ends."""
         return self.intervals[0].states
@@ -61,21 +74,48 @@ class Timeline:
 
 def timeline(motion: SmoothMotion) -> Timeline:
     """The states of a motion's contacts over one period."""
-    if not len(motion.X):
-        return Timeline((StateInterval((), TWO_PI, None),), ())
+    changes: list[Change] = []
+    first: list[int] = []
+    neutral: tuple[int, ...] = ()
+    if len(motion.X):
+        neutral = _of_friction(motion, changes, first)
+    for own, states in zip(motion.laws.switching, law_states(motion), strict=True):
+        regimes = [own.regimes.regime_of(name) for *_, name in states]
+        i = len(first)
+        first.append(regimes[-1])
+        if len(states) == 1:
+            neutral = (*neutral, i) if regimes[0] in own.regimes.neutral else neutral
+            continue
+        changes += [
+            Change(start % TWO_PI, i, regime, regimes[k - 1])
+            for k, ((start, *_), regime) in enumerate(zip(states, regimes, strict=True))
+        ]
+    changes.sort(key=lambda change: change.time)
+    return Timeline(_intervals(changes, first), neutral)
+
+
+def law_states(motion: SmoothMotion) -> list[list[Interval]]:
+    """Intervals of every contact whose law switches."""
+    out: list[list[Interval]] = []
+    for law, ports, _, places in motion.laws.each:
+        if places.stop > places.start:
+            told = law.law.states(motion.of_law(law, ports), {name: value[:, 0] for name, value in law.values.items()})
+            out += told or [[] for _ in law.elements]
+    return out
+
+
+def _of_friction(motion: SmoothMotion, changes: list[Change], first: list[int]) -> tuple[int, ...]:
+    """Adds the changes of friction contacts and the states before the first of each; those stuck all period."""
     intervals = element_intervals(motion.harmonics, motion.X, motion.Y, **motion.values)
     totals, at, code = intervals.totals.tolist(), intervals.at, intervals.code
-    changes, first = [], []
     for i, n in enumerate(totals):
         codes = code[i, :n].tolist()
         first.append(codes[-1][0])
         if n > 1:
             starts = at[i, :n, 0].tolist()
             changes += [Change(t % TWO_PI, i, *pair) for t, pair in zip(starts, codes, strict=True)]
-    changes.sort(key=lambda change: change.time)
     sticky = motion.values["kt"] > 0
-    neutral = tuple(i for i, n in enumerate(totals) if n == 1 and first[i] == STICK and sticky[i])
-    return Timeline(_intervals(changes, first), neutral)
+    return tuple(i for i, n in enumerate(totals) if n == 1 and first[i] == STICK and sticky[i])
 
 
 def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[StateInterval, ...]:
@@ -112,6 +152,29 @@ def word_of(harmonics: Harmonics, X: Array, Y: Array, values: Mapping[str, Array
         kept = [c for i, c in enumerate(lasting) if len(lasting) == 1 or c != lasting[i - 1]]
         words.append(_rotated(kept or lasting[:1]))
     return tuple(words)
+
+
+def word_at(
+    balance: Balance, x: Array, omega: float, inputs: Inputs, values: Sequence[Mapping[str, Array]] | None = None
+) -> Word:
+    """That of all contacts with friction at a motion (N,); ``values``: parameters of the batches, as they are there."""
+    word: Word = ()
+    for k, batch in enumerate(balance.batches):
+        own = inputs.batches[k].values if values is None else values[k]
+        if is_friction(batch.law):
+            motion = balance.layout.motion(k, x, omega, inputs.batches[k])
+            word = (*word, *word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]}))
+        elif batch.law.regimes is not None:
+            told = batch.law.states(balance.layout.motion(k, x, omega, inputs.batches[k]), own)
+            word = (*word, *(_word_of_states(states) for states in told or ()))
+    return word
+
+
+def _word_of_states(states: Sequence[Interval]) -> tuple[str, ...]:
+    """The order of the states of one contact over a period, from their intervals."""
+    lasting = [name for start, end, name in states if end - start > _SHORT]
+    kept = [name for i, name in enumerate(lasting) if len(lasting) == 1 or name != lasting[i - 1]]
+    return min(tuple(kept[i:] + kept[:i]) for i in range(len(kept))) if kept else tuple(lasting[:1])
 
 
 def _rotated(states: list[int]) -> tuple[int, ...]:

@@ -55,8 +55,12 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     tangential, normal = (d[f"contact_{port}"][friction] if friction.size else none for port in FrictionLaw.ports)
     others = [b for b in problem.batches if not is_friction(b.law)]
     ports = np.concatenate([none, *(d[f"contact_{port}"][b.elements] for b in others for port in b.law.ports)])
-    start = HarmonicStart(harmonics=problem.harmonics, tangential=tangential, normal=normal, ports=ports)
-    held = {name: np.nan_to_num(d[variable]) for name, variable in FRICTION_VARIABLES.items()} if friction.size else {}
+    means = [d[f"{name}_force"][b.elements][:, 0] for b in others for name in b.law.force_names]
+    start = HarmonicStart(
+        harmonics=problem.harmonics, tangential=tangential, normal=normal, ports=ports,
+        mean_force=np.concatenate([np.zeros(0), *means]),
+    )  # fmt: skip
+    held = {name: np.nan_to_num(d[v]) for name, v in FRICTION_VARIABLES.items() if v in d}
     if is_self_excited(branch.table):  # shooting at a given period has no solution that stands alone: the phase is free
         options = {"method": "march", "tolerance": _FREE_PHASE, **options}
     result = transient(problem, omega, initial=start, held=held, **options)

@@ -21,18 +21,25 @@ from slipstick.typing import Array
 
 _ROUNDING = 1e-12
 _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
+_GUARD_SAMPLES = np.linspace(0.0, 1.0, 25)[1:]
+_GUARD_ROUNDING = 1e-12
+_NEAR_START = 2.0 ** np.arange(-30.0, 1.0)
 _USES_BEFORE_PROPAGATOR = 40
 _COUNT = 9
 _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
 _FITS, _LONGEST_ITERATION = 1e-11, 60
+_SETTLED = 1e-13
+"""Change of an iteration, beside the size, that may be rounding."""
 _SHORTEST = 2.0**-16
 """Part of a step that is not cut any more: a corner of the law lies in it."""
-_FEWEST = 256
+_SHORTEST_SWITCHING = 2.0**-44
+"""The same of laws that switch, whose rate has no corners but grows near a change of regime."""
+_FEWEST, _FEWEST_SMOOTH = 256, 64
 REACH = 1.5
 """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
 
 
-def _steps(steps: int | None, fastest: float) -> int:
+def _steps(steps: int | None, fastest: float, fewest: int) -> int:
     """Steps a period: those given, or by the fastest motion, per unit of tau."""
     needed = 2 * np.pi * fastest / REACH
     if needed > MOST_ITEMS:
@@ -46,7 +53,7 @@ def _steps(steps: int | None, fastest: float) -> int:
             f"time integration, steps: found {steps}; expected at least {int(np.ceil(0.5 * needed))}, as the fastest "
             f"motion is {fastest:.3g} times as fast as the forcing"
         )
-    return steps or int(max(_FEWEST, np.ceil(needed)))
+    return steps or int(max(fewest, np.ceil(needed)))
 
 
 class ChatteringError(SlipstickError):
@@ -75,8 +82,9 @@ class StateChange:
 
     tau: float
     contact: int
-    before: State
-    after: State
+    """Number of the friction contact; of one whose law switches, behind them."""
+    before: State | int
+    after: State | int
     z: Array
     linear: LinearPiece
     rate: Array
@@ -99,13 +107,14 @@ class Stepper:
     def __init__(self, model: PiecewiseLinear, steps: int | None = None) -> None:
         self.model = model
         fastest = model.fastest()
-        self.steps = _steps(steps, fastest)
+        self.steps = _steps(steps, fastest, _FEWEST_SMOOTH if model.system.laws.switching else _FEWEST)
         self.step = 2 * np.pi / self.steps
         reach = fastest * self.step
         self.degree = 12
         while reach**self.degree / factorial(self.degree) > 1e-18:
             self.degree += 1
         self.degree += 4
+        self._length = 1.0
         self._exponents = np.arange(self.degree + 1)
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
 
@@ -132,10 +141,15 @@ class Stepper:
         z = np.vander(item.fraction * _GAUSS, len(item.path), increasing=True) @ item.path
         J = (item.fraction * self.step) * self.model.rate_slopes(item.linear, z)
         rates = J @ Phi
+        rows = [self.model.system.memory.start + row for row in self.model.system.laws.angles(item.linear.regimes)]
+        inverses, change = _implicit(J[:, rows, rows].T), np.inf
         for _ in range(_LONGEST_ITERATION):
             before = rates
             rates = J @ (Phi + np.tensordot(_INTEGRALS, rates, 1))
-            if np.abs(rates - before).max() <= 1e-15 * np.abs(rates).max():
+            for row, inverse in zip(rows, inverses, strict=True):
+                rates[:, row] = before[:, row] + inverse @ (rates[:, row] - before[:, row])
+            last, change = change, np.abs(rates - before).max() / (np.abs(rates).max() or 1.0)
+            if change <= 1e-15 or (change < _SETTLED and change > 0.5 * last):
                 break
         return np.asarray(Phi + np.tensordot(_WHOLE, rates, 1))
 
@@ -145,11 +159,14 @@ class Stepper:
 
     def _smooth(self, linear: LinearPiece, z: Array, length: float) -> tuple[Array, float]:
         """The polynomial from z on, and how far it reaches: ``length`` or less, in steps."""
+        length = min(length, 2.0 * self._length)
+        shortest = _SHORTEST_SWITCHING if linear.regimes else _SHORTEST
         while True:
             path = self._collocated(linear, z, length)
-            if path is not None or length <= _SHORTEST:
+            if path is not None or length <= shortest:
                 break
             length *= 0.5
+        self._length = length
         if path is None:
             path = self._collocated(linear, z, length, fits=np.inf)
         if path is None:
@@ -158,11 +175,23 @@ class Stepper:
             )
         return path, length
 
-    def _sizes(self, z: Array) -> Array:
-        """Magnitudes (size,) of what is of one kind: motion and velocity, memory, forcing."""
+    def difference(self, before: Array, after: Array, states: Combination) -> Array:
+        """``after - before`` of z in some states, without whole turns of angles."""
+        s, out = self.model.system, after - before
+        for row in s.laws.angles(tuple(states[s.n_contacts :])):
+            e = s.memory.start + row
+            out[e] = (out[e] + np.pi) % (2.0 * np.pi) - np.pi
+        return out
+
+    def _sizes(self, linear: LinearPiece, z: Array) -> Array:
+        """Magnitudes (size,) of what is of one kind: motion and velocity, memory, angles, forcing."""
         s, out = self.model.system, np.ones_like(z)
-        for block in (slice(0, 2 * s.n), slice(2 * s.n, s.memory.start), s.memory):
+        for block in (slice(0, 2 * s.n), slice(2 * s.n, s.memory.start)):
             out[block] = max(z[block].max(initial=0.0), 1e-300)
+        angles = [s.memory.start + row for row in s.laws.angles(linear.regimes)]
+        straight = np.delete(z[s.memory], [row - s.memory.start for row in angles])
+        out[s.memory] = max(straight.max(initial=0.0), 1e-300)
+        out[angles] = 1.0
         return out
 
     def _collocated(self, linear: LinearPiece, z: Array, length: float, fits: float = _FITS) -> Array | None:
@@ -170,17 +199,21 @@ class Stepper:
         h = length * self.step
         rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
         start = rates[0]
+        size, change = self._sizes(linear, np.abs(z) + np.abs(start)), np.inf
         for _ in range(_LONGEST_ITERATION):
-            before = rates
-            rates = h * self.model.rate(linear, z + _INTEGRALS @ rates)
-            size = self._sizes(np.abs(z) + np.abs(rates).max(axis=0))
-            if not np.all(np.isfinite(size)):
+            before, there = rates, z + _INTEGRALS @ rates
+            rates = h * self.model.rate(linear, there)
+            if linear.regimes:
+                self._relax(linear, there, h, before, rates)
+            last, change = change, float((np.abs(rates - before).max(axis=0) / size).max())
+            if not change < 1e3:
                 return None
-            if np.all(np.abs(rates - before) <= 1e-15 * size):
+            if change <= 1e-15 or (change < _SETTLED and change > 0.5 * last):
                 break
         else:
             if fits < np.inf:
                 return None
+        size = self._sizes(linear, np.abs(z) + np.abs(rates).max(axis=0))
         coefficients = _POWERS @ rates
         end = z + _WHOLE @ rates
         ends = np.stack([coefficients[0] - start, coefficients.sum(axis=0) - h * self.model.rate(linear, end[None])[0]])
@@ -188,6 +221,13 @@ class Stepper:
             return None
         path = np.concatenate([z[None], coefficients / np.arange(1, _COUNT + 1)[:, None]])
         return np.asarray(path / length ** np.arange(_COUNT + 1)[:, None])
+
+    def _relax(self, linear: LinearPiece, z: Array, h: float, before: Array, rates: Array) -> None:
+        """Newton's step instead of the iteration's for angles, which may follow fast; writes on ``rates``."""
+        laws, first = self.model.system.laws, self.model.system.memory.start
+        rows, slopes = laws.relaxation(*self.model.law_motion(z), linear.regimes)
+        for row, inverse in zip(rows, _implicit(h * slopes), strict=True):
+            rates[:, first + row] = before[:, first + row] + inverse @ (rates - before)[:, first + row]
 
     def _propagator(self, linear: LinearPiece) -> Array:
         if "propagator" not in linear.cache:
@@ -246,9 +286,15 @@ class Stepper:
         while done < 1.0:
             linear = self.model(self.states)
             left, path = 1.0 - done, None
-            if self.model.system.laws:
+            if linear.smooth:
                 path, left = self._smooth(linear, self.z, left)
-            change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
+            change: tuple[float, int | tuple[int, int]] | None = None
+            if len(linear.margins):
+                change = self.first_change(linear, self.z, left, path)
+            if linear.regimes:
+                guard = self._first_guard(linear, self.powers(linear, self.z) if path is None else path, left)
+                if guard is not None and (change is None or guard[0] < change[0]):
+                    change = (guard[0], (guard[1], guard[2]))
             length = change[0] if change else left
             immediate = immediate + 1 if length == 0.0 else 0
             if immediate > 8 * len(self.states) + 8:
@@ -260,7 +306,8 @@ class Stepper:
                 yield self._advance(linear, tau + done * self.step, length, path)
             done = 1.0 if length == 1.0 - done else done + length
             if change:
-                yield self._switch(linear, change[1], tau + done * self.step)
+                at, now = change[1], tau + done * self.step
+                yield self._switch(linear, at, now) if isinstance(at, int) else self._next_regime(linear, *at, now)
 
     def _advance(self, linear: LinearPiece, tau: float, length: float, path: Array | None) -> Piece:
         if path is not None:
@@ -284,6 +331,52 @@ class Stepper:
         return StateChange(
             tau=tau, contact=j, before=before, after=after, z=z, linear=linear, margin=linear.margins[index],
             rate=self.model.rate(linear, z[None])[0], states=self.states,
+        )  # fmt: skip
+
+    def _first_guard(self, linear: LinearPiece, path: Array, length: float) -> tuple[float, int, int] | None:
+        """First sign change of a guard of a law that switches: fraction, contact and guard; None without any."""
+        s = np.append(0.0, length * _GUARD_SAMPLES)
+        which, values = self._guards(linear, path, s)
+        first: tuple[float, int, int] | None = None
+        for k in np.flatnonzero((values < -_GUARD_ROUNDING).any(axis=0)).tolist():
+            i = int(np.argmax(values[:, k] < -_GUARD_ROUNDING))
+            at = self._guard_root(linear, path, k, float(s[max(i - 1, 0)]), float(s[i]))
+            if first is None or at < first[0]:
+                first = (at, *which[k])
+        return first
+
+    def _guards(self, linear: LinearPiece, path: Array, s: Array) -> tuple[list[tuple[int, int]], Array]:
+        """Contacts and guards of laws that switch, and their values (k, n) at parts (k,) of a step."""
+        z = np.vander(s, len(path), increasing=True) @ path
+        return self.model.system.laws.guards(*self.model.law_motion(z), linear.regimes)
+
+    def _guard_root(self, linear: LinearPiece, path: Array, k: int, low: float, high: float) -> float:
+        """Where guard k, negative at ``high``, changes its sign; ``low`` where it never was positive."""
+        from scipy.optimize import brentq
+
+        near = low + (high - low) * np.append(0.0, _NEAR_START)
+        values = self._guards(linear, path, near)[1][:, k]
+        positive = np.flatnonzero(values > 0.0)
+        if not positive.size:
+            return low
+        last = int(positive[0] + np.argmax(values[positive[0] :] <= 0.0))
+        own = lambda x: self._guards(linear, path, np.array([x]))[1][0, k]  # noqa: E731
+        return float(brentq(own, near[last - 1], near[last], xtol=1e-15, rtol=4 * np.finfo(float).eps))
+
+    def _next_regime(self, linear: LinearPiece, number: int, guard: int, tau: float) -> StateChange:
+        """A contact whose law switches goes over into its next regime."""
+        s, z = self.model.system, self.z.copy()
+        contact, place = s.laws.switching[number], s.n_contacts + number
+        at = contact.at(*self.model.law_motion(z[None]))
+        before = int(self.states[place])
+        after = contact.regimes.after(before, guard, at)
+        rate = self.model.rate(linear, z[None])[0]
+        by_guard = contact.regimes.guard_slope(before, guard, at)
+        self.z[s.memory.start + contact.memory] = contact.regimes.reset(before, after, at)[:, 0, 0]
+        self.states = (*self.states[:place], after, *self.states[place + 1 :])
+        return StateChange(
+            tau=tau, contact=place, before=before, after=after, z=z, linear=linear, rate=rate,
+            margin=by_guard @ self.model.law_rows_of(number), states=self.states,
         )  # fmt: skip
 
     def enter(self, contact: int, state: State, force: float) -> None:
@@ -339,6 +432,13 @@ def _collocation() -> tuple[Array, Array, Array]:
 
 
 _INTEGRALS, _WHOLE, _POWERS = _collocation()
+
+
+def _implicit(slopes: Array) -> Array:
+    """``(1 - slopes integrals)^-1`` of scalar equations with slopes (n, nodes) over a step."""
+    if not len(slopes):
+        return np.zeros((0, _COUNT, _COUNT))
+    return np.asarray(np.linalg.inv(np.eye(_COUNT) - slopes[:, :, None] * _INTEGRALS), dtype=float)
 
 
 def _first_root(c: Array, values: Array, length: float) -> float:

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.analysis.time_domain.event_integrator import Stepper, replaced, spring_memory
+from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, State
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 _SAMPLES = 2048
 _NEARLY = 1e-6
+_LAPS = 3
 _MARCHED, _PERIODS, _SAME = 64, 20, 1e-3
 """Steps a period and periods in which what laws remember becomes periodic along a motion, and how closely."""
 
@@ -31,6 +33,8 @@ class HarmonicStart:
     tangential: Array
     normal: Array
     ports: Array | None = None
+    mean_force: Array | None = None
+    """Mean forces along them (n,): of contacts that settle on no force of their own."""
 
 
 def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
@@ -40,7 +44,8 @@ def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
     states: Combination = tuple(State.STICK if touching else State.SEPARATION for touching in closed)
     z = np.zeros(system.size)
     z[system.n_dynamic :] = system.forcing(0.0)
-    return with_forces(stepper, z, states, np.zeros(system.n_contacts))
+    z, states = with_forces(stepper, z, states, np.zeros(system.n_contacts))
+    return with_regimes(stepper, z, states, np.zeros(system.laws.n_ports))
 
 
 def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Combination]:
@@ -62,7 +67,20 @@ def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Co
             states.append(State.STICK)
         else:
             states.append(State.SLIP_PLUS if fx[j, 0] > 0 else State.SLIP_MINUS)
-    return with_forces(stepper, z, tuple(states), fx[:, 0])
+    z, combination = with_forces(stepper, z, tuple(states), fx[:, 0])
+    return with_regimes(stepper, z, combination, others[:, 0])
+
+
+def with_regimes(stepper: Stepper, z: Array, states: Combination, forces: Array) -> tuple[Array, Combination]:
+    """Puts contacts whose law switches into the regimes that go with forces (n_ports,) of contacts of other laws."""
+    system, model = stepper.model.system, stepper.model
+    states = states[: system.n_contacts]
+    for contact in system.laws.switching:
+        at = contact.at(*model.law_motion(z[None]))
+        regimes, memory = contact.regimes.begin(forces[contact.ports, None], at)
+        z[system.memory.start + contact.memory] = memory[:, 0]
+        states = (*states, int(regimes[0]))
+    return z, states
 
 
 def with_forces(stepper: Stepper, z: Array, states: Combination, fx: Array) -> tuple[Array, Combination]:
@@ -71,10 +89,10 @@ def with_forces(stepper: Stepper, z: Array, states: Combination, fx: Array) -> t
     With a feedthrough the springs act on each other: the memories follow one after another until they agree.
     """
     model, n = stepper.model, stepper.model.system.n
-    for j, state in enumerate(states):
+    for j, state in enumerate(states[: model.system.n_contacts]):
         if not model.frictional[j] and state is not State.SEPARATION:
             states = replaced(states, j, model.without_friction(j))
-    stuck = [j for j, state in enumerate(states) if state is State.STICK and model.frictional[j]]
+    stuck = [j for j in range(model.system.n_contacts) if states[j] is State.STICK and model.frictional[j]]
     for _ in range(30):
         for j in stuck:
             z[2 * n + j] = spring_memory(model, states, j, z, float(fx[j]))
@@ -109,9 +127,14 @@ def sampled_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array,
 
 
 def law_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Array]:
-    """Forces (n_ports, samples) of contacts of other laws over one period, and what they remember at its start."""
-    if not system.laws or start.ports is None:
-        return np.zeros((system.laws.n_ports, _SAMPLES)), np.zeros(system.laws.n_memory)
+    """Forces (n_ports, samples) of contacts of other laws over one period, and what they remember at its start.
+
+    What contacts whose law switches remember is left at zero: it goes with the force there.
+    """
+    laws = system.laws
+    forces = np.zeros((laws.n_ports, _SAMPLES))
+    if not laws or start.ports is None:
+        return forces, np.zeros(laws.n_memory)
     computed, moved = start.harmonics, Harmonics((0, *system.orders))
     parts = ((computed, start.ports), (moved, system.law_motion))
 
@@ -121,28 +144,62 @@ def law_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Arr
         return q, system.omega * rate + system.law_velocity
 
     tau = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
-    known = periodic_memory(system, motion)
+    known, (q, velocity) = periodic_memory(system, motion), motion(tau)
     at = 2 * np.pi * np.arange(len(known)) / len(known)
     memory = np.array([np.interp(tau, at, row, period=2 * np.pi) for row in known.T]).reshape(-1, _SAMPLES).T
-    return system.laws.rate(*motion(tau), memory)[0].T, known[0]
+    for law, ports, kept, _ in laws.each:
+        if law.law.regimes is None:
+            own = LawsInTime([law])
+            forces[ports] = own.rate(q[:, ports], velocity[:, ports], memory[:, kept])[0].T
+        else:
+            mean = None if start.mean_force is None else start.mean_force[ports]
+            forces[ports] = _switching_forces(law, q[:, ports], system.omega, mean)
+    return forces, known[0]
+
+
+def _switching_forces(law: LawInTime, q: Array, omega: float, mean: Array | None) -> Array:
+    """Forces (n_ports, samples) of a law that switches along a periodic motion (samples, n_ports), from none on.
+
+    ``mean`` (n_ports,) is that of the forces on which a motion from none on does not settle.
+    """
+    p, _, n = law.shape
+    assert law.law.regimes is not None
+    way = 2.0 * np.pi / omega * law.velocity
+    samples, path = q.T.reshape(p, n, _SAMPLES), np.zeros((p, n, _SAMPLES))
+    force = np.zeros((p, n))
+    for _ in range(_LAPS):
+        for i in range(_SAMPLES):
+            last = samples[..., i - 1] - way / _SAMPLES
+            force = law.law.regimes.next_force(force, last, samples[..., i], law.values)
+            path[..., i] = force
+    if mean is not None:
+        free = law.law.regimes.unsettled(samples, path, law.values)
+        path[:, free] += (mean.reshape(p, n) - path.mean(axis=2))[:, free, None]
+    return path.reshape(p * n, _SAMPLES)
 
 
 def periodic_memory(system: FrictionSystem, motion: Callable[[Array], tuple[Array, Array]]) -> Array:
     """What contacts of other laws remember along a periodic motion, at equidistant phases, (k, m): a start.
 
     ``motion`` gives motion and velocity (j, P) at phases (j,). Integrated from nothing until a period leaves it nearly
-    as it was.
+    as it was. Laws that switch are left out.
     """
+    out = np.zeros((_MARCHED, system.laws.n_memory))
+    for law, ports, kept, _ in system.laws.each:
+        if law.law.regimes is None and law.law.memory:
+            out[:, kept] = _periodic(LawsInTime([law]), system.omega, motion, ports)
+    return out
+
+
+def _periodic(laws: LawsInTime, omega: float, motion: Callable[[Array], tuple[Array, Array]], ports: slice) -> Array:
     from scipy.integrate import solve_ivp
 
-    laws = system.laws
     memory = np.zeros((_MARCHED, laws.n_memory))
-    if not laws.n_memory:
-        return memory
     at = 2 * np.pi * np.arange(_MARCHED + 1) / _MARCHED
 
     def rate(tau: float, w: Array) -> Array:
-        return laws.rate(*motion(np.array([tau])), w[None])[1][0] / system.omega
+        q, velocity = motion(np.array([tau]))
+        return laws.rate(q[:, ports], velocity[:, ports], w[None])[1][0] / omega
 
     w = memory[0]
     for _ in range(_PERIODS):

@@ -1,19 +1,23 @@
-"""Contacts of laws that tell their ``rate``, as they enter equations in time: forces, memory and their derivatives.
+"""Contacts of laws that are told in time, as they enter equations there: forces, memory and their derivatives.
 
 Their ports stand batch by batch, port by port, element by element; the memory likewise. An element that goes without a
-port has a row there that never moves.
+port has a row there that never moves. Contacts of laws that switch have a regime each, in the order of ``switching``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipstick.contact.law import Law
+from slipstick.contact.regimes import InTime, Regimes
 from slipstick.errors import InputError
 from slipstick.typing import Array, IntArray
+
+RegimeNumbers = tuple[int, ...]
+"""Regime of every contact whose law switches."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,40 +29,106 @@ class LawInTime:
     """Parameters, (n, 1) each."""
     elements: IntArray
     """Numbers (n,) among all contacts."""
+    velocity: Array
+    """Constant velocity of the opposing surface along the ports, (n_ports, n), length/time."""
+    length: float = 1.0
+    """Typical motion."""
 
     @property
     def shape(self) -> tuple[int, int, int]:
         """Numbers of ports, of what an element remembers, of elements."""
         return len(self.law.ports), len(self.law.memory), len(self.elements)
 
+    def at(self, q: Array, velocity: Array, memory: Array, which: Sequence[int] | slice = slice(None)) -> InTime:
+        """Some of the elements at motion, velocity and memory (count, n, k) of all of them."""
+        values = {name: value[which] for name, value in self.values.items()}
+        drift = self.velocity[:, which, None]
+        return InTime(q[:, which], velocity[:, which], memory[:, which], values, drift, self.length)
+
+    def by_regime(self, regimes: Sequence[int]) -> Iterator[tuple[int, list[int]]]:
+        """Regimes (n,) that elements are in, each with the elements."""
+        for regime in sorted(set(regimes)):
+            yield regime, [e for e, own in enumerate(regimes) if own == regime]
+
+
+@dataclass(frozen=True)
+class Switching:
+    """One contact whose law switches."""
+
+    law: LawInTime
+    element: int
+    """Its number among those of its law."""
+    ports: IntArray
+    """Its rows among the ports (n_ports,)."""
+    memory: IntArray
+    """Its rows among what is remembered (n_memory,)."""
+
+    @property
+    def number(self) -> int:
+        """Its number among all contacts."""
+        return int(self.law.elements[self.element])
+
+    @property
+    def regimes(self) -> Regimes:
+        """Those of its law."""
+        told = self.law.law.regimes
+        assert told is not None
+        return told
+
+    def at(self, q: Array, velocity: Array, memory: Array) -> InTime:
+        """It alone, at motion, velocity (k, n_ports) and memory (k, rows) of all contacts."""
+        own = [part.T[rows][:, None] for part, rows in ((q, self.ports), (velocity, self.ports), (memory, self.memory))]
+        e = slice(self.element, self.element + 1)
+        values = {name: value[e] for name, value in self.law.values.items()}
+        return InTime(own[0], own[1], own[2], values, self.law.velocity[:, e, None], self.law.length)
+
 
 class LawsInTime:
     """Forces and memory of all of them at once; motion, velocity and memory are (k, rows) at k instants."""
 
     def __init__(self, laws: Sequence[LawInTime]) -> None:
+        switching: list[Switching] = []
         each, port, kept = [], 0, 0
         for law in laws:
             p, m, n = law.shape
-            each.append((law, slice(port, port + p * n), slice(kept, kept + m * n)))
+            first = len(switching)
+            if law.law.regimes is not None:
+                rows, memory = port + n * np.arange(p), kept + n * np.arange(m)
+                switching += [Switching(law, e, rows + e, memory + e) for e in range(n)]
+            regimes = slice(first, len(switching))
+            each.append((law, slice(port, port + p * n), slice(kept, kept + m * n), regimes))
             port, kept = port + p * n, kept + m * n
         self.n_ports, self.n_memory = port, kept
         self.each = tuple(each)
-        """The laws, with their rows among the ports and those of their memory."""
+        """The laws, with their rows among the ports, those of their memory, and their places among ``switching``."""
+        self.switching = tuple(switching)
+        self.count = sum(len(law.elements) for law in laws)
+        """Of all contacts."""
 
     def __bool__(self) -> bool:
         return bool(self.each)
 
-    def rate(self, q: Array, velocity: Array, memory: Array) -> tuple[Array, Array]:
+    @property
+    def remembers_smoothly(self) -> bool:
+        """Whether some law remembers and does not switch."""
+        return any(law.law.memory and law.law.regimes is None for law, *_ in self.each)
+
+    def sized(self, length: float) -> LawsInTime:
+        """The same with a typical motion."""
+        return LawsInTime([replace(law, length=length) for law, *_ in self.each])
+
+    def rate(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers = ()) -> tuple[Array, Array]:
         """Forces (k, n_ports) and rates of the memory (k, n_memory)."""
         forces, rates = np.empty_like(q), np.empty_like(memory)
-        for law, ports, kept in self.each:
+        for law, ports, kept, places in self.each:
             p, m, _ = law.shape
-            told = law.law.rate(
-                _split(q[:, ports], p, law),
-                _split(velocity[:, ports], p, law),
-                _split(memory[:, kept], m, law),
-                law.values,
-            )
+            motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], m, law)
+            if law.law.regimes is None:
+                told = law.law.rate(*motion, law.values)
+            else:
+                told = np.empty_like(motion[0]), np.empty_like(motion[2])
+                for regime, own in law.by_regime(regimes[places]):
+                    told[0][:, own], told[1][:, own] = law.law.regimes.rate(regime, law.at(*motion, own))
             if told is None:
                 raise InputError(f"law {type(law.law).__name__}: its rate is not told at some motion")
             forces[:, ports], rates[:, kept] = _joined(told[0], len(q)), _joined(told[1], len(q))
@@ -67,7 +137,7 @@ class LawsInTime:
     def memory_in_sliding(self, q: Array, velocity: Array) -> Array:
         """What contacts that slide steadily remember, (k, n_memory)."""
         memory = np.zeros((len(q), self.n_memory))
-        for law, ports, kept in self.each:
+        for law, ports, kept, _ in self.each:
             p, m, _ = law.shape
             if m:
                 told = law.law.memory_in_sliding(
@@ -77,17 +147,20 @@ class LawsInTime:
                     memory[:, kept] = _joined(told, len(q))
         return memory
 
-    def slopes(self, q: Array, velocity: Array, memory: Array) -> Array:
+    def slopes(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers = ()) -> Array:
         """Derivatives of forces and rates by motion, velocity and memory, (k, P + m, 2 P + m), P ports in all."""
         P, m = self.n_ports, self.n_memory
         out = np.zeros((len(q), P + m, 2 * P + m))
         sizes = tuple(float(np.abs(a).max(initial=0.0)) or 1.0 for a in (q, velocity))
-        for law, ports, kept in self.each:
+        for law, ports, kept, places in self.each:
             p, r, n = law.shape
-            slopes = law.law.time_slopes(
-                _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], r, law),
-                law.values, (sizes[0], sizes[1]),
-            ).values  # fmt: skip
+            motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], r, law)
+            if law.law.regimes is None:
+                slopes = law.law.time_slopes(*motion, law.values, (sizes[0], sizes[1])).values
+            else:
+                slopes = np.empty((p + r, 2 * p + r, n, len(q)))
+                for regime, own in law.by_regime(regimes[places]):
+                    slopes[:, :, own] = law.law.regimes.slopes(regime, law.at(*motion, own)).values
             numbers = np.arange(n)
             row = [ports.start + i * n + numbers for i in range(p)] + [
                 P + kept.start + i * n + numbers for i in range(r)
@@ -98,6 +171,47 @@ class LawsInTime:
                 for j, columns in enumerate(column):
                     out[:, rows, columns] = slopes[i, j].T
         return out
+
+    def guards(
+        self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers
+    ) -> tuple[list[tuple[int, int]], Array]:
+        """Numbers of contacts among ``switching`` and of their guards, and the guards (k, n)."""
+        which, values = [], [np.zeros((len(q), 0))]
+        for law, ports, kept, places in self.each:
+            if law.law.regimes is None:
+                continue
+            p, m, _ = law.shape
+            motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], m, law)
+            for regime, own in law.by_regime(regimes[places]):
+                told = law.law.regimes.guards(regime, law.at(*motion, own))
+                which += [(places.start + e, g) for g in range(len(told)) for e in own]
+                values.append(told.reshape(-1, len(q)).T)
+        return which, np.concatenate(values, axis=1)
+
+    def relaxation(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers) -> tuple[list[int], Array]:
+        """Rows of the memory that are angles, and the derivatives of their rates by themselves, (rows, k)."""
+        rows, values = [], []
+        for contact, regime in zip(self.switching, regimes, strict=True):
+            if regime in contact.regimes.angles:
+                rows.append(int(contact.memory[0]))
+                values.append(contact.regimes.relaxation(regime, contact.at(q, velocity, memory))[0])
+        return rows, np.array(values).reshape(len(rows), len(q))
+
+    def remembered(self, regimes: RegimeNumbers, which: Sequence[int] | None = None) -> list[int]:
+        """Rows of the memory in use; of contacts whose law switches those alone whose numbers are in ``which``."""
+        rows = [r for law, _, kept, _ in self.each if law.law.regimes is None for r in range(kept.start, kept.stop)]
+        numbers = range(len(self.switching)) if which is None else which
+        return sorted([*rows, *self.remembered_by_switching(regimes, numbers)])
+
+    def remembered_by_switching(self, regimes: RegimeNumbers, which: Sequence[int]) -> list[int]:
+        """The rows of those of the contacts whose law switches."""
+        pairs = [(self.switching[i], regimes[i]) for i in which]
+        return [int(row) for c, regime in pairs for row in c.memory[: c.regimes.memory_used[regime]]]
+
+    def angles(self, regimes: RegimeNumbers) -> list[int]:
+        """Rows of the memory that are angles."""
+        pairs = zip(self.switching, regimes, strict=True)
+        return [int(c.memory[0]) for c, regime in pairs if regime in c.regimes.angles]
 
 
 def _split(rows: Array, count: int, law: LawInTime) -> Array:

@@ -154,7 +154,7 @@ class LongRun:
         friction = friction_elements(self.problem)
         power, fractions = np.full(count, np.nan), np.full((count, 4), np.nan)
         power[friction], fractions[friction] = sums.work / (end - begin), sums.fractions
-        for law, rows, _ in system.laws.each:
+        for law, rows, *_ in system.laws.each:
             power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
         linear, z = stepper.model(stepper.states), stepper.z
         rate = stepper.model.rate(linear, z[None])[0]

@@ -15,6 +15,8 @@ from slipstick.typing import Array
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+_PARTS = 4
+"""Of the steps of laws that switch, which are long: extremes are those of a cubic in each."""
 
 
 class PeriodRecord:
@@ -27,6 +29,8 @@ class PeriodRecord:
         self._law_ports = system.laws.n_ports
         self._integral = np.zeros((harmonics.size, self._n_motions + 2 * self._nc))
         self._time_in_state = np.zeros((self._nc, len(State)))
+        self.time_in_regime = [np.zeros(len(contact.regimes.names)) for contact in system.laws.switching]
+        """Fractions of the period in the regimes of each contact whose law switches."""
         self.work = np.zeros(self._nc)
         """Energy a period / (2 pi) of each friction contact."""
         self.law_work = np.zeros(system.laws.n_ports)
@@ -55,15 +59,21 @@ class PeriodRecord:
         if self._law_ports:
             model = self._stepper.model
             q, velocity, memory = model.law_motion(z)
-            forces = model.system.laws.rate(q, velocity, memory)[0]
+            forces = model.system.laws.rate(q, velocity, memory, linear.regimes)[0]
             self.law_work += (_WEIGHTS * width / (2 * np.pi)) @ (forces * velocity) / model.system.omega
-        for j, state in enumerate(item.states):
+        for j, state in enumerate(item.states[: self._nc]):
             self._time_in_state[j, state] += width / (2 * np.pi)
-        ends = np.array([item.start, item.fraction ** np.arange(len(powers)) @ powers])
-        self.tau.append(item.tau)
-        self._widths.append(width)
-        self._values.append(ends @ rows.T)
-        self._slopes.append(ends @ (linear.motion @ linear.A).T)
+        for own, regime in zip(self.time_in_regime, linear.regimes, strict=True):
+            own[regime] += width / (2 * np.pi)
+        parts = _PARTS if linear.regimes else 1
+        at = item.fraction * np.arange(parts + 1) / parts
+        ends = np.vander(at, len(powers), increasing=True) @ powers
+        values, slopes = ends @ rows.T, ends @ (linear.motion @ linear.A).T
+        for k in range(parts):
+            self.tau.append(item.tau + at[k] * step)
+            self._widths.append(width / parts)
+            self._values.append(values[k : k + 2])
+            self._slopes.append(slopes[k : k + 2])
 
     @property
     def fractions(self) -> Array:

@@ -8,23 +8,26 @@ forces at once: both are solved for together, exactly, in each combination.
 
 This module shares no code with ``slipstick.contact``: it is what the harmonic solutions are checked against. Contacts
 of other laws enter by their ``rate``, which adds to ``dz/dtau``: then a combination of friction states has a smooth
-system instead of a linear one. What they remember stands in z after ``e``.
+system instead of a linear one. What they remember stands in z after ``e``. Laws that switch have a rate in each of
+their regimes; their regimes are part of the combination.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.analysis.time_domain.law_in_time import LawsInTime, RegimeNumbers
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
 
-Combination = tuple["State", ...]
+Combination = tuple["State | int", ...]
+"""States of the friction contacts, then the regimes of the contacts whose law switches."""
 
 
 class State(IntEnum):
@@ -113,6 +116,24 @@ class FrictionSystem:
         """Where z holds what other laws remember."""
         return slice(2 * self.n + self.n_contacts, self.n_dynamic)
 
+    def unknowns(self, states: Combination, changing: Collection[int] | None = None) -> list[int]:
+        """Entries of z that a motion in these states is free in.
+
+        ``changing``: the contacts that change their state, numbered as in ``states``: what others remember while
+        stuck is left out.
+        """
+        nc, laws = self.n_contacts, self.laws
+        stuck = [2 * self.n + j for j, state in enumerate(states[:nc]) if state is State.STICK]
+        which = None
+        if changing is not None:
+            stuck = [e for e in stuck if e - 2 * self.n in changing]
+            which = [
+                k for k, (own, regime) in enumerate(zip(laws.switching, states[nc:], strict=True))
+                if nc + k in changing or regime not in own.regimes.neutral
+            ]  # fmt: skip
+        memory = [self.memory.start + row for row in laws.remembered(tuple(states[nc:]), which)]
+        return [*range(2 * self.n), *stuck, *memory]
+
     @property
     def n_forces(self) -> int:
         """Forces of friction contacts, tangential and normal."""
@@ -171,6 +192,10 @@ class LinearPiece:
     switches: tuple[Switch, ...]
     margins: Array
     """Rows of the switching functions."""
+    regimes: RegimeNumbers = ()
+    """Of the contacts whose law switches."""
+    smooth: bool = False
+    """Whether other laws add to ``A z`` what is not linear."""
     cache: dict[str, object] = field(default_factory=dict)
 
 
@@ -229,8 +254,8 @@ class PiecewiseLinear:
     def rate(self, linear: LinearPiece, z: Array) -> Array:
         """``dz/dtau`` at states (k, size)."""
         out = np.asarray(z @ linear.A.T, dtype=float)
-        if self.system.laws:
-            forces, rates = self.system.laws.rate(*self.law_motion(z))
+        if linear.smooth:
+            forces, rates = self.system.laws.rate(*self.law_motion(z), linear.regimes)
             out += forces @ self.law_columns.T
             out[:, self.system.memory] += rates / self.system.omega
         return out
@@ -238,7 +263,7 @@ class PiecewiseLinear:
     def rate_slopes(self, linear: LinearPiece, z: Array) -> Array:
         """Its derivatives by z, (k, size, size)."""
         s, P = self.system, self.system.laws.n_ports
-        slopes = s.laws.slopes(*self.law_motion(z))
+        slopes = s.laws.slopes(*self.law_motion(z), linear.regimes)
         remembered = np.eye(s.size)[s.memory]
         by_state = slopes @ np.concatenate([self.law_rows, self.law_speed, remembered])
         out = linear.A + self.law_columns @ by_state[:, :P]
@@ -248,8 +273,28 @@ class PiecewiseLinear:
     def __call__(self, states: Combination) -> LinearPiece:
         """The linear system of a combination."""
         if states not in self._systems:
-            self._systems[states] = self._build(states)
+            friction, regimes = states[: self.system.n_contacts], states[self.system.n_contacts :]
+            self._systems[states] = self._switched(self(friction), regimes) if regimes else self._build(friction)
         return self._systems[states]
+
+    def _switched(self, linear: LinearPiece, regimes: RegimeNumbers) -> LinearPiece:
+        """The system with laws that switch in some regimes; it is linear where these are."""
+        laws = self.system.laws
+        piece = replace(linear, regimes=regimes, cache={})
+        if len(laws.switching) == laws.count and all(
+            regime in contact.regimes.linear for contact, regime in zip(laws.switching, regimes, strict=True)
+        ):
+            nothing = np.zeros((1, self.system.size))
+            A = self.rate_slopes(piece, nothing)[0]
+            A[:, self.system.n_dynamic] += self.rate(piece, nothing)[0]
+            piece.A, piece.smooth = A, False
+        return piece
+
+    def law_rows_of(self, number: int) -> Array:
+        """Rows (2 n_ports + n_memory, size) of motion, velocities and memory of one contact whose law switches."""
+        contact = self.system.laws.switching[number]
+        remembered = np.eye(self.system.size)[self.system.memory][contact.memory]
+        return np.concatenate([self.law_rows[contact.ports], self.law_speed[contact.ports], remembered])
 
     def _laws(self, states: Combination) -> tuple[Array, Array]:
         """Contact forces (tangential, then the normal ones) as ``S motion + T z``."""
@@ -312,7 +357,7 @@ class PiecewiseLinear:
                 fy[j, one:] = s.kn[j] * s.approach[j]
         linear = LinearPiece(
             A=A, motion=motion, fx=forces[:nc], fy=fy, spring=s.kt[:, None] * total, rate=rate,
-            switches=(), margins=np.zeros((0, s.size)),
+            switches=(), margins=np.zeros((0, s.size)), smooth=bool(s.laws),
         )  # fmt: skip
         self._add_switches(states, linear)
         return linear
@@ -363,6 +408,7 @@ class PiecewiseLinear:
         for state in (State.SEPARATION, State.STICK):
             states = tuple(state if s.varies[j] or state else State.SLIP_PLUS for j in range(s.n_contacts))
             linear, free = self._build(states), slice(0, 2 * s.n)
+            linear.regimes = tuple(contact.regimes.fastest for contact in s.laws.switching)
             A = self.rate_slopes(linear, np.zeros((1, s.size)))[0] if s.laws else linear.A
             radius = max(radius, float(np.abs(np.linalg.eigvals(A[free, free])).max(initial=0.0)))
         return max(radius, *s.orders, 1)

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise import FrictionSystem
-from slipstick.contact.friction_law import is_friction
+from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
 from slipstick.structure.dynamic import turning_with
@@ -65,7 +65,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     return system_of(
         equations, omega, h, velocity=velocity[frictional], has_normal=has_normal, rubbing=rubbing[frictional],
         approach=approach[frictional], loads=loads, **{name: value[frictional] for name, value in values.items()},
-        laws=LawsInTime([law_in_time(b, g.values) for b, g in others]),
+        laws=LawsInTime([law_in_time(b, held_values(b, g.values, held), g.speed(omega)) for b, g in others]),
         law_motion=np.concatenate([np.zeros((0, h.size)), *(g.motion.reshape(-1, h.size) for _, g in others)]),
         law_velocity=np.concatenate([np.zeros(0), *(g.speed(omega).reshape(-1) for _, g in others)]),
     )  # fmt: skip
@@ -77,21 +77,28 @@ def friction_elements(problem: Problem) -> IntArray:
     return np.flatnonzero(kinds)
 
 
-def law_in_time(batch: Batch, values: Mapping[str, Array]) -> LawInTime:
-    """Contacts of a batch whose law tells its rate."""
+def law_in_time(batch: Batch, values: Mapping[str, Array], velocity: Array) -> LawInTime:
+    """Contacts of a batch whose law is told in time; ``velocity`` (n_ports, n), constant."""
     numbers = np.arange(max(batch.numbers, default=-1) + 1)
     columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
-    return LawInTime(law=batch.law, values=columns, elements=numbers[batch.elements])
+    return LawInTime(law=batch.law, values=columns, elements=numbers[batch.elements], velocity=velocity)
+
+
+def held_values(batch: Batch, values: Mapping[str, Array], held: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Parameters (n,) of a batch, those of friction as they are held."""
+    if not isinstance(batch.law, FrictionLaw):
+        return values
+    return {name: held[name][batch.elements] if name in held else value for name, value in values.items()}
 
 
 def system_of(
     equations: TimeEquations, omega: float, harmonics: Harmonics, *, rubbing: Array, approach: Array, loads: Array,
-    gap: Array, law_motion: Array | None = None, **contacts: Any,
+    gap: Array, law_motion: Array | None = None, laws: LawsInTime | None = None, **contacts: Any,
 ) -> FrictionSystem:  # fmt: skip
     """The system in the orders that anything moves in; the opposing surfaces' motion and loads are (..., L).
 
-    ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu``, ``kn``, ``laws`` and ``law_velocity``, as
-    ``FrictionSystem`` takes them.
+    ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu``, ``kn`` and ``law_velocity``, as ``FrictionSystem``
+    takes them.
     """
     approach = approach.copy()
     approach[:, 0] -= gap
@@ -99,10 +106,22 @@ def system_of(
     moving = np.abs(np.vstack([rubbing, approach, loads, law_motion])).max(axis=0, initial=0.0)
     orders = tuple(m for k, m in enumerate(harmonics.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
     kept = [0, *(i for m in orders for i in (harmonics.index(m, "c"), harmonics.index(m, "s")))]
+    laws = LawsInTime(()) if laws is None else laws
+    if laws.switching:
+        laws = laws.sized(_typical_motion(equations, laws, loads, law_motion))
     return FrictionSystem(
-        equations=equations, omega=omega, orders=orders, rubbing=rubbing[:, kept], approach=approach[:, kept],
-        loads=loads[:, kept], law_motion=law_motion[:, kept], **contacts,
+        equations=equations, omega=omega, orders=orders, laws=laws, rubbing=rubbing[:, kept],
+        approach=approach[:, kept], loads=loads[:, kept], law_motion=law_motion[:, kept], **contacts,
     )  # fmt: skip
+
+
+def _typical_motion(equations: TimeEquations, laws: LawsInTime, loads: Array, moved: Array) -> float:
+    """Of contacts whose law switches: their gaps, the opposing surface, and what the loads move at rest."""
+    gaps = [np.abs(law.values["gap"]).max(initial=0.0) for law, *_ in laws.each if "gap" in law.values]
+    forces = np.abs(equations.columns[:, equations.columns.shape[1] - len(loads) :]) @ np.abs(loads).sum(axis=1)
+    still = np.linalg.lstsq(equations.K, forces, rcond=None)[0]
+    sizes = [*gaps, np.abs(moved).max(initial=0.0), np.abs(equations.rows @ still).max(initial=0.0)]
+    return float(max(sizes)) or 1.0
 
 
 def integration_faults(problem: Problem) -> Iterator[Fault]:

@@ -32,6 +32,8 @@ class PeriodEnd:
 
 def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
     """Derivative of z just after a state change by what ``Phi`` is the derivative of."""
+    if item.contact >= stepper.model.system.n_contacts:
+        return _regime_saltation(stepper, item, Phi)
     model, e = stepper.model, 2 * stepper.model.system.n + item.contact
     after = model(item.states)
     row = np.zeros(len(item.z))
@@ -47,6 +49,26 @@ def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
     out = Phi.copy()
     out[e] = row @ Phi
     slope = item.margin @ rate
+    if slope != 0.0:
+        out += np.outer(jump, item.margin @ Phi) / slope
+    return out
+
+
+def _regime_saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
+    """The same where a contact whose law switches goes over into another regime."""
+    model, number = stepper.model, item.contact - stepper.model.system.n_contacts
+    system = model.system
+    contact, rows = system.laws.switching[number], model.law_rows_of(number)
+    at = contact.at(*model.law_motion(item.z[None]))
+    before, after = int(item.before), int(item.after)
+    z, own = item.z.copy(), system.memory.start + contact.memory
+    kept = contact.regimes.reset_slopes(before, after, at) @ rows
+    z[own] = contact.regimes.reset(before, after, at)[:, 0, 0]
+    jump = model.rate(model(item.states), z[None])[0] - item.rate
+    jump[own] += item.rate[own] - kept @ item.rate
+    out = Phi.copy()
+    out[own] = kept @ Phi
+    slope = item.margin @ item.rate
     if slope != 0.0:
         out += np.outer(jump, item.margin @ Phi) / slope
     return out
@@ -68,10 +90,13 @@ def relative_change(stepper: Stepper, before: Array, after: Array, states: Combi
     n, linear = system.n, stepper.model(states)
     motion = np.abs(after - before)[: 2 * n].max() / max(np.abs(after[: 2 * n]).max(), 1e-300)
     force = np.abs(linear.fx @ (after - before)) / np.maximum(np.abs(system.mu * (linear.fy @ after)), 1e-300)
-    stuck = [state is State.STICK for state in states]
-    kept = np.abs(after - before)[system.memory].max(initial=0.0)
-    kept /= np.abs(after[system.memory]).max(initial=1e-300)
-    return float(max(motion, kept, force[stuck].max(initial=0.0)))
+    stuck = [state is State.STICK for state in states[: system.n_contacts]]
+    moved, size, angles = stepper.difference(before, after, states)[system.memory], np.abs(after[system.memory]), []
+    if system.laws.switching:
+        angles = system.laws.angles(linear.regimes)
+    kept = np.delete(np.abs(moved), angles).max(initial=0.0) / np.delete(size, angles).max(initial=1e-300)
+    turned = np.abs(moved[angles]).max(initial=0.0)
+    return float(max(motion, kept, turned, force[stuck].max(initial=0.0)))
 
 
 def periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) -> Iterator[PeriodEnd]:
@@ -99,12 +124,10 @@ def periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) 
 
 
 def _newton_start(stepper: Stepper, z: Array, states: Combination, Phi: Array) -> Array:
-    system = stepper.model.system
-    stuck = [2 * system.n + j for j, state in enumerate(states) if state is State.STICK]
-    keep = np.r_[np.arange(2 * system.n), np.array(stuck, dtype=int), np.arange(system.n_dynamic)[system.memory]]
+    keep = stepper.model.system.unknowns(states)
     matrix = np.eye(len(keep)) - Phi[np.ix_(keep, keep)]
     # a contact stuck all period keeps any residual traction: least squares changes it least
-    step = np.linalg.lstsq(matrix, (stepper.z - z)[keep], rcond=1e-13)[0]
+    step = np.linalg.lstsq(matrix, stepper.difference(z, stepper.z, states)[keep], rcond=1e-13)[0]
     out = z.copy()
     out[keep] += step
     return out

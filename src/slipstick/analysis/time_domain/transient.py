@@ -16,7 +16,7 @@ import numpy as np
 from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
 from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_at_rest, start_from_motion
 from slipstick.analysis.time_domain.period_record import PeriodRecord
-from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
+from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
 from slipstick.balance.physics_checks import problem_warnings
@@ -27,6 +27,9 @@ from slipstick.html import MOST_SHOWN, html_table
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
 from slipstick.units import Units
+
+_COLUMNS = {"separation": 0, "stick": 1, "slip": 2}
+"""Of fractions: where the states of contacts that slide in a plane stand."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -234,28 +237,37 @@ def _result(
         out[(slice(None),) * axis + (frictional,)] = values
         return out
 
-    work = of_all(last.work)
-    for law, rows, _ in system.laws.each:
+    work, fractions = of_all(last.work), of_all(last.fractions)
+    for law, rows, *_ in system.laws.each:
         work[law.elements] = last.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0)
+    for own, time_in_regime in zip(system.laws.switching, last.time_in_regime, strict=True):
+        fractions[own.number] = 0.0
+        for name, part in zip(own.regimes.names, time_in_regime, strict=True):
+            fractions[own.number, _COLUMNS[name]] += part
     return TransientResult(
         omega=system.omega, harmonics=harmonics, outputs=outputs, contacts=contacts,
         time=time, displacement=motion[:, first:], friction_force=of_all(fx, 1), normal_force=of_all(fy, 1),
         coefficients=X[first:], friction_coefficients=of_all(Fx), normal_coefficients=of_all(Fy),
         amplitude=np.maximum(high[first:] - mean, mean - low[first:]), mean=mean,
-        power=system.omega * work, fractions=of_all(last.fractions),
+        power=system.omega * work, fractions=fractions,
         changes=tuple(
-            _named(c, k, system.omega, [contacts[e] for e in frictional])
-            for k, r in enumerate(records) for c in r.changes
+            named for k, r in enumerate(records) for c in r.changes
+            if (named := _named(c, k, system, contacts, frictional)).before != named.after
         ),
         periods=periods, change=change, converged=converged,
     )  # fmt: skip
 
 
-def _named(change: StateChange, period: int, omega: float, contacts: Sequence[str]) -> ContactChange:
-    return ContactChange(
-        time=(change.tau + 2 * np.pi * period) / omega, contact=contacts[change.contact],
-        before=change.before.text, after=change.after.text,
-    )  # fmt: skip
+def _named(
+    change: StateChange, period: int, system: FrictionSystem, contacts: Sequence[str], friction: Sequence[int]
+) -> ContactChange:
+    time, nc = (change.tau + 2 * np.pi * period) / system.omega, system.n_contacts
+    if change.contact < nc:
+        before, after = State(change.before).text, State(change.after).text
+        return ContactChange(time=time, contact=contacts[friction[change.contact]], before=before, after=after)
+    own = system.laws.switching[change.contact - nc]
+    before, after = (own.regimes.names[regime] for regime in (change.before, change.after))
+    return ContactChange(time=time, contact=contacts[own.number], before=before, after=after)
 
 
 def _checked_options(
