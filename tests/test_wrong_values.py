@@ -436,7 +436,9 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         "path": "r.html", "title": "t", "contacts": 1, "dofs": 1, "tolerances": {"damper.mu": 0.1},
     }),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
-    "Branch.sensitivity": (lambda: branch().sensitivity, {"parameters": "damper.mu", "dof": "x"}),
+    "Branch.sensitivity": (lambda: branch().sensitivity, {
+        "parameters": "damper.mu", "dof": "x", "points": [0], "of": "displacement",
+    }),
     "Branch.plot.tolerance_band": (
         lambda: branch().plot.tolerance_band, {"tolerances": {"damper.mu": 0.1}, "dof": "x", "label": "a"}
     ),
