@@ -58,6 +58,7 @@ WORN = ss.Problem(
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
 SHORT = {"max_points": 2}
+MEASURED = ss.steady_response(STEADY, omega=[8.0, 9.5]).dataset[["amplitude", "omega"]]
 SHORT_CASE = oscillator(
     head='harmonics = "0..5"\n', rubbing="velocity = 100.0", response="from = 5.0\nto = 6.0\nmax_step = 0.5\n"
 )  # fmt: skip
@@ -310,6 +311,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "problem": STEADY, "amplitude": (20.0, 30.0), "mode": 1, "dof": "x", "load_factors": (0.5,),
             "options": SHORT,
+        },
+    ),
+    "identify": (
+        lambda: ss.identify,
+        {
+            "problem": STEADY, "measured": MEASURED, "parameters": {"damper.kt": 90.0},
+            "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "starts": 1, "seed": 0,
         },
     ),
     "optimal": (

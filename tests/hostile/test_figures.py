@@ -67,6 +67,14 @@ def studied() -> dict[str, Any]:
     return {"study": study_dataset(job, plan, found, attributes), "curves": curves_dataset(job, found, attributes)}
 
 
+@cache
+def fitting() -> xr.Dataset:
+    """A parameter fitted to two amplitudes."""
+    problem = oscillator()
+    measured = ss.steady_response(problem, omega=[8.0, 9.5]).dataset[["amplitude", "omega"]]
+    return ss.identify(problem, measured, {"damping": 1.1}).dataset
+
+
 def turning() -> xr.Dataset:
     """Campbell diagram of a rotor of one mass."""
     gyroscopic = [[0.0, 0.3], [-0.3, 0.0]]
@@ -107,6 +115,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {"branch": worn(), "dof": "x", "contact": "c0"}
     if "samples" in names:
         good |= {"samples": xr.Dataset({"amplification": ("sample", np.ones(20))}), "percentiles": (50.0, 95.0)}
+    if "fitted" in names:
+        good |= {"fitted": fitting()}
     if "data" in names:
         good |= {"data": TURNING[name](), "rpm": True} if name == "campbell" else {"data": TURNING[name]()}
     draw(**good)

@@ -22,7 +22,15 @@ from slipstick.case.free import FREE
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import MATRICES, MODAL, MODEL
 from slipstick.case.output import OutputTable
-from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable, WearTable
+from slipstick.case.requests import (
+    CyclesTable,
+    IdentifyTable,
+    ModesTable,
+    OptimalTable,
+    RequestTable,
+    TrackTable,
+    WearTable,
+)
 from slipstick.case.response import ResponseTable
 from slipstick.case.structure import Described, StructureKind, Tell, silent
 from slipstick.case.table import RawTable, Table, toml
@@ -39,7 +47,7 @@ STRUCTURES: Mapping[str, StructureKind] = {
 
 REQUESTS: Mapping[str, type[RequestTable]] = {
     "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable,
-    "wear": WearTable,
+    "wear": WearTable, "identify": IdentifyTable,
 }  # fmt: skip
 """Tables that a verb of its own computes."""
 

@@ -12,7 +12,7 @@ import typer
 from slipstick.cli.verb import app
 
 VERBS = (
-    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear"),
+    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear", "identify"),
     *("campbell", "interference"),
     *("check", "init", "import_", "info", "verify"),
 )
