@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from helpers.cases import oscillator
 
 import slipstick as ss
@@ -58,6 +59,11 @@ WORN = ss.Problem(
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
 SHORT = {"max_points": 2}
+GRID = np.linspace(2.0, 10.0, 60)
+TESTED = xr.Dataset(
+    {"receptance": (("omega", "output", "input"), 1.0 / (40.0 + 0.4j * GRID - GRID**2)[:, None, None])},
+    coords={"omega": GRID, "output": ["x"], "input": ["x"]},
+)
 MEASURED = ss.steady_response(STEADY, omega=[8.0, 9.5]).dataset[["amplitude", "omega"]]
 SHORT_CASE = oscillator(
     head='harmonics = "0..5"\n', rubbing="velocity = 100.0", response="from = 5.0\nto = 6.0\nmax_step = 0.5\n"
@@ -312,6 +318,10 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "problem": STEADY, "amplitude": (20.0, 30.0), "mode": 1, "dof": "x", "load_factors": (0.5,),
             "options": SHORT,
         },
+    ),
+    "modal_analysis": (
+        lambda: ss.models.modal_analysis,
+        {"measured": TESTED, "modes": 1, "range": (3.0, 9.0), "quantity": "displacement"},
     ),
     "identify": (
         lambda: ss.identify,

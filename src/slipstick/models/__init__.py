@@ -1,6 +1,6 @@
-"""What users build with: structures from meshes with contacts on a surface, the parametric blade, rotors.
+"""What users build with: structures from meshes with contacts on a surface, the parametric blade, rotors, modal tests.
 
-The rotors are reached as ``ss.models.beam_rotor(...)``.
+Rotors and modal tests are reached as ``ss.models.beam_rotor(...)``.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ _PUBLIC = {
     "beam_rotor": "slipstick.models.rotor",
     "craig_bampton": "slipstick.structure.reduction.craig_bampton",
     "free_structure": "slipstick.structure.free",
+    "modal_analysis": "slipstick.models.modal_test",
     "interference": "slipstick.structure.interference",
     "jeffcott_rotor": "slipstick.models.rotor",
     "Bearing": "slipstick.models.rotor",
@@ -25,6 +26,7 @@ __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.stator import StatorContact as StatorContact
+    from slipstick.models.modal_test import modal_analysis as modal_analysis
     from slipstick.models.rotor import Bearing as Bearing
     from slipstick.models.rotor import Disc as Disc
     from slipstick.models.rotor import Shaft as Shaft
