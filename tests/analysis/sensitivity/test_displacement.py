@@ -34,13 +34,13 @@ def modal() -> ss.Problem:
     structure = ss.ModalStructure(
         omega=[6.0, 14.0], mode_shapes=shapes, static_compliance=static, dofs=["a", "b", "c"],
         damping_ratio=[0.02, 0.01], loss_factor=0.01,
-        load_shapes={"gas": LoadShape(participation=[0.3, 0.2], static_response=[0.02, 0.01, 0.03])},
+        load_shapes={"base x": LoadShape(participation=[0.3, 0.2], static_response=[0.02, 0.01, 0.03])},
     )  # fmt: skip
     contact = ss.FrictionContact(kt=20.0, mu=0.3, kn=5.0, normal_load=20.0)
     pair = ss.ContactPair(
         name="d", tangential="a", normal="b", contact=contact, rubbing=ss.RubbingMotion(velocity=0.3)
     )  # fmt: skip
-    loads = [ss.Load(dof="c", cos=40.0, sin=10.0), ss.Load(shape="gas", cos=3.0)]
+    loads = [ss.Load(dof="c", cos=40.0, sin=10.0), ss.Load(base="x", motion="acceleration", cos=3.0)]
     return ss.Problem(structure, contacts=pair, loads=loads, harmonics=range(8), outputs=["a", "c"])
 
 
@@ -53,7 +53,7 @@ def again(problem, near, omega, name, value, dof, jacobian):
 
 @pytest.mark.parametrize(("jacobian", "dof"), [("dense", "c"), ("iterative", "a")])
 def test_every_coefficient_against_solving_again(jacobian, dof):
-    """By contacts, loads, damping and single modes; central differences of order four, at the best of three steps."""
+    """By contacts, loads, damping and single modes; central differences of order four, at the better of two steps."""
     problem = modal()
     branch = ss.steady_response(problem, omega=[4.5, 6.2], options={"jacobian": jacobian})
     assert 0.0 < float(branch.dataset.stick_fraction[0, 0]) < 1.0
@@ -62,7 +62,7 @@ def test_every_coefficient_against_solving_again(jacobian, dof):
     assert found.point.values.tolist() == [1]
     for name in NAMES:
         exact, value, errors = found.sel(parameter=name).values[0], problem.parameter(name), []
-        for h in abs(value) * np.array([1e-3, 1e-4, 1e-5]):
+        for h in abs(value) * np.array([1e-3, 1e-4]):
             U = [again(problem, branch, 6.2, name, value + k * h, dof, jacobian) for k in (1, -1, 2, -2)]
             errors.append(np.abs((8 * U[0] - 8 * U[1] - U[2] + U[3]) / (12 * h) - exact).max())
         assert np.abs(exact).max() > 0.0
@@ -78,17 +78,17 @@ def test_a_mode_of_the_structure_is_the_mode_of_its_receptance():
             "omega": [6.0, 13.0], "damping_ratio": [0.05, 0.01],
             "static_compliance": structure.static_compliance
             + np.outer(*2 * [structure.mode_shapes[:, 1]]) * (1 / 13.0**2 - 1 / 14.0**2),
-            "load_shapes": {"gas": replace(structure.shapes["gas"], static_response=structure.shapes["gas"]
+            "load_shapes": {"base x": replace(structure.shapes["base x"], static_response=structure.shapes["base x"]
             .static_response + 0.2 * structure.mode_shapes[:, 1] * (1 / 13.0**2 - 1 / 14.0**2))},
         })
     )  # fmt: skip
     one, all_of = np.eye(3)[:, :1], np.eye(3)
-    by_receptance = structure.project(one, all_of, ["gas"]).changed(
+    by_receptance = structure.project(one, all_of, ["base x"]).changed(
         **{"mode2.omega": 13.0, "mode1.damping_ratio": 0.05}
     )
-    for other in (moved.project(one, all_of, ["gas"]), by_receptance):
-        np.testing.assert_allclose(other.static, rebuilt.project(one, all_of, ["gas"]).static, rtol=1e-13)
-        for a, b in zip(other.at([1, 3], 4.3), rebuilt.project(one, all_of, ["gas"]).at([1, 3], 4.3), strict=True):
+    for other in (moved.project(one, all_of, ["base x"]), by_receptance):
+        np.testing.assert_allclose(other.static, rebuilt.project(one, all_of, ["base x"]).static, rtol=1e-13)
+        for a, b in zip(other.at([1, 3], 4.3), rebuilt.project(one, all_of, ["base x"]).at([1, 3], 4.3), strict=True):
             np.testing.assert_allclose(a, b, rtol=1e-12)
     with raises_fault("mode2.omega", says="> 0"):
         structure.changed(**{"mode2.omega": 0.0})
