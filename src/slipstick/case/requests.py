@@ -1,5 +1,4 @@
-"""Tables that a verb of its own computes: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``,
-``[identify]``.
+"""Tables of verbs of their own: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``, ``[identify]``.
 
 Another one is another class here, and its name in :data:`slipstick.case.sections.REQUESTS`.
 """
