@@ -33,7 +33,7 @@ def curve(size: str, cache: Path) -> None:
         print(f"  {what:60s} {wall:8.2f} s, {processor:8.2f} s of processor, {memory:.2f} GB", flush=True)
         last = now
 
-    model = ss.bladed_sector(size)
+    model = ss.models.bladed_sector(size)
     told(f"mesh and matrices, {model.n_dofs} dofs")
     sector = ss.reduced_sector(
         model, surface="tip", contacts=4, between=("shroud_low", "shroud_high"), between_contacts=4,

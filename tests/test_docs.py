@@ -133,15 +133,15 @@ class Session:
 
     def toml(self, text: str) -> None:
         """A case, sections of one, or keys of a contact: every key and value is one that a case may have."""
-        from slipstick.case.sections import read_sections
+        from slipstick.case.sections import REQUESTS, read_sections, take_requests
 
         given = tomllib.loads(text)
         case = tomllib.loads((ROOT / "examples/oscillator/oscillator.toml").read_text(encoding="utf-8"))
-        if "format" in given or set(given) <= SECTIONS:
+        if "format" in given or set(given) <= SECTIONS | set(REQUESTS):
             case = given if "format" in given else case | given
         else:
             case["contact"][0] |= given
-        assert read_sections(case)[1] == [], text
+        assert [*take_requests(case)[1], *read_sections(case)[1]] == [], text
         self._is_file(text)
 
     def sh(self, text: str) -> None:

@@ -52,6 +52,15 @@ def test_constant_velocity(tmp_path):
     assert (tmp_path / "oscillator_constant_velocity.png").stat().st_size > 10_000
 
 
+def test_measured_damper():
+    """What is found is the damper that the test was made with, within what is said of its errors."""
+    found = load("measured_damper/identify.py").compute()
+    for name, true in {"damper.kt": 100.0, "damper.mu": 0.3, "damping": 1.0}.items():
+        assert abs(found.values[name] - true) < 3.0 * found.standard_errors[name] < 0.03 * true
+    assert found.misfit == pytest.approx(0.01, rel=0.1)
+    assert not found.indistinct
+
+
 def test_rubbing_rotor(tmp_path):
     """The stator holds the disc; the free one is the solution of its own matrices."""
     module = load("rubbing_rotor/rubbing_rotor.py")

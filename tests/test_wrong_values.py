@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from helpers.cases import oscillator
 
 import slipstick as ss
@@ -58,6 +59,12 @@ WORN = ss.Problem(
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
 SHORT = {"max_points": 2}
+GRID = np.linspace(2.0, 10.0, 60)
+TESTED = xr.Dataset(
+    {"receptance": (("omega", "output", "input"), 1.0 / (40.0 + 0.4j * GRID - GRID**2)[:, None, None])},
+    coords={"omega": GRID, "output": ["x"], "input": ["x"]},
+)
+MEASURED = ss.steady_response(STEADY, omega=[8.0, 9.5]).dataset[["amplitude", "omega"]]
 SHORT_CASE = oscillator(
     head='harmonics = "0..5"\n', rubbing="velocity = 100.0", response="from = 5.0\nto = 6.0\nmax_step = 0.5\n"
 )  # fmt: skip
@@ -101,7 +108,7 @@ COARSE = BladeShape(element_size=0.05, stretch=4.0)
 SECTOR_SHAPE = SectorShape(
     sectors=6, element_size=0.03, bore=0.04, rim=0.08, tip=0.14, thickness=0.2, stagger=3.0, twist=5.0
 )
-SECTOR_MODEL = ss.bladed_sector(SECTOR_SHAPE)
+SECTOR_MODEL = ss.models.bladed_sector(SECTOR_SHAPE)
 CASE = example("oscillator").path.read_text(encoding="utf-8")
 
 
@@ -147,18 +154,18 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         "second_sin": {1: 1.0},
     }),
     "IwanContact": (
-        lambda: ss.IwanContact, {"kt": 1.0, "limit": 2.0, "chi": -0.3, "beta": 0.1, "sliders": 5},
+        lambda: ss.models.IwanContact, {"kt": 1.0, "limit": 2.0, "chi": -0.3, "beta": 0.1, "sliders": 5},
     ),
-    "DahlContact": (lambda: ss.DahlContact, {"kt": 1.0, "limit": 2.0}),
+    "DahlContact": (lambda: ss.models.DahlContact, {"kt": 1.0, "limit": 2.0}),
     "BoucWenContact": (
-        lambda: ss.BoucWenContact, {"kt": 1.0, "beta": 2.0, "gamma": 0.5, "n": 1.5, "alpha": 0.1},
+        lambda: ss.models.BoucWenContact, {"kt": 1.0, "beta": 2.0, "gamma": 0.5, "n": 1.5, "alpha": 0.1},
     ),
     "StribeckContact": (
-        lambda: ss.StribeckContact,
+        lambda: ss.models.StribeckContact,
         {"kt": 1.0, "mu": [(0.0, 0.4), (2.0, 0.3)], "kn": 1.0, "gap": -1.0, "relaxation": 100.0},
     ),
     "StribeckContact by curve": (
-        lambda: ss.StribeckContact,
+        lambda: ss.models.StribeckContact,
         {
             "kt": 1.0, "mu_s": 0.4, "mu_d": 0.3, "v_s": 0.5, "viscous": 0.01, "form": "gaussian", "normal_load": 1.0,
         },
@@ -329,6 +336,17 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "options": SHORT,
         },
     ),
+    "modal_analysis": (
+        lambda: ss.models.modal_analysis,
+        {"measured": TESTED, "modes": 1, "range": (3.0, 9.0), "quantity": "displacement"},
+    ),
+    "identify": (
+        lambda: ss.identify,
+        {
+            "problem": STEADY, "measured": MEASURED, "parameters": {"damper.kt": 90.0},
+            "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "starts": 1, "seed": 0,
+        },
+    ),
     "optimal": (
         lambda: ss.optimal,
         {
@@ -358,7 +376,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         },
     ),
     "run_up": (
-        lambda: ss.run_up,
+        lambda: ss.runs.run_up,
         {
             "problem": PROBLEM, "omega": (2.0, 2.5), "rate": 0.05, "periods": 2, "samples": 8, "steps": 64,
             "folder": "passed", "listener": None,
@@ -405,7 +423,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "loss_factor": 0.01, "cache": None, "listener": None, "solver": None,
         },
     ),
-    "bladed_sector": (lambda: ss.bladed_sector, {"shape": SECTOR_SHAPE, "material": STEEL}),
+    "bladed_sector": (lambda: ss.models.bladed_sector, {"shape": SECTOR_SHAPE, "material": STEEL}),
     "SectorShape": (
         lambda: SectorShape,
         {
@@ -460,7 +478,9 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         "path": "r.html", "title": "t", "contacts": 1, "dofs": 1, "tolerances": {"damper.mu": 0.1},
     }),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
-    "Branch.sensitivity": (lambda: branch().sensitivity, {"parameters": "damper.mu", "dof": "x"}),
+    "Branch.sensitivity": (lambda: branch().sensitivity, {
+        "parameters": "damper.mu", "dof": "x", "points": [0], "of": "displacement",
+    }),
     "Branch.plot.tolerance_band": (
         lambda: branch().plot.tolerance_band, {"tolerances": {"damper.mu": 0.1}, "dof": "x", "label": "a"}
     ),

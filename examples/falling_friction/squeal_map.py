@@ -11,7 +11,7 @@ SLIDES, EITHER, SQUEALS = ".", "o", "#"
 
 def problem(load):
     """x'' + 0.1 x' + x + f = 0 on a belt, mu = 0.5 + 0.5 exp(-v / 0.5)."""
-    belt = ss.StribeckContact(kt=30.0, mu_s=1.0, mu_d=0.5, v_s=0.5, normal_load=load)
+    belt = ss.models.StribeckContact(kt=30.0, mu_s=1.0, mu_d=0.5, v_s=0.5, normal_load=load)
     rubbing = ss.RubbingMotion(velocity=-VELOCITIES[0])
     return ss.Problem(
         ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[1.0]], dofs=["x"]),

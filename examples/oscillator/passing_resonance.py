@@ -22,7 +22,7 @@ def problem():
 def compute():
     """The steady curve, and runs up by rate."""
     case = problem()
-    return ss.forced_response(case, omega=(4.0, 14.0)), {r: ss.run_up(case, (4.0, 14.0), rate=r) for r in RATES}
+    return ss.forced_response(case, omega=(4.0, 14.0)), {r: ss.runs.run_up(case, (4.0, 14.0), rate=r) for r in RATES}
 
 
 def draw(steady, runs, folder):

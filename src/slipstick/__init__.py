@@ -17,10 +17,6 @@ _PUBLIC = {
     "PlanarFrictionContact": "slipstick.contact.planar",
     "RubbingMotion": "slipstick.contact.rubbing",
     "SampledLaw": "slipstick.contact.sampled",
-    "BoucWenContact": "slipstick.contact.hysteresis",
-    "DahlContact": "slipstick.contact.hysteresis",
-    "IwanContact": "slipstick.contact.hysteresis",
-    "StribeckContact": "slipstick.contact.velocity_friction",
     "casing_motion": "slipstick.contact.casing",
     "common_period": "slipstick.contact.rubbing",
     "contact_forces": "slipstick.contact.friction",
@@ -36,7 +32,6 @@ _PUBLIC = {
     "reduced_body": "slipstick.models.reduced_body",
     "reduced_blade": "slipstick.models.blade",
     "reduced_sector": "slipstick.models.reduced_sector",
-    "bladed_sector": "slipstick.models.bladed_sector",
     "surface_contacts": "slipstick.models.surface_contacts",
     "Material": "slipstick.fem.materials",
     "Case": "slipstick.case.case",
@@ -51,20 +46,20 @@ _PUBLIC = {
     "linear_response": "slipstick.analysis.curve.response",
     "limit_cycles": "slipstick.analysis.self_excited.limit_cycles",
     "nonlinear_modes": "slipstick.analysis.modes.nonlinear_modes",
+    "identify": "slipstick.analysis.identification.identification",
     "optimal": "slipstick.analysis.peaks.optimum",
     "track_peak": "slipstick.analysis.peaks.tracking",
     "wear": "slipstick.analysis.wear.wear",
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
     "resume": "slipstick.runs.resume",
-    "run_up": "slipstick.runs.run_up",
     "Progress": "slipstick.progress",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
     "SlipstickWarning": "slipstick.errors",
 }
 
-_ROOMS = ("models", "plots")
+_ROOMS = ("models", "plots", "runs")
 """Rooms that are reached by their name, as ``ss.plots.compare(...)``."""
 
 __all__ = sorted(_PUBLIC)
@@ -72,10 +67,12 @@ __all__ = sorted(_PUBLIC)
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick import models as models
     from slipstick import plots as plots
+    from slipstick import runs as runs
     from slipstick.analysis.curve.response import forced_response as forced_response
     from slipstick.analysis.curve.response import linear_response as linear_response
     from slipstick.analysis.curve.response import parameter_response as parameter_response
     from slipstick.analysis.curve.steady import steady_response as steady_response
+    from slipstick.analysis.identification.identification import identify as identify
     from slipstick.analysis.modes.nonlinear_modes import nonlinear_modes as nonlinear_modes
     from slipstick.analysis.peaks.optimum import optimal as optimal
     from slipstick.analysis.peaks.tracking import track_peak as track_peak
@@ -91,14 +88,10 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
-    from slipstick.contact.hysteresis import BoucWenContact as BoucWenContact
-    from slipstick.contact.hysteresis import DahlContact as DahlContact
-    from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.planar import PlanarFrictionContact as PlanarFrictionContact
     from slipstick.contact.rubbing import RubbingMotion as RubbingMotion
     from slipstick.contact.rubbing import common_period as common_period
     from slipstick.contact.sampled import SampledLaw as SampledLaw
-    from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning
@@ -107,13 +100,11 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.importers.import_model import import_model as import_model
     from slipstick.io.loading import load as load
     from slipstick.models.blade import reduced_blade as reduced_blade
-    from slipstick.models.bladed_sector import bladed_sector as bladed_sector
     from slipstick.models.reduced_body import reduced_body as reduced_body
     from slipstick.models.reduced_sector import reduced_sector as reduced_sector
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
     from slipstick.runs.resume import resume as resume
-    from slipstick.runs.run_up import run_up as run_up
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.state.thermal.model import ThermalModel as ThermalModel
     from slipstick.structure.cyclic import CyclicStructure as CyclicStructure

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from slipstick.results.table import ResultTable
 from slipstick.state.thermal.model import HeatedContacts
 from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, DrawnAxes, Frequency, Names
+from slipstick.typing import Array, DrawnAxes, Frequency, Names, Points
 from slipstick.units import Units
 
 if TYPE_CHECKING:
@@ -364,11 +364,18 @@ class Branch:
 
         return write_shape(self, path, point, frames=frames)
 
-    def sensitivity(self, parameters: Names = None, dof: str | None = None) -> xarray.Dataset:
+    def sensitivity(
+        self,
+        parameters: Names = None,
+        dof: str | None = None,
+        *,
+        points: Points = None,
+        of: Literal["amplitude", "displacement"] = "amplitude",
+    ) -> xarray.Dataset:
         """Exact derivatives by named parameters at every point, and of peaks: where they are and how high.
 
-        Each point takes one factorisation and one adjoint solve, however many parameters there are. Friction heat is
-        in them: temperatures follow.
+        Each point takes one factorisation, however many parameters there are. Friction heat is in them: temperatures
+        follow.
 
         Parameters
         ----------
@@ -377,16 +384,24 @@ class Branch:
             every contact pair and load, and the damping of the structure.
         dof
             Name of the output; by default the first.
+        points
+            Numbers of the points wanted, one or a list; by default all. Negative ones count from the end.
+        of
+            "amplitude": that, with the mean, the power and the peaks. "displacement": the motion itself.
 
         Returns
         -------
         xarray.Dataset
-            Derivatives ``amplitude``, ``mean``, ``dissipated_power`` (of all contacts together) and, where friction
-            heats the contacts, ``temperature`` (of the hottest) over (parameter, point), at a fixed value of what the
-            branch follows; ``peak_amplitude`` and ``peak_omega`` (``peak_parameter``) over (parameter, peak), where
-            ``peak`` numbers the points that are located peaks of the dof. Derivatives are nan where a
-            state is born, those of a peak where it is a corner of the curve, and those by the velocity of an opposing
-            surface at rest where its contact is stuck all period: the mean force jumps.
+            Of the "displacement" its coefficients, ``displacement`` over (parameter, point, coefficient), and ``phase``
+            over (parameter, point, harmonic), rad, of ``x = a cos(m tau + phase)``; nan of a harmonic that is 0.
+
+            Of the "amplitude" the derivatives ``amplitude``, ``mean``, ``dissipated_power`` (of all contacts together)
+            and, where friction heats the contacts, ``temperature`` (of the hottest) over (parameter, point), at a fixed
+            value of what the branch follows; ``peak_amplitude`` and ``peak_omega`` (``peak_parameter``) over
+            (parameter, peak), where ``peak`` numbers the points that are located peaks of the dof.
+
+            Derivatives are nan where a state is born, those of a peak where it is a corner of the curve, and those by
+            the velocity of an opposing surface at rest where its contact is stuck all period: the mean force jumps.
 
         Raises
         ------
@@ -407,7 +422,7 @@ class Branch:
         """
         from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 
-        return sensitivity_of(self, parameters, dof)
+        return sensitivity_of(self, parameters, dof, points=points, of=of)
 
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.

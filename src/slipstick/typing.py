@@ -91,5 +91,8 @@ FrequencyList: TypeAlias = "Frequency | Iterable[Frequency] | NDArray[np.floatin
 Orders: TypeAlias = "Iterable[int] | int | str | Harmonics"
 """Harmonics that a user gives: orders, a count, or a text such as "0..10"."""
 
+Points: TypeAlias = "int | Sequence[int] | NDArray[np.integer[Any]] | None"
+"""Numbers of points, one or several, or None for all that there are."""
+
 Names: TypeAlias = "str | Sequence[str] | None"
 """One name, several, or None for all that there are."""

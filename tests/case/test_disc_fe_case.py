@@ -67,7 +67,7 @@ CASE = CASE.replace("{low}", "340 rad/s").replace("{high}", "341 rad/s")
 
 def test_a_case_is_its_sector_in_a_wave(tmp_path: Path) -> None:
     problem = Case.from_text(CASE, tmp_path).problem()
-    model = ss.bladed_sector(sector_shape("coarse", sectors=30))
+    model = ss.models.bladed_sector(sector_shape("coarse", sectors=30))
     sector = ss.reduced_sector(
         model, surface="tip", contacts=2, between=("shroud_low", "shroud_high"), between_contacts=1,
         pressure="concave", modes=12, speed="3000 rpm", loss_factor=0.002,
@@ -85,7 +85,7 @@ def test_a_case_is_its_sector_in_a_wave(tmp_path: Path) -> None:
 
 def test_the_script_makes_the_same(tmp_path: Path) -> None:
     script = python_script(CASE, "disc.toml", tmp_path)
-    assert 'ss.bladed_sector(sector_shape("coarse", sectors=30))' in script
+    assert 'ss.models.bladed_sector(sector_shape("coarse", sectors=30))' in script
     assert "between=True" in script
     space: dict[str, object] = {"__file__": str(tmp_path / "disc.py"), "__name__": "made"}
     exec(compile(script, "disc.py", "exec"), space)
@@ -117,7 +117,7 @@ def test_blades_of_elements_that_differ(tmp_path: Path) -> None:
     exec(compile(python_script(text, "disc.toml", tmp_path), "disc.py", "exec"), space)
     script = space["problem"]()  # type: ignore[operator]
     body = ss.reduced_sector(
-        ss.bladed_sector(sector_shape("coarse", sectors=24)), surface="tip", contacts=2,
+        ss.models.bladed_sector(sector_shape("coarse", sectors=24)), surface="tip", contacts=2,
         between=("shroud_low", "shroud_high"), between_contacts=1, pressure="concave", modes=4, speed="3000 rpm",
         loss_factor=0.002, cache=tmp_path / "slipstick-cache",
     )  # fmt: skip

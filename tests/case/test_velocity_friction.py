@@ -38,10 +38,10 @@ LAWS = {
 
 @pytest.mark.parametrize("mu", LAWS)
 def test_a_case_and_its_script_make_the_law(mu):
-    law = ss.StribeckContact(kt=100.0, normal_load=800.0, **LAWS[mu])
+    law = ss.models.StribeckContact(kt=100.0, normal_load=800.0, **LAWS[mu])
     case = CASE.replace("MU", mu)
     assert ss.Case.from_text(case).problem().contacts[0].contact.values == law.values
-    assert "ss.StribeckContact(" in python_script(case, "case.toml", Path())
+    assert "ss.models.StribeckContact(" in python_script(case, "case.toml", Path())
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ from slipstick.trig.harmonics import Harmonics
 
 H = Harmonics(range(6))
 LAWS = [
-    ss.IwanContact(kt=3.0, limit=1.1, chi=-0.4, beta=0.3, sliders=20),
-    ss.DahlContact(kt=3.0, limit=0.6),
-    ss.BoucWenContact(kt=3.0, beta=4.0, gamma=2.0, n=1.0, alpha=0.1),
-    ss.BoucWenContact(kt=3.0, beta=4.0, gamma=-1.5, n=1.7),
+    ss.models.IwanContact(kt=3.0, limit=1.1, chi=-0.4, beta=0.3, sliders=20),
+    ss.models.DahlContact(kt=3.0, limit=0.6),
+    ss.models.BoucWenContact(kt=3.0, beta=4.0, gamma=2.0, n=1.0, alpha=0.1),
+    ss.models.BoucWenContact(kt=3.0, beta=4.0, gamma=-1.5, n=1.7),
 ]
 
 
@@ -37,7 +37,7 @@ def cosine(a, tau):
 def test_evenly_spread_sliders_make_masings_loop():
     """W. D. Iwan, J. Appl. Mech. 33 (1966) 893: f = kt x - (kt x)^2 / (4 limit) up to x = 2 limit / kt, doubled."""
     kt, limit, a = 2.0, 1.5, 0.9
-    law = ss.IwanContact(kt=kt, limit=limit, sliders=500)
+    law = ss.models.IwanContact(kt=kt, limit=limit, sliders=500)
     tau = np.linspace(0.0, 2.0 * np.pi, 65)
     values, motion = parameters(law, 1), cosine(a, 0.0)
 
@@ -54,7 +54,10 @@ def test_evenly_spread_sliders_make_masings_loop():
 
 
 def test_one_slider_is_a_friction_contact():
-    friction, law = ss.FrictionContact(kt=3.0, mu=0.5, normal_load=1.6), ss.IwanContact(kt=3.0, limit=0.8, sliders=1)
+    friction, law = (
+        ss.FrictionContact(kt=3.0, mu=0.5, normal_load=1.6),
+        ss.models.IwanContact(kt=3.0, limit=0.8, sliders=1),
+    )
     motion = moving(30, drift=0.5)
     both = motion._replace(Q=(*motion.Q, 0.0 * motion.Q[0]), drift=np.concatenate([motion.drift, 0.0 * motion.drift]))
     a, b = friction.respond(both, parameters(friction, 30)), law.respond(motion, parameters(law, 30))
@@ -65,7 +68,7 @@ def test_one_slider_is_a_friction_contact():
 
 def test_dahls_loop_has_exponential_branches():
     kt, limit, a = 100.0, 0.5, 0.02
-    law = ss.DahlContact(kt=kt, limit=limit)
+    law = ss.models.DahlContact(kt=kt, limit=limit)
     values, motion, tau = parameters(law, 1), cosine(a, 0.0), np.linspace(0.0, 2.0 * np.pi, 33)
     x, top = a * np.cos(tau), limit * np.tanh(kt * a / limit)
     down = -limit + (limit + top) * np.exp(-kt * (a - x) / limit)
@@ -79,7 +82,7 @@ def test_dahls_loop_has_exponential_branches():
 def test_the_bouc_wen_loop_of_exponent_one_is_known():
     """From z = 0 on with w: dz/dw = 1 - (beta + gamma) z; back from z > 0: dz/dw = 1 + (beta - gamma) z."""
     beta, gamma, a = 4.0, 2.0, 0.3
-    law = ss.BoucWenContact(kt=1.0, beta=beta, gamma=gamma)
+    law = ss.models.BoucWenContact(kt=1.0, beta=beta, gamma=gamma)
     s, d = beta + gamma, beta - gamma
 
     # the way back from the largest z to 0, then on to its opposite, is 2 a
@@ -102,7 +105,7 @@ def test_the_bouc_wen_loop_of_exponent_one_is_known():
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: repr(law)[:24])
 @pytest.mark.parametrize("drift", [0.0, 0.5])
 def test_derivatives_are_those_of_differences(law, drift):
-    n, d = 6, 1e-6 if isinstance(law, ss.IwanContact) else 1e-4  # sliders have corners
+    n, d = 6, 1e-6 if isinstance(law, ss.models.IwanContact) else 1e-4  # sliders have corners
     motion, values = moving(n, drift=drift, seed=2), parameters(law, n)
     if "alpha" in values:
         motion = motion._replace(drift=motion.drift * (values["alpha"] == 0.0))

@@ -70,7 +70,15 @@ def studied() -> dict[str, Any]:
 @cache
 def passed() -> Any:
     """The oscillator passed through."""
-    return ss.run_up(oscillator(velocity=10.0), (4.0, 8.0), rate=1.0)
+    return ss.runs.run_up(oscillator(velocity=10.0), (4.0, 8.0), rate=1.0)
+
+
+@cache
+def fitting() -> xr.Dataset:
+    """A parameter fitted to two amplitudes."""
+    problem = oscillator()
+    measured = ss.steady_response(problem, omega=[8.0, 9.5]).dataset[["amplitude", "omega"]]
+    return ss.identify(problem, measured, {"damping": 1.1}).dataset
 
 
 def turning() -> xr.Dataset:
@@ -118,6 +126,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {"branch": worn(), "dof": "x", "contact": "c0"}
     if "samples" in names:
         good |= {"samples": xr.Dataset({"amplification": ("sample", np.ones(20))}), "percentiles": (50.0, 95.0)}
+    if "fitted" in names:
+        good |= {"fitted": fitting()}
     if "data" in names:
         good |= {"data": TURNING[name](), "rpm": True} if name == "campbell" else {"data": TURNING[name]()}
     draw(**good)

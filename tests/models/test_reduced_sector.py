@@ -21,7 +21,7 @@ N = 6
 SHAPE = SectorShape(
     sectors=N, element_size=0.03, bore=0.04, rim=0.08, tip=0.14, thickness=0.2, stagger=3.0, twist=5.0
 )  # fmt: skip
-MODEL = ss.bladed_sector(SHAPE)
+MODEL = ss.models.bladed_sector(SHAPE)
 
 
 def reduced(**more: Any) -> Any:
@@ -159,6 +159,9 @@ def test_dimensions_that_make_no_sector(dimensions: dict[str, Any], said: str) -
 
 
 def test_sizes_by_name() -> None:
-    assert ss.bladed_sector(sector_shape("coarse", shroud_gap=0.1)).n_dofs == ss.bladed_sector("coarse").n_dofs
+    assert (
+        ss.models.bladed_sector(sector_shape("coarse", shroud_gap=0.1)).n_dofs
+        == ss.models.bladed_sector("coarse").n_dofs
+    )
     with pytest.raises(InputError, match="size"):
         sector_shape("huge")

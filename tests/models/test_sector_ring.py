@@ -29,7 +29,7 @@ OUTPUTS = tuple(f"{point}{axis}" for point in ("c1", "h1", "l1") for axis in "xy
 
 @cache
 def the_model() -> Any:
-    return ss.bladed_sector(SHAPE)
+    return ss.models.bladed_sector(SHAPE)
 
 
 @cache

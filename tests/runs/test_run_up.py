@@ -70,7 +70,7 @@ def passing(time: Any, start: float, rate: float) -> Any:
     [pytest.param((10.0, 14.0), 0.1, marks=pytest.mark.verify), ((14.0, 10.0), 0.2), ((10.0, 14.0), 0.3)],
 )
 def test_the_linear_oscillator_lags_as_in_closed_form(span: tuple[float, float], rate: float) -> None:
-    run = ss.run_up(stuck(), span, rate=rate)
+    run = ss.runs.run_up(stuck(), span, rate=rate)
     signed = rate if span[1] > span[0] else -rate
     data = run.dataset
     exact = FORCE * passing(data["sample_time"].to_numpy(), span[0], signed).imag
@@ -91,7 +91,7 @@ def test_the_linear_oscillator_lags_as_in_closed_form(span: tuple[float, float],
 @pytest.mark.verify
 def test_the_faster_the_later_and_lower() -> None:
     branch = ss.forced_response(stuck(), omega=(10.0, 14.0))
-    lags = [ss.run_up(stuck(), (10.0, 14.0), rate=rate, samples=0).lag(branch, "x") for rate in (0.1, 0.3, 0.9)]
+    lags = [ss.runs.run_up(stuck(), (10.0, 14.0), rate=rate, samples=0).lag(branch, "x") for rate in (0.1, 0.3, 0.9)]
     assert lags[0].shift < lags[1].shift < lags[2].shift
     assert 1.0 > lags[0].ratio > lags[1].ratio > lags[2].ratio
     assert lags[0].steady_amplitude == pytest.approx(FORCE / (DAMPING * np.sqrt(STIFFNESS + SPRING - 0.04)), rel=1e-6)
@@ -103,7 +103,7 @@ def test_an_unbalance_is_the_second_derivative_of_its_motion() -> None:
 
     load = ss.Load(dof="x", motion="unbalance", cos=0.5, harmonic=2)
     span, rate, m = (3.0, 6.0), 0.5, 2
-    run = ss.run_up(stuck(loads=load), span, rate=rate)
+    run = ss.runs.run_up(stuck(loads=load), span, rate=rate)
 
     def rates(t: float, y: Any) -> list[float]:
         phi, speed = span[0] * t + 0.5 * rate * t * t, span[0] + rate * t
@@ -118,19 +118,19 @@ def test_an_unbalance_is_the_second_derivative_of_its_motion() -> None:
 def test_a_slow_sweep_with_rub_is_the_steady_motion_and_a_speed_that_stays_becomes_it() -> None:
     problem = oscillator(velocity=10.0, rubbing=ss.RubbingMotion(velocity=10.0, cos={1: 0.5}, sin={2: 0.3}))
     steady = transient(problem, 9.0)
-    run = ss.run_up(problem, 9.0, periods=80, samples=0).dataset.isel(period=-1, dof=0)
+    run = ss.runs.run_up(problem, 9.0, periods=80, samples=0).dataset.isel(period=-1, dof=0)
     size = max(float(run["highest"] - run["mean"]), float(run["mean"] - run["lowest"]))
     assert size == pytest.approx(steady.amplitude[0], rel=1e-6)
     assert float(run["dissipated_power"][0]) == pytest.approx(steady.power[0], rel=1e-6)
     assert float(run["stick_fraction"][0]) == pytest.approx(steady.fractions[0, 1], abs=1e-6)
-    slow = ss.run_up(problem, (9.0, 9.05), rate=2e-3, samples=0).dataset.isel(period=-1, dof=0)
+    slow = ss.runs.run_up(problem, (9.0, 9.05), rate=2e-3, samples=0).dataset.isel(period=-1, dof=0)
     there = transient(problem, float(slow["omega"]))
     assert float(slow["highest"]) == pytest.approx(there.displacement.max(), rel=2e-3)
 
 
 def test_steps_do_not_matter() -> None:
     problem = oscillator(rubbing=ss.RubbingMotion(velocity=10.0, cos={1: 0.5}))
-    coarse, fine = (ss.run_up(problem, (9.0, 12.0), rate=0.5, samples=0, steps=n).dataset for n in (64, 100))
+    coarse, fine = (ss.runs.run_up(problem, (9.0, 12.0), rate=0.5, samples=0, steps=n).dataset for n in (64, 100))
     for name in ("section_displacement", "section_velocity", "dissipated_power", "stick_fraction"):
         np.testing.assert_allclose(coarse[name], fine[name], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(coarse["change_time"], fine["change_time"], rtol=1e-10)
@@ -149,7 +149,7 @@ def tip() -> ss.Problem:
 
 @pytest.mark.parametrize("make", [tip, lambda: oscillator(rubbing=ss.RubbingMotion(velocity=10.0, cos={1: 0.5}))])
 def test_energy_is_kept_with_rub_and_separation(make: Any) -> None:
-    data = ss.run_up(make(), (6.0, 9.0), rate=0.15, samples=0).dataset
+    data = ss.runs.run_up(make(), (6.0, 9.0), rate=0.15, samples=0).dataset
     assert data["energy_error"].to_numpy().max() < 1e-12
     assert data["change_time"].size > data.sizes["period"]
     if "tip" in data["contact"]:
@@ -166,7 +166,7 @@ def test_energy_is_kept_and_memory_flat_over_two_thousand_periods_with_rub(tmp_p
 
     tracemalloc.start()
     try:
-        run = ss.run_up(tip(), 7.0, periods=2000, folder=tmp_path, listener=listen, samples=8)
+        run = ss.runs.run_up(tip(), 7.0, periods=2000, folder=tmp_path, listener=listen, samples=8)
     finally:
         tracemalloc.stop()
     assert run.dataset["energy_error"].to_numpy().max() < 1e-9
@@ -181,26 +181,28 @@ def test_what_is_killed_goes_on_to_the_last_bit(tmp_path: Path) -> None:
         if done.checkpoint.period == 4:
             raise KeyboardInterrupt
 
-    part = ss.run_up(problem, **arguments, folder=tmp_path, listener=stop)
+    part = ss.runs.run_up(problem, **arguments, folder=tmp_path, listener=stop)
     assert part.dataset.attrs["outcome"] == "INTERRUPTED"
     assert part.dataset.sizes["period"] == 4
     journal = tmp_path / "run_up.nc.journal"
     journal.write_bytes(journal.read_bytes()[:-7])  # as a kill leaves it: the last period cut short
     heard: list[int] = []
-    whole = ss.run_up(problem, **arguments, folder=tmp_path, listener=lambda done: heard.append(done.checkpoint.period))
+    whole = ss.runs.run_up(
+        problem, **arguments, folder=tmp_path, listener=lambda done: heard.append(done.checkpoint.period)
+    )
     assert heard[0] == 4
     assert not journal.exists()
-    direct = ss.run_up(problem, **arguments)
+    direct = ss.runs.run_up(problem, **arguments)
     for name in direct.dataset.variables:
         np.testing.assert_array_equal(whole.dataset[name], direct.dataset[name])
-    again = ss.run_up(problem, **arguments, folder=tmp_path, listener=stop)
+    again = ss.runs.run_up(problem, **arguments, folder=tmp_path, listener=stop)
     assert again.dataset.attrs["outcome"] == "COMPLETED"
     with pytest.raises(ss.InputError, match="already holds another run-up"):
-        ss.run_up(problem, omega=(6.0, 7.0), rate=0.2, folder=tmp_path)
+        ss.runs.run_up(problem, omega=(6.0, 7.0), rate=0.2, folder=tmp_path)
 
 
 def test_the_spectrum_of_a_linear_motion_is_its_amplitude() -> None:
-    run = ss.run_up(stuck(), 6.0, periods=90)
+    run = ss.runs.run_up(stuck(), 6.0, periods=90)
     size = FORCE / abs(140.0 - 36.0 + 0.4j * 6.0)
     omega, amplitude = run.spectrum("x", last=64)
     k = int(np.argmax(amplitude))
@@ -244,7 +246,7 @@ def test_sections_tell_what_motion_it_is(turn: Any, kind: str, periods: int) -> 
 )
 def test_what_is_no_run_up(given: dict[str, Any], where: str) -> None:
     with raises_fault(where=(where,)):
-        ss.run_up(stuck(), **given)
+        ss.runs.run_up(stuck(), **given)
 
 
 def test_a_structure_that_turns_with_the_excitation_is_refused() -> None:
@@ -255,7 +257,7 @@ def test_a_structure_that_turns_with_the_excitation_is_refused() -> None:
     pair = ss.ContactPair(name="a", contact=ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0), tangential="x")
     problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1.0), harmonics=range(3))
     with pytest.raises(ss.InputError, match="turns with the excitation"):
-        ss.run_up(problem, (1.0, 2.0), rate=0.1)
+        ss.runs.run_up(problem, (1.0, 2.0), rate=0.1)
 
 
 def test_a_run_is_what_it_is_by_its_arguments() -> None:
@@ -273,7 +275,7 @@ def test_the_verb_integrates_draws_and_goes_on(tmp_path: Path) -> None:
     done = slipstick(*arguments)
     assert done.exit_code == 0
     case = ss.Case.from_file(tmp_path / "case.toml")
-    peak = ss.run_up(case.problem(), (5.0, 2.4 * np.pi), rate=0.5, samples=8).peak()
+    peak = ss.runs.run_up(case.problem(), (5.0, 2.4 * np.pi), rate=0.5, samples=8).peak()
     assert f"largest amplitude of x: {peak.amplitude:.6g}" in done.output
     assert {p.name for p in (tmp_path / "out").iterdir()} >= {"run_up.nc", "run_up.png"}
     assert slipstick(*arguments, "--no-figures").exit_code == 0  # what is there is told again

@@ -147,6 +147,12 @@ class BaseReceptance:
         return rate
 
     @property
+    def static_by_parameter(self) -> Callable[[str], Array]:
+        """As of the receptance of forces, if that has it."""
+        plain, factor = self._plain.static_by_parameter, _factors(self._motions, np.zeros(()))[0]
+        return lambda name: plain(name) * factor
+
+    @property
     def factors(self) -> Callable[..., Factors] | None:
         """As of the receptance of forces, if it is known by its modes."""
         return self._with_columns if hasattr(self._plain, "factors") else None

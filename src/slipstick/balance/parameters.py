@@ -190,7 +190,7 @@ def parameter_units(problem: Problem, name: str) -> str:
     if target.quantity.removeprefix(SECOND) == "velocity":
         return "length/time"
     if target.structure:
-        return "rad/s" if target.quantity == SPEED else FACTOR_UNITS
+        return "rad/s" if target.quantity == SPEED or target.quantity.endswith(".omega") else FACTOR_UNITS
     if RubbingMotion.is_component(target.quantity):
         return "length"
     named = {problem.contacts[p].contact.unit(target.quantity) for p, _ in target.members}

@@ -194,7 +194,7 @@ class Case:
     frequency_unit: str = "rad/s"
     """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
     further: Mapping[str, Any] = field(default_factory=dict)
-    """What ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]`` and ``[run_up]`` ask for, by name."""
+    """What the tables of verbs of their own ask for, ``[track]``, ``[wear]`` and so on, by name."""
     plan: StudyPlan | None = None
     """What ``[study]`` asks for."""
     noticed: tuple[str, ...] = ()

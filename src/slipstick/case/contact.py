@@ -476,7 +476,7 @@ def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
     if is_over_velocity(values["mu"]):
         arguments = {name: value for name, value in values.items() if value is not None}
         arguments |= velocity_arguments(arguments.pop("mu"))
-        return call("ss.StribeckContact", **{name: literal(value) for name, value in arguments.items()})
+        return call("ss.models.StribeckContact", **{name: literal(value) for name, value in arguments.items()})
     cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
     law = "ss.PlanarFrictionContact" if is_planar(keys.table) else "ss.FrictionContact"
     return call(law, **{name: literal(value) for name, value in cold.items()})

@@ -211,7 +211,7 @@ def _script(keys: KeysToWrite, _folder: Path) -> list[str]:
         model = call("ss.import_model", here(file), **arguments, **keys.rest("fixed", "quadratic"))
     else:
         shape = literal(size) if sectors is None else call("sector_shape", literal(size), sectors=literal(sectors))
-        model = call("ss.bladed_sector", shape, **arguments)
+        model = call("ss.models.bladed_sector", shape, **arguments)
     order, axis = literal(keys.take("engine_order")), axis_arguments(keys.take("axis"))
     reduction = {} if file is None or sectors is None else {"sectors": literal(sectors)}
     reduction |= keys.rest(*_REDUCED)

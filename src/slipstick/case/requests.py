@@ -1,5 +1,5 @@
-"""Tables that a verb of its own computes: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``,
-``[run_up]``.
+"""Tables of verbs of their own: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``, ``[run_up]``,
+``[identify]``.
 
 Another one is another class here, and its name in :data:`slipstick.case.sections.REQUESTS`.
 """
@@ -238,8 +238,43 @@ class RunUpTable(RequestTable):
 
     @property
     def omega(self) -> float | tuple[float, float]:
-        """As ``ss.run_up`` takes it."""
+        """As ``ss.runs.run_up`` takes it."""
         return self.start if self.stop is None else (self.start, self.stop)
+
+
+class IdentifyTable(RequestTable):
+    """``[identify]``: parameters that fit what was measured."""
+
+    verb: ClassVar[str] = "identify"
+
+    parameters: dict[str, float] = Field(
+        min_length=1, description='start values by name such as { "damper.mu" = 0.3, "damper.kt" = 1e4 }'
+    )
+    bounds: dict[str, Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(
+        default={}, description='the lowest and highest value by name such as { "damper.mu" = [0.05, 1.0] }'
+    )
+    noise: Positive | None = Field(default=None, description="a number > 0, the standard deviation of what is measured")
+    starts: int = Field(default=1, ge=1, le=10_000, description="a whole number >= 1, starts spread over the bounds")
+    seed: int = Field(default=0, ge=0, description="a whole number >= 0, of that spread")
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """Parameters with their starts, bounds."""
+        for name, value in self.parameters.items():
+            yield from (fault.inside("parameters") for fault in _value_faults(problem, name, value))
+        for name, (low, high) in self.bounds.items():
+            if name not in self.parameters:
+                yield Fault("bounds", f"{shown(name)} is not in parameters", remedy=suggestion(name, self.parameters))
+            elif not low <= self.parameters[name] <= high or low == high:
+                start = f"[{low:g}, {high:g}] for a start of {self.parameters[name]:g}"
+                yield Fault(("bounds", name), start, expected="the lowest value first, and the start between them")
+
+
+def _value_faults(problem: Problem, name: str, value: float) -> list[Fault]:
+    try:
+        problem.at_parameter(name, value)
+    except InputError as error:
+        return list(error.faults)
+    return []
 
 
 def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Iterator[Fault]:

@@ -21,9 +21,11 @@ from slipstick.case.fe import FE
 from slipstick.case.free import FREE
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import MATRICES, MODAL, MODEL
+from slipstick.case.measured import MEASURED
 from slipstick.case.output import OutputTable
 from slipstick.case.requests import (
     CyclesTable,
+    IdentifyTable,
     ModesTable,
     OptimalTable,
     RequestTable,
@@ -41,13 +43,14 @@ from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
 from slipstick.faults import Gathering, suggestion
 
 STRUCTURES: Mapping[str, StructureKind] = {
-    "matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE, "disc": DISC, "rotor": ROTOR, "free": FREE
+    "matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE, "disc": DISC, "rotor": ROTOR, "free": FREE,
+    "measured": MEASURED,
 }  # fmt: skip
 """Kinds of ``[structure]``."""
 
 REQUESTS: Mapping[str, type[RequestTable]] = {
     "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable,
-    "wear": WearTable, "run_up": RunUpTable,
+    "wear": WearTable, "run_up": RunUpTable, "identify": IdentifyTable,
 }  # fmt: skip
 """Tables that a verb of its own computes."""
 

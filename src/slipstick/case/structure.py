@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from slipstick.models.reduced_sector import ReducedSector
     from slipstick.solve.linear.modes import StageProgress
     from slipstick.structure.disc import Disc
+    from slipstick.structure.modal_fit import ModalFit
     from slipstick.structure.protocol import Structure
 
 Tell = Callable[[str], None]
@@ -41,7 +42,7 @@ class Body:
     ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
     ``sector``: the reduced finite element sector whose wave the structure is.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
-    the same. ``seconds``: what it took to make or to read it.
+    the same. ``seconds``: what it took to make or to read it. ``fit``: the modal analysis of a test that it comes from.
     """
 
     structure: Structure
@@ -51,11 +52,12 @@ class Body:
     seconds: float = 0.0
     disc: Disc | None = None
     sector: ReducedSector | None = None
+    fit: ModalFit | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is approximated or is suspicious in the model, one sentence each."""
-        behind = self.reduced or self.sector or self.model
+        behind = self.reduced or self.sector or self.model or self.fit
         return () if behind is None else behind.warnings
 
 

@@ -12,7 +12,7 @@ import typer
 from slipstick.cli.verb import app
 
 VERBS = (
-    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear", "run_up"),
+    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear", "run_up", "identify"),
     *("campbell", "interference"),
     *("check", "init", "import_", "info", "verify"),
 )

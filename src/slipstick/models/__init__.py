@@ -1,6 +1,6 @@
-"""What users build with: structures from meshes with contacts on a surface, the parametric blade, rotors.
+"""What users build with: structures from meshes with contacts on a surface, blades, rotors, modal tests, further laws.
 
-The rotors are reached as ``ss.models.beam_rotor(...)``.
+Rotors, modal tests and further contact laws are reached as ``ss.models.beam_rotor(...)``.
 """
 
 from __future__ import annotations
@@ -13,18 +13,30 @@ _PUBLIC = {
     "beam_rotor": "slipstick.models.rotor",
     "craig_bampton": "slipstick.structure.reduction.craig_bampton",
     "free_structure": "slipstick.structure.free",
+    "modal_analysis": "slipstick.models.modal_test",
     "interference": "slipstick.structure.interference",
     "jeffcott_rotor": "slipstick.models.rotor",
     "Bearing": "slipstick.models.rotor",
     "Disc": "slipstick.models.rotor",
     "Shaft": "slipstick.models.rotor",
     "StatorContact": "slipstick.contact.stator",
+    "BoucWenContact": "slipstick.contact.hysteresis",
+    "DahlContact": "slipstick.contact.hysteresis",
+    "IwanContact": "slipstick.contact.hysteresis",
+    "StribeckContact": "slipstick.contact.velocity_friction",
+    "bladed_sector": "slipstick.models.bladed_sector",
 }
 
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick.contact.hysteresis import BoucWenContact as BoucWenContact
+    from slipstick.contact.hysteresis import DahlContact as DahlContact
+    from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.stator import StatorContact as StatorContact
+    from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
+    from slipstick.models.bladed_sector import bladed_sector as bladed_sector
+    from slipstick.models.modal_test import modal_analysis as modal_analysis
     from slipstick.models.rotor import Bearing as Bearing
     from slipstick.models.rotor import Disc as Disc
     from slipstick.models.rotor import Shaft as Shaft

@@ -339,7 +339,7 @@ def reduced_sector(
     Parameters
     ----------
     model
-        What ``ss.import_model`` or ``ss.bladed_sector`` returns: the sector alone, held where the disc is.
+        What ``ss.import_model`` or ``ss.models.bladed_sector`` returns: the sector alone, held where the disc is.
     sectors
         Number of sectors N; left out where the model says it, as ``low``, ``high`` and ``axis`` then may be.
     low, high
@@ -427,7 +427,7 @@ def reduced_sector(
 def _checked(model: Any, **given: Any) -> dict[str, Any]:
     """The arguments that are numbers and tables."""
     gathering = Gathering()
-    gathering.take(one, "model", model, ImportedModel, "what ss.import_model or ss.bladed_sector returns")
+    gathering.take(one, "model", model, ImportedModel, "what ss.import_model or ss.models.bladed_sector returns")
     checked = {
         "sectors": None if given["sectors"] is None else gathering.take(whole, "sectors", given["sectors"], 2, 1000),
         "axis": None if given["axis"] is None else gathering.take(Axis.of, given["axis"]),

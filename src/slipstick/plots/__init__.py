@@ -9,6 +9,7 @@ _FIGURES = {
     "curves": "response phase mean power friction temperature fractions stability compare",
     "points": "loop loops states history spectrum",
     "discs": "disc",
+    "fits": "fit",
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping",
     "worn": "wear",

@@ -24,7 +24,7 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, 
     Parameters
     ----------
     run
-        What ``ss.run_up`` returns.
+        What ``ss.runs.run_up`` returns.
     dof
         Name of the dof; by default the first.
     branch
@@ -99,7 +99,7 @@ def spectrogram(
 
 
 def _known(run: Any, dof: str | None) -> tuple[RunUp, str]:
-    known = one("run", run, RunUp, "what ss.run_up returns")
+    known = one("run", run, RunUp, "what ss.runs.run_up returns")
     if not known.dataset.sizes["period"]:
         raise InputError("nothing to draw: no period is integrated")
     known.envelope(dof)  # checks the name

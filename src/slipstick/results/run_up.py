@@ -93,7 +93,7 @@ class MotionKind:
 
 
 class RunUp:
-    """An integration in time over many periods, of ``ss.run_up``.
+    """An integration in time over many periods, of ``ss.runs.run_up``.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ def parameter_names(problem: Problem, asked: Any = None) -> tuple[str, ...]:
     """
     if asked is None:
         of_contacts = [f"{pair.name}.{quantity}" for pair in problem.contacts for quantity in pair.quantities]
-        known = [*of_contacts, *load_names(problem), *structure_values(problem.structure)]
+        known = [*of_contacts, *load_names(problem), *structure_values(problem.structure, every=False)]
         return tuple(name for name in dict.fromkeys(known) if _can_vary(problem, name))
     chosen, faults = names("parameters", asked, 'a name such as "damper.mu"'), Gathering()
     for name in chosen:
@@ -95,15 +95,14 @@ SUBJECTS = {
 
 
 def sensitivity_dataset(
-    branch: Branch, dof: str, parameters: Sequence[str], points: Sequence[PointDerivatives]
+    branch: Branch, dof: str, parameters: Sequence[str], at: Sequence[int], points: Sequence[PointDerivatives]
 ) -> xarray.Dataset:
-    """The dataset of ``Branch.sensitivity``."""
+    """The dataset of ``Branch.sensitivity``, at the points of the numbers ``at``."""
     import xarray
 
     problem, table, followed = branch.problem, branch.table, branch.followed
     assert problem is not None
     label = problem.units.label
-    by = [label(parameter_units(problem, name)) for name in parameters]
     rates = {name: np.array([getattr(p, name) for p in points]).T for name in (*SUBJECTS, "followed")}
     subjects = {name: (subject.format(dof=dof), VARIABLES[name].units) for name, subject in SUBJECTS.items()}
     for s, (name, state) in enumerate(dict(zip(state_names(problem), problem.contact_states, strict=True)).items()):
@@ -113,19 +112,58 @@ def sensitivity_dataset(
     for name, (subject, units) in subjects.items():
         meaning = {"long_name": f"derivative of the {subject}", "of": label(units)}
         data[name] = (("parameter", "point"), rates[name], meaning)
-    of = table["peak_dof"].to_numpy() == branch.dof_index(dof)
+    of = table["peak_dof"].to_numpy()[list(at)] == branch.dof_index(dof)
     peaks, where = np.flatnonzero(of), table[followed]
     place = {"long_name": f"derivative of where {dof} peaks", "of": str(where.attrs.get("units", "1"))}
     heights = np.where(np.isnan(rates["followed"]), np.nan, rates["amplitude"])
     data["peak_amplitude"] = (("parameter", "peak"), heights[:, peaks], data["amplitude"][2])
     data[f"peak_{followed}"] = (("parameter", "peak"), rates["followed"][:, peaks], place)
-    coordinates: dict[str, Any] = {
+    coords, attributes = _about(branch, dof, parameters, at)
+    return xarray.Dataset(data, coords={**coords, "peak": ("peak", np.asarray(at)[peaks])}, attrs=attributes)
+
+
+def motion_dataset(
+    branch: Branch, dof: str, parameters: Sequence[str], at: Sequence[int], rates: Array
+) -> xarray.Dataset:
+    """Derivatives (parameter, point, coefficient) of a motion, and of the phase of its harmonics."""
+    import xarray
+
+    problem, table = branch.problem, branch.table
+    assert problem is not None
+    U = table["displacement"].to_numpy()[list(at), branch.dof_index(dof)]
+    orders = branch.harmonics.orders[1:]
+    c, s, dc, ds = U[:, 1::2], U[:, 2::2], rates[..., 1::2], rates[..., 2::2]
+    size = c**2 + s**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        phase = np.where(size > 0.0, (s * dc - c * ds) / size, np.nan)
+    unit = problem.units.label(VARIABLES["displacement"].units)
+    data = {
+        "displacement": (
+            ("parameter", "point", "coefficient"), rates,
+            {"long_name": f"derivative of the displacement of {dof}", "of": unit},
+        ),
+        "phase": (
+            ("parameter", "point", "harmonic"), phase,
+            {"long_name": f"derivative of the phase of {dof}, x = a cos(m tau + phase)", "of": "rad"},
+        ),
+    }  # fmt: skip
+    coords, attributes = _about(branch, dof, parameters, at)
+    coords |= {"coefficient": table["coefficient"].to_numpy(), "harmonic": np.asarray(orders, dtype=int)}
+    return xarray.Dataset(data, coords=coords, attrs=attributes)
+
+
+def _about(
+    branch: Branch, dof: str, parameters: Sequence[str], at: Sequence[int]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Coordinates and attributes of derivatives along a branch."""
+    problem, table, where = branch.problem, branch.table, branch.table[branch.followed]
+    assert problem is not None
+    by = [problem.units.label(parameter_units(problem, name)) for name in parameters]
+    coordinates = {
         "parameter": ("parameter", np.array(parameters, dtype=np.str_)),
         "units": ("parameter", np.array(by, dtype=np.str_)),
         "value": ("parameter", np.array([problem.parameter(name) for name in parameters], dtype=float)),
-        "point": ("point", np.arange(len(branch))),
-        "peak": ("peak", peaks),
+        "point": ("point", np.asarray(at)),
+        "at": ("point", where.to_numpy()[list(at)], dict(where.attrs)),
     }
-    followed_at = ("point", where.to_numpy(), dict(where.attrs))
-    attributes = {"dof": dof, "followed": str(table.attrs.get("parameter", "")) or "omega"}
-    return xarray.Dataset(data, coords={**coordinates, "at": followed_at}, attrs=attributes)
+    return coordinates, {"dof": dof, "followed": str(table.attrs.get("parameter", "")) or "omega"}

@@ -280,6 +280,11 @@ class Disc(ModalStructure):
         own = {f"{_STIFFNESS}{s}": float(value) for s, value in enumerate(self.deviations)}
         return super().values | {MISTUNING: self.mistuning} | own
 
+    @property
+    def further_values(self) -> dict[str, float]:
+        """None: the modes of a disc are those of its sector and the deviations."""
+        return {}
+
     def changed(self, **values: float) -> Disc:
         """A copy with other values of its parameters."""
         known = self.values

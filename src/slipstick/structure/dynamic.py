@@ -71,9 +71,13 @@ class DynamicStiffness:
         return replace(self, **own)
 
 
-def structure_values(structure: Any) -> Mapping[str, float]:
-    """Named parameters of a structure, which it may have or not."""
-    return dict(getattr(structure, "values", {}))
+def structure_values(structure: Any, *, every: bool = True) -> Mapping[str, float]:
+    """Named parameters of a structure, which it may have or not; without ``every`` those that are asked for by default.
+
+    The others, ``further_values``, are as many as it has modes.
+    """
+    further = getattr(structure, "further_values", {}) if every else {}
+    return {**getattr(structure, "values", {}), **further}
 
 
 def checked_values(known: Mapping[str, float], values: Mapping[str, Any]) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -25,11 +25,11 @@ from slipstick.structure.checks import (
     real,
     symmetry_faults,
 )
-from slipstick.structure.dynamic import checked_values
+from slipstick.structure.dynamic import checked_values, structure_values
 from slipstick.structure.matrix_checks import fed_modes, semidefinite_to
 from slipstick.structure.npz import array_shapes, read_any, read_arrays
 from slipstick.structure.protocol import Receptance, TimeEquations
-from slipstick.structure.receptance import ModalReceptance
+from slipstick.structure.receptance import MODE_QUANTITIES, ModalReceptance, mode_name, mode_place
 from slipstick.structure.skin import Skin
 from slipstick.structure.truncation import Truncation, load_arrays
 from slipstick.typing import Array, Reals
@@ -354,12 +354,52 @@ class ModalStructure:
         loss = {"loss_factor": float(np.mean(self.loss_factor))}
         return loss | ({"damping": self.damping} if np.any(self._viscous) else {})
 
+    @property
+    def further_values(self) -> dict[str, float]:
+        """Parameters of each mode: "mode1.omega" (rad/s), "mode1.damping_ratio" (the viscous one, before ``damping``).
+
+        Modes are counted from 1 in the order in which they were given.
+        """
+        by_mode = zip(self.omega.tolist(), self._viscous.tolist(), strict=True)
+        return {
+            mode_name(r, quantity): value
+            for r, both in enumerate(by_mode)
+            for quantity, value in zip(MODE_QUANTITIES, both, strict=True)
+        }
+
     def changed(self, **values: float) -> ModalStructure:
-        """A copy with another ``loss_factor`` of all modes, or another factor ``damping``; InputError below 0."""
-        new, checked = copy(self), checked_values(self.values, values)
+        """A copy with another ``loss_factor`` of all modes, another factor ``damping``, or other modes.
+
+        Where a natural frequency changes, what the other modes and those left out add stays. InputError below 0.
+        """
+        new, checked = copy(self), checked_values(structure_values(self), values)
         if "loss_factor" in checked:
             new.loss_factor = np.full(self.omega.shape, checked["loss_factor"])
         new.damping = checked.get("damping", self.damping)
+        of_modes = {place: value for name, value in checked.items() if (place := mode_place(name)) is not None}
+        return new._with_modes(of_modes) if of_modes else new
+
+    def _with_modes(self, values: Mapping[tuple[int, str], float]) -> ModalStructure:
+        new = copy(self)
+        new.omega, new._viscous = self.omega.copy(), self._viscous.copy()
+        for (r, quantity), value in values.items():
+            (new.omega if quantity == "omega" else new._viscous)[r] = value
+        if np.any(new.omega <= 0.0):
+            worst = int(np.argmin(new.omega))
+            raise InputError(Fault(mode_name(worst, "omega"), f"{new.omega[worst]:g}", expected="a frequency > 0"))
+        more = 1.0 / new.omega**2 - 1.0 / self.omega**2
+        new._modal_compliance = (self.mode_shapes / new.omega**2) @ self.mode_shapes.T
+        new.static_compliance = self.static_compliance + (self.mode_shapes * more) @ self.mode_shapes.T
+        new.shapes = {
+            name: replace(
+                shape,
+                static_response=np.asarray(shape.static_response)
+                + self.mode_shapes @ (more * np.asarray(shape.participation)),
+            )
+            for name, shape in self.shapes.items()
+        }
+        for remembered in ("_truncation", "valid_to"):
+            new.__dict__.pop(remembered, None)
         return new
 
     @property

@@ -29,6 +29,24 @@ def undamped(omega: Array, modes: Array, static: Array, second: Array | None = N
     )  # fmt: skip
 
 
+MODE_QUANTITIES = ("omega", "damping_ratio")
+"""Parameters of each mode."""
+
+
+def mode_name(mode: int, quantity: str) -> str:
+    """Name of a parameter of a mode, counted from 0 here and from 1 in the name."""
+    return f"mode{mode + 1}.{quantity}"
+
+
+def mode_place(name: str) -> tuple[int, str] | None:
+    """Mode, counted from 0, and quantity that a name stands for; None where it is another's."""
+    owner, _, quantity = name.partition(".")
+    number = owner.removeprefix("mode")
+    if quantity not in MODE_QUANTITIES or number == owner or not number.isdecimal():
+        return None
+    return int(number) - 1, quantity
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Factors:
     """``A_m = left diag(weight_m) right^T + sum_p part_weight_pm parts_p``: a receptance never written out.
@@ -151,7 +169,8 @@ class ModalReceptance(SummedReceptance):
         self._shape = static.shape
         self._e: complex | None = None
         self._viscous = 1j * np.asarray(damping, dtype=float)
-        self._damping = factor * self._viscous
+        self._factor = float(factor)
+        self._damping = self._factor * self._viscous
         self._left, self._right = left, right
         self._left_out = residual, second
         self._set_stiffness(np.asarray(stiffness, dtype=complex))
@@ -193,18 +212,41 @@ class ModalReceptance(SummedReceptance):
         return out
 
     def changed(self, **values: float) -> ModalReceptance:
-        """A copy with another ``loss_factor``, the same for all modes, or factor ``damping`` on the viscous damping."""
+        """A copy with another ``loss_factor``, the same for all modes, factor ``damping`` on the viscous damping, or
+        frequency and viscous damping of single modes (``mode_name``)."""
         if not self._many:
             self._products  # noqa: B018  made once, for all copies
         new = copy(self)
+        of_modes = {place: value for name, value in values.items() if (place := mode_place(name)) is not None}
+        if of_modes:
+            new._set_modes(of_modes)
         if "damping" in values:
-            new._damping = values["damping"] * self._viscous
+            new._factor = values["damping"]
+        new._damping = new._factor * new._viscous
         if "loss_factor" in values:
-            new._set_stiffness(self._stiffness.real * (1.0 + 1j * values["loss_factor"]))
+            new._set_stiffness(new._stiffness.real * (1.0 + 1j * values["loss_factor"]))
         return new
 
+    def _set_modes(self, values: Mapping[tuple[int, str], float]) -> None:
+        """Frequency and viscous damping of modes; the static compliance follows, what is left out stays."""
+        old, loss = np.sqrt(self._stiffness.real), self._stiffness.imag / self._stiffness.real
+        omega, ratio = old.copy(), self._viscous.imag / (2.0 * old)
+        for (r, quantity), value in values.items():
+            (omega if quantity == "omega" else ratio)[r] = value
+        self.static = self.static + (self._left * (1.0 / omega**2 - 1.0 / old**2)) @ self._right.T
+        self._viscous = 2j * ratio * omega
+        self._set_stiffness(omega**2 * (1.0 + 1j * loss))
+
+    def static_by_parameter(self, name: str) -> Array:
+        """Derivative of ``static`` by a parameter, (n_rows, n_columns)."""
+        place = mode_place(name)
+        if place is None or place[1] != "omega":
+            return np.zeros(self._shape)
+        r = place[0]
+        return np.outer(self._left[:, r], self._right[:, r]) * (-2.0 * self._stiffness[r].real ** -1.5)
+
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """What :meth:`at` sums, apart, or its derivatives by ``loss_factor`` (of all modes) and ``damping``."""
+        """What :meth:`at` sums, apart, or its derivatives by ``loss_factor`` (of all modes), ``damping`` and modes."""
         m, w, _ = _places(orders, omega, self._shape)
         m = np.resize(m, len(w))
         D = 1.0 / (self._stiffness + w * (self._damping - w))
@@ -212,12 +254,14 @@ class ModalReceptance(SummedReceptance):
         left_out = [(matrix, p) for p, matrix in enumerate(self._left_out) if matrix is not None]
         shape = len(left_out), m.size
         powers = np.array([w[:, 0] ** (2 * p) / e ** (p + 1) for _, p in left_out]).reshape(shape)
+        still = np.zeros(D.shape[1])
         if along is None:
             slope = D * D * (2.0 * w - self._damping) * m[:, None]
             part_slope = np.array([2 * p * w[:, 0] * m / e ** (p + 1) for _, p in left_out]).reshape(shape)
         else:
             loss, viscous = along.get("loss_factor", 0.0), along.get("damping", 0.0)
             slope = -D * D * (1j * loss * self._stiffness.real + viscous * w * self._viscous)
+            still = self._by_modes(along, w, D, slope)
             by_loss = 0.0 if self._e is None else -1j * loss / e
             part_slope = powers * by_loss * np.array([[p + 1] for _, p in left_out]).reshape(-1, 1)
         static = np.array([[0.0 if p else 1.0] for _, p in left_out]).reshape(-1, 1)
@@ -225,11 +269,28 @@ class ModalReceptance(SummedReceptance):
             left=self._left,
             right=self._right,
             weight=np.vstack([1.0 / self._stiffness.real + 0j, D]),
-            slope=np.vstack([np.zeros(D.shape[1]), slope]),
+            slope=np.vstack([still, slope]),
             parts=tuple(matrix for matrix, _ in left_out),
             part_weight=np.hstack([static, powers]),
             part_slope=np.hstack([0.0 * static, part_slope]),
         )
+
+    def _by_modes(self, along: Mapping[str, float], w: Array, D: ComplexArray, slope: ComplexArray) -> Array:
+        """Add what single modes change of ``slope`` (k, n_modes); the same of order 0, (n_modes,)."""
+        still = np.zeros(D.shape[1])
+        for name, rate in along.items():
+            place = mode_place(name)
+            if place is None:
+                continue
+            r, quantity = place
+            own = np.sqrt(self._stiffness[r].real)
+            if quantity == "omega":
+                still[r] -= 2.0 * rate / own**3
+                change = 2.0 * self._stiffness[r] / own + w[:, 0] * self._damping[r] / own
+            else:
+                change = 2j * self._factor * own * w[:, 0]
+            slope[:, r] -= rate * change * D[:, r] ** 2
+        return still
 
 
 class PoleReceptance:

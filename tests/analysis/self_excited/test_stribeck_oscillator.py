@@ -17,7 +17,7 @@ KT = 30.0
 
 def oscillator(harmonics):
     """x'' + 0.1 x' + x + f = 0, mu = 0.5 + 0.5 exp(-v / 0.5), N = 1; the belt moves at -velocity."""
-    law = ss.StribeckContact(kt=KT, mu_s=1.0, mu_d=0.5, v_s=0.5, normal_load=1.0)
+    law = ss.models.StribeckContact(kt=KT, mu_s=1.0, mu_d=0.5, v_s=0.5, normal_load=1.0)
     rubbing = ss.RubbingMotion(velocity=-1.3)
     return ss.Problem(
         ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[1.0]], dofs=["x"]),
@@ -73,7 +73,7 @@ def test_small_friction_vibrates_as_averaging_has_it():
     V0 = 0.5 * np.sqrt(1.0 - 2.0 * 0.1 * 0.5 / (3.0 * 0.15))
     exact, errors = 2.0 * np.sqrt(V0**2 - 0.42**2), []
     for N in (0.2, 0.1):
-        law = ss.StribeckContact(kt=100.0, mu_s=0.4, mu_d=0.25, v_s=0.5, form="cubic", normal_load=N)
+        law = ss.models.StribeckContact(kt=100.0, mu_s=0.4, mu_d=0.25, v_s=0.5, form="cubic", normal_load=N)
         _, _, first, stability = cycle(law, 0.42, 0.1 * N, 7, exact)
         errors.append(first / exact - 1.0)
         assert stability.unstable == 0
@@ -95,7 +95,7 @@ TRUNCATED = 3e-4
 @pytest.mark.parametrize("kind", CYCLES)
 def test_stick_slip_cycles_and_their_multipliers_are_those_of_an_integration_with_events(kind):
     numbers, V, damping, (omega, largest, multiplier) = CYCLES[kind]
-    law = ss.StribeckContact(kt=KT, **numbers, normal_load=1.0)
+    law = ss.models.StribeckContact(kt=KT, **numbers, normal_load=1.0)
     found = cycle(law, V, damping, 11, SIZES[kind] * V)
     assert found[0] == pytest.approx(omega, rel=TRUNCATED)
     assert found[1] == pytest.approx(largest, rel=TRUNCATED)
@@ -118,7 +118,7 @@ def test_more_harmonics_come_nearer(kind):
     exact = belt.cycle(1.5 * V)
     assert exact[:2] == pytest.approx(known[:2], rel=1e-8)
     assert exact[2] == pytest.approx(known[2], abs=1e-3)  # by differences
-    law = ss.StribeckContact(kt=KT, **numbers, normal_load=1.0)
+    law = ss.models.StribeckContact(kt=KT, **numbers, normal_load=1.0)
     few, many = (cycle(law, V, damping, n, SIZES[kind] * V) for n in (11, 45))
     assert abs(many[1] - exact[1]) < 0.25 * abs(few[1] - exact[1])
     assert abs(many[3].multipliers[0] - exact[2]) < many[3].error < 0.25 * few[3].error

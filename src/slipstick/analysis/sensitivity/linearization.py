@@ -7,7 +7,7 @@ linear functional of both, and to the forces (``columns_pulled``), where paramet
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,6 +78,14 @@ class Linearization:
         if structure := _structure(direction):
             dR += b.compliance(self.omega, self.inputs.structure, structure).rate(self.at.G)
         return dR, dU
+
+    def solutions(self, directions: Sequence[Move]) -> tuple[Array, Array]:
+        """How the solution moves along directions: unknowns (n, N) and outputs (n, n_outputs, L)."""
+        still = np.zeros(self.balance.size)
+        R = [self.change(still, direction)[0] for direction in directions]
+        dX = -self.jacobian.solve(np.column_stack(R)).T
+        U = [self.change(dx, direction)[1] for dx, direction in zip(dX, directions, strict=True)]
+        return dX, np.array(U)
 
     def pushed(self, direction: Move) -> ComplexArray:
         """Change of the forces less the loads on all columns (n_columns, n + 1) at fixed motion, states included."""

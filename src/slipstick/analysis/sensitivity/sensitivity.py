@@ -1,8 +1,8 @@
-"""Exact derivatives of a branch by named parameters: one adjoint solve a point gives those by all of them.
+"""Exact derivatives of a branch by named parameters: one factorisation a point gives those by all of them.
 
 ``da/ds = a_s - z . R_s`` with ``J^T z = a_X``, at a fixed value of what the branch follows. At a peak the amplitude's
 derivative is the same, wherever the peak moves to; its place moves by ``-G_s / G_w`` with ``G`` the slope of the
-amplitude along the branch.
+amplitude along the branch. All coefficients of a motion are had the direct way: ``dU/ds = U_s - U_X J^-1 R_s``.
 """
 
 from __future__ import annotations
@@ -23,10 +23,16 @@ from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.residual import terms
 from slipstick.balance.states import Powered
 from slipstick.errors import InputError
-from slipstick.faults import warn
+from slipstick.faults import warn, whole, wrong
 from slipstick.results.record import Outputs, contact_states, unknowns
 from slipstick.results.schema import CYCLES, is_self_excited, state_names
-from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
+from slipstick.results.sensitivities import (
+    PointDerivatives,
+    direction_of,
+    motion_dataset,
+    parameter_names,
+    sensitivity_dataset,
+)
 from slipstick.solve.norm import norm
 from slipstick.state.contact_state import Carried
 from slipstick.typing import Array, ComplexArray
@@ -63,14 +69,15 @@ class Sensitivities:
 
     def __init__(self, branch: Branch, parameters: tuple[str, ...], dof: str) -> None:
         assert branch.problem is not None
-        self.branch, self.parameters, self.dof, self._table = branch, parameters, dof, branch.table
+        self.parameters, self.dof, self._table = parameters, dof, branch.table
         self.balance = Balance(branch.problem)
-        self.balance.anchor_if_undamped(float(branch.table["omega"].to_numpy()[0]))
+        self.balance.anchor_if_undamped(float(self._table["omega"].to_numpy()[0]))
         self.outputs = Outputs(self.balance, (dof,))
-        followed = str(branch.table.attrs.get("parameter", ""))
+        followed = str(self._table.attrs.get("parameter", ""))
         self._followed = "" if followed == CYCLES else followed  # at each point the gaps are held as worn
         self._worn = followed == CYCLES
         self._path = parameter_path(branch.problem, self._followed) if self._followed else None
+        self._along = self._table[branch.followed].to_numpy()
 
     def at(self, point: int) -> PointDerivatives:
         """At one point."""
@@ -81,14 +88,24 @@ class Sensitivities:
             return PointDerivatives(unknown, unknown, unknown, states, unknown)
         parts = list(self._functionals(here))
         Z = here.jacobian.solve(np.column_stack([part.gradient for part in parts]), transposed=True).T
-        directions = self._directions(float(self._table[self.branch.followed].to_numpy()[point]))
-        pushed = [here.pushed(direction) for direction in directions]
+        directions = self._directions(float(self._along[point]))
+        sources = [_Sources.along(here, direction) for direction in directions]
         rates = np.empty((len(parts), len(directions)))
         for row, (part, z) in enumerate(zip(parts, Z, strict=True)):
-            rates[row] = _along(here, part, z, directions, pushed)
-        place = self._place_rates(here, point, directions, pushed)
+            rates[row] = _change(here, part, z, sources)
+        place = self._place_rates(here, point, directions, sources)
         rows = np.where(_undecided(here, directions), np.nan, [*rates, place])
         return PointDerivatives(rows[0], rows[1], rows[2], states=rows[3:-1], followed=rows[-1])
+
+    def motion_at(self, point: int) -> Array:
+        """Of all coefficients of the output at one point, (n_parameters, L)."""
+        here = self._linearized(point)
+        unknown = np.full((len(self.parameters), self.balance.L), np.nan)
+        if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
+            return unknown
+        directions = self._directions(float(self._along[point]))
+        rates = here.solutions(directions)[1][:, 0]
+        return np.where(_undecided(here, directions)[:, None], np.nan, rates)
 
     def _functionals(self, here: Linearization) -> Iterator[Functional]:
         """Amplitude, mean, power of all contacts, the largest of each contact state."""
@@ -113,20 +130,20 @@ class Sensitivities:
             yield Functional(still, (pair,), here.power_pulled(*pair))
 
     def _place_rates(
-        self, here: Linearization, point: int, directions: Sequence[Move], pushed: Sequence[ComplexArray]
+        self, here: Linearization, point: int, directions: Sequence[Move], sources: Sequence[_Sources]
     ) -> Array:
         """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
         rates, of = np.full(len(directions), np.nan), self._table["peak_dof"].to_numpy()
         if str(self._table["dof"].to_numpy()[of[point]]) != self.dof or of[point] < 0 or self._worn:
             return rates
-        value = float(self._table[self.branch.followed].to_numpy()[point])
+        value = float(self._along[point])
         surface = StateSpace(self.outputs, here.inputs, self._path)
         over = FREQUENCY if self._path is None else surface.along(value)
         extreme = Extreme.largest(self.balance.harmonics, here.motion()[0])
         slope = PeakGradient(surface, here, value, extreme, over)
         if not abs(slope.value) <= FLAT * slope.size:
             return rates
-        beside = slope.displaced(np.ptp(self._table[self.branch.followed].to_numpy()) or abs(value))
+        beside = slope.displaced(np.ptp(self._along) or abs(value))
         bend = beside.by_motion()
         q = here.jacobian.solve(bend, transposed=True)
         steps = (over,) if self._path is None else tuple(surface.along(v) for v in beside.values)
@@ -134,7 +151,7 @@ class Sensitivities:
         still = Functional(np.zeros((1, self.balance.L)), (), bend)
         turned = [self._directions(v) for v in beside.values]
         explicit = [beside.along(*sides) for sides in zip(*turned, strict=True)]
-        return -(_along(here, still, q, directions, pushed) + explicit) / bent
+        return -(_change(here, still, q, sources) + explicit) / bent
 
     def _linearized(self, point: int) -> Linearization:
         near = contact_states(self._table, self.balance, point)
@@ -187,39 +204,74 @@ def _undecided(here: Linearization, directions: Sequence[Move]) -> NDArray[np.bo
     return undecided
 
 
-def _along(
-    here: Linearization, part: Functional, z: Array, directions: Sequence[Move], pushed: Sequence[ComplexArray]
-) -> Array:
+class _Sources(NamedTuple):
+    """What a direction does at fixed unknowns."""
+
+    direction: Move
+    pushed: ComplexArray
+    """To the forces less the loads on all columns."""
+    structural: tuple[Array, Array] | None
+    """To residual and outputs by the structure, which acts on no force."""
+
+    @classmethod
+    def along(cls, here: Linearization, direction: Move) -> _Sources:
+        assert direction.inputs is not None
+        structure = direction.inputs.structure
+        return cls(direction, here.pushed(direction), here.structural_change(structure) if structure else None)
+
+
+def _change(here: Linearization, part: Functional, z: Array, sources: Sequence[_Sources]) -> Array:
     """Change of a functional along the solutions for each direction: ``h . U_s + power_s - z . R_s``."""
     pulled = here.columns_pulled(part.h, -z).conj()
-    rates = np.array([float(np.sum((pulled * G).real)) for G in pushed])
-    for k, direction in enumerate(directions):
-        assert direction.inputs is not None
-        if direction.inputs.structure:
-            R, U = here.structural_change(direction.inputs.structure)
+    rates = np.array([float(np.sum((pulled * source.pushed).real)) for source in sources])
+    for k, source in enumerate(sources):
+        if source.structural is not None:
+            R, U = source.structural
             rates[k] += float(np.sum(part.h * U) - z @ R)
-        rates[k] += sum(here.power_change(state, weights, direction) for state, weights in part.powers)
+        rates[k] += sum(here.power_change(state, weights, source.direction) for state, weights in part.powers)
     return rates
 
 
+OF = ("amplitude", "displacement")
+"""What can be differentiated: the amplitude with all else that is one number, or every coefficient of the motion."""
+
+
 def sensitivity_of(
-    branch: Branch, parameters: Any = None, dof: str | None = None, *, together: bool = True
-) -> xarray.Dataset:
+    branch: Branch, parameters: Any = None, dof: str | None = None, *, points: Any = None, of: Any = OF[0],
+    together: bool = True,
+) -> xarray.Dataset:  # fmt: skip
     """As ``Branch.sensitivity``; ``together``: the parameters are compared, and must not be the same thing twice."""
     if branch.problem is None:
         raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}")
-    if is_self_excited(branch.table):
+    table = branch.table
+    if is_self_excited(table):
         raise InputError(
             "sensitivities of self-excited vibration are not known: its frequency moves with the parameters"
         )
     branch.point(0)
-    problem, table = branch.problem, branch.table
-    chosen = parameter_names(problem, parameters)
+    if not isinstance(of, str) or of not in OF:
+        raise wrong("of", of, " or ".join(f'"{name}"' for name in OF))
+    chosen = parameter_names(branch.problem, parameters)
+    at = _points(points, table.sizes["point"])
     d = branch.dof_index(dof)
     if parameters is not None and together:
-        warn(product_warnings(problem, chosen))
+        warn(product_warnings(branch.problem, chosen))
     name = str(table["dof"].to_numpy()[d])
     sensitivities = Sensitivities(branch, chosen, name)
     with one_thread():
-        points = [sensitivities.at(k) for k in range(len(branch))]
-    return sensitivity_dataset(branch, name, chosen, points)
+        if of == "displacement":
+            rates = [sensitivities.motion_at(k) for k in at]
+            return motion_dataset(branch, name, chosen, at, np.array(rates).swapaxes(0, 1))
+        return sensitivity_dataset(branch, name, chosen, at, [sensitivities.at(k) for k in at])
+
+
+def _points(points: Any, count: int) -> list[int]:
+    """Numbers of points, from 0; all without."""
+    if points is None:
+        return list(range(count))
+    expected = f"numbers of points such as [0, 5], each below {count}"
+    given = points.tolist() if isinstance(points, np.ndarray) else points
+    given = list(given) if isinstance(given, list | tuple | range) else [given]
+    if not given:
+        raise wrong("points", points, expected)
+    return [whole("points", k, -count, count - 1) % count for k in given]

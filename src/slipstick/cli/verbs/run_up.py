@@ -33,8 +33,8 @@ def run_up(
     """Integrate a case in time while its speed changes, as its table "run_up" says; called again it goes on."""
     from slipstick.plots import save_figure
     from slipstick.plots.passing import run_up as draw
-    from slipstick.runs.run_up import FILE
-    from slipstick.runs.run_up import run_up as integrate
+    from slipstick.runs.passing_through import FILE
+    from slipstick.runs.passing_through import run_up as integrate
 
     read, table = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05")
     folder = output or Path(f"{read.name}-run-up")

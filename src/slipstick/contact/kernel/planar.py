@@ -723,7 +723,7 @@ def polished(
         for j in range(columns):
             dc[0, j], dc[1, j] = -size * S[0, j], -size * S[1, j]
         return x[2] * size, x[0] * size, x[1] * size, dc
-    # times that cannot be told apart from their neighbours (a circle): the sampled ones, which stand still
+    # times that cannot be separated from their neighbours (a circle): the sampled ones, which stand still
     n, T = np.zeros((3, 3)), np.zeros((3, columns))
     for i in range(k):
         t = TWO_PI * times[i] / samples

@@ -89,7 +89,7 @@ def run_up(
     >>> damper = ss.ContactPair(name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0),
     ...     tangential="x")
     >>> problem = ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
-    >>> passed = ss.run_up(problem, (9.0, 13.0), rate=0.2)
+    >>> passed = ss.runs.run_up(problem, (9.0, 13.0), rate=0.2)
     >>> round(passed.peak().omega, 2), round(passed.peak().amplitude, 2)
     (10.97, 3.1)
     """

@@ -1,0 +1,622 @@
+"""Parameters of contacts, loads and structures that fit what was measured, and how sure they are.
+
+Least squares (``scipy.optimize.least_squares``: trust regions within bounds) with exact Jacobians. Of the weighted
+Jacobian ``J`` at the end, columns times the parameters' values, the singular values say what the measurement tells
+apart; covariance of the parameters is ``s^2 (J^T J)^-1`` (G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley 1989,
+section 2.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.analysis.curve.request import followed_problem
+from slipstick.analysis.identification.measured import (
+    Loops,
+    Measured,
+    Vibration,
+    parameter_starts,
+    read_measured,
+)
+from slipstick.analysis.identification.predicted import Predictor, at_parameters, predictor_of
+from slipstick.balance.parameters import parameter_units, product_warnings
+from slipstick.balance.problem import Problem
+from slipstick.errors import Fault, InputError
+from slipstick.faults import Gathering, number, numbers, shown, suggestion, warn, whole, wrong
+from slipstick.results.sensitivities import direction_of
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    import xarray
+
+_TOLERANCE = {"xtol": 1e-13, "ftol": 1e-15, "gtol": 1e-15}
+_MOST = 200
+"""Evaluations of one descent."""
+_CHOICES = 5
+"""Descents, each with the motions nearest to what was measured at the parameters of the one before."""
+_BAD = 0.2
+"""Misfit above which a fit ended badly."""
+_INDISTINCT = 1e-7
+"""Singular value over the largest below which a combination of parameters changes nothing."""
+_IN_NOISE = 0.5
+"""Relative standard deviation of a combination above which it is lost in the noise."""
+_TAKES_PART = 0.05
+"""Share of the largest from which a parameter belongs to a combination."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identification:
+    """Parameters that fit what was measured.
+
+    Attributes
+    ----------
+    values, standard_errors
+        By the names of the parameters. An error is inf of what the measurement does not determine, nan at a bound.
+    correlations
+        Of the errors, (parameter, other); nan where one of them is not determined.
+    singular_values
+        Of the Jacobian of the weighted numbers by relative changes of the parameters, the largest first.
+    indistinct
+        What cannot be separated, one sentence each.
+    misfit
+        Root mean square of what is left, over that of what was measured.
+    noise
+        Standard deviation of one measured number: the one that was given (their root mean square), else estimated from
+        what is left.
+    reduced_chi_square
+        Sum of the squares left over the noise, for each degree of freedom: near 1 where model and noise are right; nan
+        where no noise was given.
+    several
+        Points at which more than one motion is possible; the nearest to what was measured was taken.
+    converged, message
+        Whether the fit ended well, and how in words.
+    problem
+        With the parameters that fit.
+    dataset
+        Measured and fitted numbers, values, errors, correlations and all else that is here.
+    evaluations, solutions
+        Residuals that were asked for, and motions that were solved for.
+    starts
+        Sum of squares that each start led to, the one of the result first.
+    """
+
+    values: Mapping[str, float]
+    standard_errors: Mapping[str, float]
+    correlations: Array
+    singular_values: Array
+    indistinct: tuple[str, ...]
+    misfit: float
+    noise: float
+    reduced_chi_square: float
+    degrees_of_freedom: int
+    several: int
+    converged: bool
+    message: str
+    problem: Problem
+    dataset: xarray.Dataset
+    evaluations: int
+    solutions: int
+    starts: tuple[float, ...]
+
+    def interval(self, name: str, level: float = 0.9) -> tuple[float, float]:
+        """Confidence interval of a parameter, of Student's t where the noise was estimated."""
+        from scipy.stats import norm, t
+
+        if name not in self.values:
+            raise InputError(
+                Fault("name", f"there is no parameter {shown(name)}", remedy=suggestion(name, self.values))
+            )
+        level = number("level", level, "a number between 0 and 1", above=0.0)
+        if not 0.0 < level < 1.0:
+            raise wrong("level", level, "a number between 0 and 1")
+        known = np.isfinite(self.reduced_chi_square)
+        quantile = norm.ppf(0.5 + level / 2) if known else t.ppf(0.5 + level / 2, max(self.degrees_of_freedom, 1))
+        half = float(quantile) * self.standard_errors[name]
+        return self.values[name] - half, self.values[name] + half
+
+    def summary(self) -> str:
+        """All of it as a text."""
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        yield f"{self.message}; misfit {self.misfit:.3g} of what was measured, noise {self.noise:.3g}"
+        if np.isfinite(self.reduced_chi_square):
+            yield f"reduced chi square {self.reduced_chi_square:.3g}, {self.degrees_of_freedom} degrees of freedom"
+        wide = max(map(len, self.values))
+        for name, value in self.values.items():
+            error, unit = self.standard_errors[name], parameter_units(self.problem, name)
+            label = "" if unit == "1" else f"  {self.problem.units.label(unit)}"
+            said = "not determined" if np.isinf(error) else "at a bound" if np.isnan(error) else f"+- {error:.2g}"
+            yield f"  {name:<{wide}}  {value:<12.8g} {said}{label}"
+        names = list(self.values)
+        for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
+            if abs(self.correlations[i, j]) > 0.9:
+                yield f"  errors of {names[i]} and {names[j]} are correlated: {self.correlations[i, j]:.3f}"
+        yield from self.indistinct
+        if self.several:
+            yield f"{self.several} points have more than one motion: the one nearest to what was measured was taken"
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{name}={value:.6g}" for name, value in self.values.items())
+        return f"Identification({said}; misfit {self.misfit:.3g})"
+
+
+def identify(
+    problem: Problem,
+    measured: Any,
+    parameters: Mapping[str, float] | Sequence[str] | str,
+    *,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    noise: float | None = None,
+    starts: int = 1,
+    seed: int = 0,
+) -> Identification:
+    """Fit named parameters to what was measured: frequency responses, stepped levels, or hysteresis loops.
+
+    Parameters
+    ----------
+    problem
+        What vibrates; parameters that are not sought have its values.
+    measured
+        An ``xarray.Dataset``, or the path of a .nc or .csv file, with one of:
+
+        - ``displacement(omega, dof, coefficient)``, coefficients labelled "0", "c1", "s1", ...: those measured.
+          Complex numbers ``z(omega, dof)``, of ``Re(z e^{i tau})``, will do, with a dimension ``harmonic`` for others
+          than the first;
+        - ``amplitude(omega, dof)``: the largest ``|x - mean|`` of the period;
+        - ``force(loop, tau)`` and ``displacement(loop, tau)`` of one contact over a period, as ``Branch.loop`` has
+          them, with ``normal_displacement`` where it has a normal direction, and ``omega(loop)`` where it rubs. Loops
+          are compared by their coefficients at the problem's harmonics; without a rubbing velocity their mean is left
+          out. The contact's name is the attribute "contact".
+
+        ``omega`` is in rad/s, or in what its attribute "units" says ("Hz", "rpm"). A dimension or variable called as a
+        parameter is what was set at each point: ``displacement(load, omega, dof, coefficient)`` was measured at several
+        levels of the load, "load.x.amplitude" likewise. Points may also lie along one dimension ``point``: the dataset
+        of a branch will do. nan is what was not measured. A variable ``noise`` has the standard deviations of the
+        numbers: each is weighted by one over it. The columns of a .csv file are ``omega`` (or ``frequency``, Hz), names
+        of dofs for amplitudes ("x"), or with a coefficient ("x.c1"), and parameters; or ``loop``, ``displacement``,
+        ``force``.
+    parameters
+        Values to begin at by names as of ``parameter_response``; names alone begin at the problem's values.
+    bounds
+        Lowest and highest value by name; what cannot be negative is not, without.
+    noise
+        Standard deviation of every measured number; by default the dataset's, else it is estimated from what is left.
+    starts
+        How many starts: the one given, and others spread over the bounds, which all parameters need then. The best end
+        is the result.
+    seed
+        Of the spread.
+
+    Returns
+    -------
+    Identification
+        With values, standard errors, correlations, and what the measurement cannot separate.
+
+    Where several motions are possible at one frequency, as beyond a fold, the curve is followed and the motion nearest
+    to what was measured is meant. The choice is made again at the parameters found, until it stays.
+
+    Raises
+    ------
+    InputError
+        For measurements that do not fit the problem, unknown or overlapping parameters, a start outside its bounds, and
+        where no motion is found at the start.
+
+    Warns
+    -----
+    SlipstickWarning
+        For parameters that the problem itself makes one, and for what cannot be separated.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> damper = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=300.0)
+    >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
+    ...                      loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
+    >>> measured = ss.steady_response(problem, omega=[6.0, 8.0, 9.0, 10.0]).dataset
+    >>> fit = identify(problem, measured, {"damper.kt": 70.0, "damper.mu": 0.4})
+    >>> {name: round(value, 8) for name, value in fit.values.items()}
+    {'damper.kt': 100.0, 'damper.mu': 0.3}
+    """
+    request = _request(problem, measured, parameters, bounds, noise, starts, seed)
+    warn(product_warnings(problem, request.names))
+    ends = [_Descent(request, start).run() for start in request.starts]
+    best = min(ends, key=lambda end: end.cost)
+    if not np.isfinite(best.cost):
+        raise InputError(
+            Fault(
+                "parameters", "no motion was found at some of the measured frequencies",
+                remedy="start from other values, such as larger damping or smaller friction, and see forced_response",
+            )
+        )  # fmt: skip
+    found = _result(request, best, sorted(end.cost for end in ends))
+    warn([*found.indistinct, *([] if found.converged else [found.message])])
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Request:
+    """What is sought, checked."""
+
+    problem: Problem
+    measured: Measured
+    names: tuple[str, ...]
+    starts: tuple[Array, ...]
+    low: Array
+    high: Array
+    noise: Array | None
+    """Of the shape of what was measured."""
+
+    @cached_property
+    def used(self) -> NDArray[np.bool_]:
+        """Which numbers are fitted."""
+        used = np.isfinite(self.measured.values)
+        return np.asarray(used if self.noise is None else used & np.isfinite(self.noise))
+
+    @cached_property
+    def data(self) -> Array:
+        """The numbers that are fitted, (m,)."""
+        return np.asarray(self.measured.values[self.used])
+
+    @cached_property
+    def scale(self) -> Array:
+        """What each of them is divided by: its noise, else the size of them all."""
+        if self.noise is not None:
+            return np.asarray(self.noise[self.used])
+        size = float(np.sqrt(np.mean(self.data**2))) or 1.0
+        return np.full(self.data.shape, size)
+
+    def misfit(self, left: Array) -> float:
+        """Root mean square of weighted residuals without their weights, over that of what was measured."""
+        return float(np.sqrt(np.mean((left * self.scale) ** 2))) / (float(np.sqrt(np.mean(self.data**2))) or 1.0)
+
+    def predictor(self) -> Predictor:
+        """A fresh one."""
+        return predictor_of(self.problem, self.names, self.measured)
+
+
+def _request(problem: Any, measured: Any, parameters: Any, bounds: Any, noise: Any, starts: Any, seed: Any) -> _Request:
+    problem = followed_problem(problem)
+    values = parameter_starts(problem, parameters)
+    names, checks = tuple(values), Gathering()
+    table = checks.take(read_measured, problem, measured)
+    checks.take(_independent, problem, names)
+    low, high = checks.take(_bounds, problem, bounds, values) or (np.empty(0), np.empty(0))
+    count, seed = checks.take(whole, "starts", starts, 1, 10_000), checks.take(whole, "seed", seed)
+    if noise is not None:
+        noise = checks.take(number, "noise", noise, "a standard deviation > 0", above=0.0)
+        if noise == 0.0:
+            checks.faults.append(Fault("noise", "0", expected="a standard deviation > 0"))
+    if count is not None and count > 1 and low.size and not np.all(np.isfinite([low, high])):
+        unbound = [name for name, a, b in zip(names, low, high, strict=True) if not np.isfinite(b - a)]
+        checks.faults.append(
+            Fault("bounds", f"{', '.join(unbound)} has none", expected="bounds of all where there are several starts")
+        )  # fmt: skip
+    if table is not None:
+        for name in set(names) & set(table.conditions):
+            checks.faults.append(
+                Fault(
+                    ("parameters", name), "is measured too: it was set at every point",
+                    remedy="leave it out of one of them",
+                )
+            )  # fmt: skip
+    checks.end()
+    assert table is not None
+    spread = table.noise if noise is None else np.full(table.values.shape, noise)
+    if spread is not None and np.any(spread[np.isfinite(spread)] <= 0.0):
+        raise InputError(Fault(("measured", "noise"), "0 or less", expected="standard deviations > 0"))
+    request = _Request(
+        problem=problem, measured=table, names=names, low=low, high=high, noise=spread,
+        starts=tuple(_starts(np.array(list(values.values())), low, high, count or 1, seed or 0)),
+    )  # fmt: skip
+    if request.data.size < len(names):
+        few = f"{request.data.size} numbers"
+        raise InputError(Fault("measured", few, expected=f"at least {len(names)}, one for each parameter"))
+    return request
+
+
+def _starts(first: Array, low: Array, high: Array, count: int, seed: int) -> Iterator[Array]:
+    """The start given, then others spread over the bounds, over their logarithm where these are > 0."""
+    from scipy.stats import qmc
+
+    yield first
+    if count > 1:
+        decades = low > 0.0
+        a, b = (np.where(decades, np.log(np.where(decades, side, 1.0)), side) for side in (low, high))
+        for share in qmc.Halton(len(first), seed=seed).random(count - 1):
+            at = a + share * (b - a)
+            yield np.where(decades, np.exp(np.where(decades, at, 0.0)), at)
+
+
+def _bounds(problem: Problem, bounds: Any, values: Mapping[str, float]) -> tuple[Array, Array]:
+    given = {} if bounds is None else bounds
+    if not isinstance(given, Mapping):
+        raise wrong("bounds", bounds, 'lowest and highest values by name such as {"damper.mu": (0.05, 1.0)}')
+    checks = Gathering()
+    for name in given:
+        if name not in values:
+            known = f"{shown(name)} is not among the parameters"
+            checks.faults.append(Fault("bounds", known, remedy=suggestion(str(name), list(values))))
+    low, high = [], []
+    for name, value in values.items():
+        ends = given.get(name)
+        if ends is None:
+            low.append(0.0 if value > 0.0 and not _may_be(problem, name, -value) else -np.inf)
+            high.append(np.inf)
+            continue
+        pair = checks.take(numbers, ("bounds", name), ends, "two numbers, the lowest and the highest")
+        if pair is None:
+            pair = np.array([-np.inf, np.inf])
+        elif pair.shape != (2,) or not pair[0] < pair[1]:
+            checks.faults.append(Fault(("bounds", name), shown(ends), expected="two numbers, the lowest first"))
+            pair = np.array([-np.inf, np.inf])
+        elif not pair[0] <= value <= pair[1]:
+            checks.faults.append(
+                Fault(("parameters", name), f"{value:g}", expected=f"a start within its bounds {pair}")
+            )
+        low.append(float(pair[0]))
+        high.append(float(pair[1]))
+    checks.end()
+    return np.array(low), np.array(high)
+
+
+def _may_be(problem: Problem, name: str, value: float) -> bool:
+    try:
+        problem.at_parameter(name, value)
+    except InputError:
+        return False
+    return True
+
+
+_MOVED = 1.01
+
+
+def _independent(problem: Problem, names: Sequence[str]) -> None:
+    """InputError where one of the parameters moves another, as a normal stiffness does the load at a fixed gap."""
+    checks = Gathering()
+    for name in names:
+        checks.inside((name,), direction_of, problem, name)
+        value = problem.parameter(name)
+        moved = problem.at_parameter(name, _MOVED * value if value else 1.0)
+        for other in names:
+            before = problem.parameter(other)
+            if other != name and abs(moved.parameter(other) - before) > 1e-9 * abs(before):
+                remedy = "seek one of them" if name[-3:] != ".kn" else "seek the gap instead of the load"
+                checks.faults.append(Fault((name,), f"moves {other} too", expected="independent ones", remedy=remedy))
+    checks.end("parameters")
+
+
+class _End(NamedTuple):
+    """Where a descent ended."""
+
+    p: Array
+    cost: float
+    left: Array
+    """Weighted residuals (m,)."""
+    J: Array
+    """Their derivatives by the parameters (m, n_p)."""
+    at_bound: NDArray[np.bool_]
+    converged: bool
+    predicted: Array
+    evaluations: int
+    predictor: Predictor
+    misfit: float
+    """Root mean square of what is left over that of what was measured."""
+
+
+class _Descent:
+    """Least squares from one start."""
+
+    def __init__(self, request: _Request, start: Array, predictor: Predictor | None = None) -> None:
+        self.request, self.start, self.predictor = request, start, predictor or request.predictor()
+        self.unit = np.where(start != 0.0, np.abs(start), 1.0)
+        self.evaluations = 0
+        self._asked: tuple[Array, Array] | None = None
+
+    def run(self) -> _End:
+        """To the end, with the motions meant chosen again until they stay.
+
+        Where that ends badly, at the start some motion was perhaps not among those possible: points far from what was
+        measured are given less weight until the others have found the parameters at which it is.
+        """
+        best = self._chosen(self.start)
+        if best.misfit > _BAD:
+            far = self.request.predictor()
+            other = _Descent(self.request, self.start, far)
+            near = other._chosen(self.start, loss="cauchy")
+            if np.isfinite(near.cost):
+                near = other._chosen(near.p)
+                near = near._replace(evaluations=best.evaluations + near.evaluations)
+                best = min(best, near, key=lambda end: end.cost)
+        return best
+
+    def _chosen(self, p: Array, loss: str = "linear") -> _End:
+        best = None
+        for _ in range(_CHOICES):
+            if not self.predictor.begin(p) and best is not None:
+                break
+            end = self._descend(p, loss)
+            if best is not None and loss == "linear" and not end.cost < best.cost * (1.0 - 1e-9):
+                break
+            best, p = end, end.p
+            if not np.isfinite(end.cost):
+                break
+        assert best is not None
+        return best
+
+    def _descend(self, start: Array, loss: str) -> _End:
+        from scipy.optimize import least_squares
+
+        request, unit = self.request, self.unit
+        first = self._left(start / unit)
+        if not np.all(np.isfinite(first)):
+            empty = np.full((first.size, start.size), np.nan)
+            none = np.zeros(start.size, dtype=bool)
+            return _End(
+                p=start, cost=np.inf, left=first, J=empty, at_bound=none, converged=False,
+                predicted=request.measured.values, evaluations=self.evaluations, predictor=self.predictor,
+                misfit=np.inf,
+            )  # fmt: skip
+        found = least_squares(
+            self._left, start / unit, jac=self._slopes, bounds=(request.low / unit, request.high / unit),
+            max_nfev=_MOST, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9), **_TOLERANCE,
+        )  # fmt: skip
+        left, J = self._left(found.x), self._slopes(found.x)
+        assert self._asked is not None
+        return _End(
+            p=found.x * unit, cost=float(left @ left), left=left, J=J / unit, at_bound=found.active_mask != 0,
+            converged=found.status > 0, predicted=self._asked[1], evaluations=self.evaluations,
+            predictor=self.predictor, misfit=request.misfit(left),
+        )  # fmt: skip
+
+    def _left(self, z: Array) -> Array:
+        """Predicted less measured over the noise; nan where there is no motion, so that a smaller step is taken."""
+        request = self.request
+        if self._asked is None or not np.array_equal(self._asked[0], z):
+            self.evaluations += 1
+            try:
+                predicted = self.predictor.values(z * self.unit)
+            except InputError:  # values that the problem cannot have
+                predicted = np.full(request.measured.values.shape, np.nan)
+            self._asked = z.copy(), predicted
+        return np.asarray((self._asked[1][request.used] - request.data) / request.scale)
+
+    def _slopes(self, z: Array) -> Array:
+        self._left(z)
+        rates = self.predictor.slopes(z * self.unit)[:, self.request.used]
+        return np.asarray((rates / self.request.scale).T * self.unit)
+
+
+def _result(request: _Request, end: _End, costs: Sequence[float]) -> Identification:
+    freedom = end.left.size - len(request.names)
+    known = request.noise is not None
+    spread = float(np.sqrt(end.cost / freedom)) if freedom > 0 else np.nan
+    deviation = 1.0 if known else spread
+    errors, correlations, singular, sentences = _statistics(request.names, end, deviation)
+    values = dict(zip(request.names, end.p.tolist(), strict=True))
+    problem = at_parameters(request.problem, values)
+    bound = [name for name, at in zip(request.names, end.at_bound, strict=True) if at]
+    message = "the fit converged" if end.converged else f"the fit did not converge in {_MOST} evaluations"
+    if bound:
+        message += f", with {' and '.join(bound)} at a bound"
+    found = Identification(
+        values=values,
+        standard_errors=dict(zip(request.names, errors.tolist(), strict=True)),
+        correlations=correlations,
+        singular_values=singular,
+        indistinct=tuple(sentences),
+        misfit=end.misfit,
+        noise=float(np.sqrt(np.mean(request.scale**2))) * deviation,
+        reduced_chi_square=spread**2 if known else np.nan,
+        degrees_of_freedom=freedom,
+        several=end.predictor.several,
+        converged=end.converged,
+        message=message,
+        problem=problem,
+        dataset=_EMPTY,
+        evaluations=end.evaluations,
+        solutions=end.predictor.solved,
+        starts=tuple(costs),
+    )
+    return replace(found, dataset=_dataset(request, end, found))
+
+
+_EMPTY: Any = None
+
+
+def _statistics(
+    names: Sequence[str], end: _End, deviation: float
+) -> tuple[Array, Array, Array, list[str]]:  # fmt: skip
+    """Standard errors (n_p,), correlations (n_p, n_p), singular values, and sentences of what is not separated."""
+    size = np.where(end.p != 0.0, np.abs(end.p), 1.0)
+    free = ~end.at_bound
+    scaled = (end.J * size)[:, free]
+    _, singular, rows = np.linalg.svd(scaled, full_matrices=False)
+    errors, correlations = np.full(len(names), np.nan), np.full((len(names),) * 2, np.nan)
+    if not singular.size:
+        return errors, correlations, singular, []
+    known = singular > _INDISTINCT * singular[0]
+    inverse = rows[known].T / singular[known]
+    covariance = inverse @ inverse.T
+    undetermined = np.any(np.abs(rows[~known]) > 1e-3, axis=0)
+    own = np.sqrt(np.diag(covariance))
+    errors[free] = np.where(undetermined, np.inf, deviation * own * size[free])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        between = covariance / np.outer(own, own)
+    between[undetermined], between[:, undetermined] = np.nan, np.nan
+    correlations[np.ix_(free, free)] = between
+    chosen = [name for name, there in zip(names, free, strict=True) if there]
+    sentences = [_indistinct(chosen, row, end.p[free]) for row in rows[~known]]
+    for value, row in zip(singular[known], rows[known], strict=True):
+        if deviation / value > _IN_NOISE:
+            sentences.append(_in_noise(chosen, row, deviation / value))
+    return errors, correlations, singular, sentences
+
+
+def _indistinct(names: Sequence[str], row: Array, p: Array) -> str:
+    """What a combination of relative changes that changes nothing means."""
+    share = row / np.max(np.abs(row))
+    part = [(name, float(r)) for name, r, v in zip(names, share, p, strict=True) if abs(r) > _TAKES_PART]
+    if len(part) == 1:
+        return f"{part[0][0]} has no effect on what was measured: any value fits as well"
+    if len(part) == 2 and abs(abs(part[0][1]) - abs(part[1][1])) < 1e-3:
+        together = "product" if part[0][1] * part[1][1] < 0.0 else "ratio"
+        return (
+            f"{part[0][0]} and {part[1][0]} cannot be separated: the measurement determines their {together} alone; "
+            "keep one of them fixed"
+        )
+    changes = ", ".join(f"{r:+.2g} % of {name}" for name, r in part)
+    return f"{' and '.join(name for name, _ in part)} cannot be separated: changing {changes} changes nothing measured"
+
+
+def _in_noise(names: Sequence[str], row: Array, spread: float) -> str:
+    part = [name for name, r in zip(names, row / np.max(np.abs(row)), strict=True) if abs(r) > 2 * _TAKES_PART]
+    return f"the noise hides {' against '.join(part)}: that combination is known to {100.0 * spread:.0f} % only"
+
+
+def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Dataset:
+    """Everything as labelled arrays."""
+    import xarray
+
+    measured, problem = request.measured, request.problem
+    label = problem.units.label
+    names = np.array(request.names, dtype=np.str_)
+    units = np.array([label(parameter_units(problem, name)) for name in request.names], dtype=np.str_)
+    data: dict[str, Any] = {
+        "value": ("parameter", end.p, {"long_name": "parameters that fit"}),
+        "standard_error": ("parameter", np.array([*found.standard_errors.values()])),
+        "correlation": (("parameter", "other"), found.correlations),
+        "singular_value": ("rank", found.singular_values),
+    }
+    coords: dict[str, Any] = {"parameter": names, "other": names, "units": ("parameter", units)}
+    coords["omega"] = ("point", measured.omega, {"units": label("rad/time"), "long_name": "frequency"})
+    coords |= {name: ("point", values) for name, values in measured.conditions.items()}
+    coefficients = ["0", *(f"{part}{m}" for m in problem.harmonics.orders[1:] for part in "cs")]
+    dims: tuple[str, ...]
+    if isinstance(measured, Loops):
+        dims, unit, what = ("point", "coefficient"), "force", f"force of {measured.contact}"
+        coords["coefficient"] = coefficients
+    else:
+        assert isinstance(measured, Vibration)
+        coords["dof"] = list(measured.dofs)
+        dims, unit, what = ("point", "dof"), "length", "amplitude"
+        if not measured.of_amplitude:
+            dims, what = (*dims, "coefficient"), "displacement"
+            coords["coefficient"] = coefficients
+    about = {"units": label(unit)}
+    data["measured"] = (dims, measured.values, {**about, "long_name": f"measured {what}"})
+    data["fitted"] = (dims, end.predicted, {**about, "long_name": f"fitted {what}"})
+    attributes = {
+        "misfit": found.misfit, "noise": found.noise, "converged": int(found.converged), "message": found.message,
+        "indistinct": "\n".join(found.indistinct), "several": found.several,
+    }  # fmt: skip
+    if np.isfinite(found.reduced_chi_square):
+        attributes["reduced_chi_square"] = found.reduced_chi_square
+    return xarray.Dataset(data, coords=coords, attrs=attributes)

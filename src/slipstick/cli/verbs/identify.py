@@ -1,0 +1,80 @@
+"""The verb ``identify``: parameters that fit what was measured."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from slipstick.cli.one_table import case_with, quietly
+from slipstick.cli.options import CasePath, files, folder_option
+from slipstick.cli.terminal.answers import Answer, files_in
+from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
+from slipstick.cli.verb import verb
+from slipstick.errors import InputError
+
+if TYPE_CHECKING:
+    from slipstick.analysis.identification.identification import Identification
+
+
+def data_files(incomplete: str) -> list[str]:
+    """Files of measurements, and folders on the way to them."""
+    return files(incomplete, (".nc", ".csv"))
+
+
+@verb
+def identify(
+    answer: Answer,
+    case: CasePath,
+    data: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DATA", help="What was measured, .nc or .csv.", show_default=False, autocompletion=data_files
+        ),
+    ],
+    output: Annotated[Path | None, folder_option("CASE-identify")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+) -> int:
+    """Fit the parameters of the table "identify" to measured vibration or hysteresis loops."""
+    from slipstick.analysis.identification.identification import identify
+
+    read, table = case_with(case, "identify", 'parameters = { "damper.mu" = 0.3 }')
+    folder = output or Path(f"{read.name}-identify")
+    if (folder / FITTED).exists() and not force:
+        raise InputError(f"{folder / FITTED} is there already; give another folder with -o, or --force")
+    found = quietly(
+        identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
+        starts=table.starts, seed=table.seed,
+    )  # fmt: skip
+    for sentence in found.indistinct:
+        warn_user(sentence)
+    say(found.summary())
+    _write(folder, found, figures=figures)
+    answer |= {
+        "values": dict(found.values), "standard_errors": dict(found.standard_errors), "misfit": found.misfit,
+        "noise": found.noise, "indistinct": list(found.indistinct), "message": found.message,
+    }  # fmt: skip
+    answer |= files_in(folder)
+    say(f"results in {folder}/")
+    return DONE if found.converged else STOPPED
+
+
+FITTED = "identify.nc"
+
+
+def _write(folder: Path, found: Identification, *, figures: bool) -> None:
+    """The dataset, the summary, the values for a case or a script, and a figure."""
+    from slipstick.io.store import save_dataset
+
+    folder.mkdir(parents=True, exist_ok=True)
+    save_dataset(found.dataset, folder / FITTED)
+    (folder / "summary.txt").write_text(found.summary() + "\n", encoding="utf-8")
+    (folder / "values.json").write_text(json.dumps(dict(found.values), indent=1) + "\n", encoding="utf-8")
+    if figures:
+        from slipstick.plots import save_figure
+        from slipstick.plots.fits import fit
+
+        save_figure(fit(found.dataset), folder / "fit", formats=("png",))

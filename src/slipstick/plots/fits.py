@@ -1,0 +1,46 @@
+"""What was measured, and what the parameters that fit make of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.faults import shown, wrong
+from slipstick.plots.style import COLOURS, legend, styled
+from slipstick.typing import Array, DrawnAxes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+
+def fit(fitted: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
+    """Draw the ``dataset`` of an identification: circles are measured, lines with dots are fitted.
+
+    Of several coefficients the root of the sum of their squares is drawn, without the mean, over the frequency; over
+    the number of the point where that is one.
+    """
+    if not hasattr(fitted, "data_vars") or not {"measured", "fitted", "omega"} <= set(fitted.variables):
+        raise wrong("fitted", shown(fitted), "the dataset of ss.identify(...)")
+    measured, found = (_sizes(fitted, name) for name in ("measured", "fitted"))
+    omega, unit = fitted["omega"].to_numpy(), str(fitted["omega"].attrs.get("units", "rad/s"))
+    over, label = (omega, f"frequency [{unit}]") if np.ptp(omega) > 0.0 else (np.arange(1, omega.size + 1), "point")
+    what = str(fitted["measured"].attrs.get("long_name", "measured")).removeprefix("measured ")
+    axes = styled(ax, label, f"{what} [{fitted['measured'].attrs.get('units', '1')}]")
+    names = [str(dof) for dof in fitted["dof"].to_numpy()] if "dof" in fitted.dims else [""]
+    order = np.argsort(over, kind="stable")
+    for k, name in enumerate(names):
+        colour = COLOURS[k % len(COLOURS)]
+        axes.plot(over[order], found[order, k], ".-", color=colour, linewidth=0.8, markersize=4, label=f"{name} fitted")
+        axes.plot(over, measured[:, k], "o", color=colour, fillstyle="none", label=f"{name} measured")
+    legend(axes)
+    return axes
+
+
+def _sizes(data: Any, name: str) -> Array:
+    """One number for each point and dof, of what was measured alone."""
+    values = np.where(np.isfinite(data["measured"].to_numpy()), data[name].to_numpy(), np.nan)
+    if "coefficient" in data["measured"].dims:
+        values = np.sqrt(np.nansum(values[..., 1:] ** 2, axis=-1))
+    return np.asarray(values.reshape(len(values), -1), dtype=float)

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from helpers.cases import oscillator
+from helpers.command import slipstick
+
+import slipstick as ss
+from slipstick.case.case import Case
+
+TABLE = '[identify]\nparameters = { "damper.mu" = 0.2, "damper.kt" = 80.0 }\nbounds = { "damper.mu" = [0.05, 1.0] }\n'
+
+
+def files(folder, table=TABLE):
+    """A case, and what its own parameters do as a table of the first harmonic."""
+    case, data = folder / "case.toml", folder / "measured.csv"
+    case.write_text(
+        oscillator(head='harmonics = "0..5"\n', rubbing="velocity = 0.0", response="from = 8.0\nto = 12.0\n") + table
+    )
+    found = ss.steady_response(Case.from_file(case).problem(), omega=np.linspace(5.0, 12.0, 8)).dataset
+    rows = np.column_stack([found.omega, found.displacement.values[:, 0, 1:3]])
+    np.savetxt(data, rows, delimiter=",", header="omega,x.c1,x.s1", comments="", fmt="%.17g")
+    return case, data
+
+
+def test_identify_leaves_a_folder(tmp_path):
+    case, data = files(tmp_path)
+    truth = Case.from_file(case).problem()
+    out = tmp_path / "out"
+    result = slipstick("identify", case, data, "-o", out)
+    assert result.exit_code == 0, result.output
+    assert "the fit converged" in result.output
+    assert {path.name for path in out.iterdir()} == {"identify.nc", "summary.txt", "values.json", "fit.png"}
+    values = json.loads((out / "values.json").read_text())
+    assert values == {name: pytest.approx(truth.parameter(name), rel=1e-9) for name in ("damper.mu", "damper.kt")}
+    with xr.open_dataset(out / "identify.nc", engine="h5netcdf") as dataset:
+        assert dataset.value.values.tolist() == [values["damper.mu"], values["damper.kt"]]
+        assert float(np.nanmax(np.abs(dataset.fitted - dataset.measured))) < 1e-9
+    refused = slipstick("identify", case, data, "-o", out)
+    assert (refused.exit_code, "--force" in refused.output) == (2, True)
+    answer = json.loads(slipstick("identify", case, data, "-o", out, "--force", "--json").stdout)
+    assert answer["values"] == pytest.approx(values)
+
+
+def test_what_is_wrong_is_said(tmp_path):
+    case, data = files(tmp_path)
+    case.write_text(case.read_text().replace('"damper.mu" =', '"damper.nu" ='))
+    refused = slipstick("identify", case, data, "-o", tmp_path / "out")
+    assert (refused.exit_code, "did you mean 'damper.mu'" in refused.output) == (2, True)
+    case.write_text(case.read_text().replace('"damper.nu" =', '"damper.mu" ='))
+    refused = slipstick("identify", case, tmp_path / "none.csv", "-o", tmp_path / "out")
+    assert (refused.exit_code, "there is no file" in refused.output) == (2, True)
