@@ -90,8 +90,8 @@ def told(text: str, old: str, new: str) -> list[str]:
         ("engine_order = 1\n", "engine_order = 1\nmodes = 2\n",
          "[structure] keep is missing; give the dofs that are loaded, in contact or looked at"),
         ('law = "stator"', 'law = "stater"',
-         "[[contact]] 'stator' law: found \"stater\"; expected \"stator\", a rotor in a circular stator; left "
-         "out for other contacts"),
+         "[[contact]] 'stator' law: found \"stater\"; expected \"stator\", \"iwan\", \"dahl\" or \"bouc_wen\"; "
+         "left out for friction contacts; did you mean 'stator'?"),
         ('x = "n2x", y', 'x = "n9x", y', "[[contact]] 'stator' ports.x: there is no dof 'n9x' in the structure; did "
          "you mean 'n6x'?"),
         ("slip_velocity = 0.01\n", "",

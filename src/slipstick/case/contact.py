@@ -7,6 +7,7 @@ import keyword
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator
@@ -66,6 +67,14 @@ class RubbingTable(Table):
     normal_sin: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
 
 
+def _law_name(value: object) -> str:
+    if isinstance(value, str) and value in _LAWS:
+        return value
+    close = get_close_matches(str(value).lower(), _LAWS, n=1)
+    expected = '"stator", "iwan", "dahl" or "bouc_wen"; left out for friction contacts'
+    raise InputError(Fault(expected=expected, remedy=f"did you mean '{close[0]}'?" if close else ""))
+
+
 class ContactTable(Table):
     """``[[contact]]``."""
 
@@ -122,6 +131,26 @@ class StopTable(ContactTable):
     mu: Friction = Field(default=0.0, description="0: there is no friction")
 
 
+class LawTable(Table):
+    """``[[contact]]`` with ``law``: one of another kind than a friction contact."""
+
+    name: str = Field(min_length=1, description='a name for the contact, such as "joint"')
+    law: Annotated[str, PlainValidator(_law_name)] = Field(
+        description='"stator", "iwan", "dahl" or "bouc_wen"; left out for friction contacts'
+    )
+    rubbing: RubbingTable | None = Field(default=None, description="a table such as { velocity = 10.0 }")
+    makes: ClassVar[str]
+    neutral: ClassVar[Mapping[str, float]]
+    parameters: ClassVar[tuple[str, ...]]
+    normal: ClassVar[None] = None
+    thermal: ClassVar[None] = None
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """Its surface slides one way."""
+        return [replace(fault, remedy="give one number") for fault in _vector_faults(raw)]
+
+
 class StatorPortsTable(Table):
     """``ports = { x = "n2x", y = "n2y" }``."""
 
@@ -129,32 +158,89 @@ class StatorPortsTable(Table):
     y: Cosines = Field(description='the dof of the rotor along y, such as "n2y"')
 
 
-class StatorTable(Table):
+class StatorTable(LawTable):
     """``[[contact]] law = "stator"``: a rotor in a circular stator."""
 
-    name: str = Field(min_length=1, description='a name for the contact, such as "stator"')
-    law: Literal["stator"] = Field(description='"stator", a rotor in a circular stator; left out for other contacts')
     ports: StatorPortsTable = Field(description='a table such as { x = "n2x", y = "n2y" }')
     kn: NotNegative = Field(description="a number >= 0, the radial contact stiffness (force/length)")
     gap: Positive = Field(description="a number > 0, the clearance all round")
     mu: NotNegative = Field(default=0.0, description="a number >= 0, the friction coefficient")
     cn: NotNegative = Field(default=0.0, description="a number >= 0, radial damping in contact (force time/length)")
     slip_velocity: NotNegative = Field(default=0.0, description="a number > 0 where there is friction, length/time")
-    rubbing: RubbingTable | None = Field(
-        default=None, description="a table such as { velocity_per_omega = 0.14 }, the speed of the rotor's surface"
-    )
+    makes: ClassVar[str] = "StatorContact"
+    neutral: ClassVar[Mapping[str, float]] = {"kn": 0.0, "gap": 1.0}
+    parameters: ClassVar[tuple[str, ...]] = ("kn", "gap", "mu", "cn", "slip_velocity")
     tangential: ClassVar[None] = None
-    normal: ClassVar[None] = None
     kt: ClassVar[None] = None
-    thermal: ClassVar[None] = None
+
+
+class HysteresisTable(LawTable):
+    """A law with memory along one direction, that does not know a normal load."""
+
+    tangential: Cosines = Field(description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }')
+    kt: Positive = Field(description="a number > 0, the stiffness before it yields (force/length)")
+    mu: ClassVar[None] = None
+    kn: ClassVar[None] = None
+
+
+class IwanTable(HysteresisTable):
+    """``[[contact]] law = "iwan"``: springs side by side, each with a slider of its own limit."""
+
+    limit: Positive = Field(description="a number > 0, the force while all slide")
+    chi: Annotated[float, Field(gt=-1)] = Field(default=0.0, description="a number > -1, exponent of the distribution")
+    beta: NotNegative = Field(
+        default=0.0, description="a number >= 0, stiffness of the last spring over that of all the others"
+    )
+    sliders: Annotated[int, Field(ge=1)] = Field(default=100, description="a whole number >= 1, bins of equal width")
+    makes: ClassVar[str] = "IwanContact"
+    neutral: ClassVar[Mapping[str, float]] = {"kt": 1.0, "limit": 1.0}
+    parameters: ClassVar[tuple[str, ...]] = ("kt", "limit", "chi", "beta", "sliders")
+
+
+class DahlTable(HysteresisTable):
+    """``[[contact]] law = "dahl"``: the force creeps towards its limit."""
+
+    limit: Positive = Field(description="a number > 0, the force that it tends to")
+    makes: ClassVar[str] = "DahlContact"
+    neutral: ClassVar[Mapping[str, float]] = {"kt": 1.0, "limit": 1.0}
+    parameters: ClassVar[tuple[str, ...]] = ("kt", "limit")
+
+
+class BoucWenTable(HysteresisTable):
+    """``[[contact]] law = "bouc_wen"``."""
+
+    beta: Positive = Field(description="a number > 0, of the loop's shape (1/length^n)")
+    gamma: float = Field(default=0.0, description="a number above -beta, at most beta (1/length^n)")
+    n: Annotated[float, Field(ge=1)] = Field(default=1.0, description="a number >= 1, sharpness of the yield")
+    alpha: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.0, description="a number from 0 to 1, stiffness after yield over kt"
+    )
+    makes: ClassVar[str] = "BoucWenContact"
+    neutral: ClassVar[Mapping[str, float]] = {"kt": 1.0, "beta": 1.0}
+    parameters: ClassVar[tuple[str, ...]] = ("kt", "beta", "gamma", "n", "alpha")
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
-        """Its surface turns one way."""
-        return [replace(fault, remedy="give one number") for fault in _vector_faults(raw)]
+        """A force without bound allows no constant sliding."""
+        faults, rubbing = super().cross_check(raw), raw.get("rubbing")
+        slides = isinstance(rubbing, Mapping) and (rubbing.get("velocity") or rubbing.get("velocity_per_omega"))
+        if slides and raw.get("alpha"):
+            unbounded = "the opposing surface slides, and the stiffness after yield has no bound"
+            faults.append(Fault("alpha", unbounded, remedy="give alpha = 0, or no rubbing velocity"))
+        return faults
 
 
-_LAW_OF_STATOR = ("kn", "gap", "mu", "cn", "slip_velocity")
+_LAWS: Mapping[str, type[LawTable]] = {
+    "stator": StatorTable, "iwan": IwanTable, "dahl": DahlTable, "bouc_wen": BoucWenTable
+}  # fmt: skip
+
+
+def _law_table(raw: RawTable) -> type[LawTable]:
+    """The table of its law; of one that there is not, the most similar in name, else in keys."""
+    law = raw.get("law", "stator")
+    if close := get_close_matches(str(law).lower(), _LAWS, n=1):
+        return _LAWS[close[0]]
+    return max(_LAWS.values(), key=lambda table: len(set(raw) & set(table.model_fields)))
 
 
 def is_planar(table: ContactTable) -> bool:
@@ -248,10 +334,10 @@ class SurfaceContactTable(ContactTable):
         return faults + super().cross_check(raw)
 
 
-def contact_table(raw: RawTable) -> type[ContactTable | StatorTable]:
+def contact_table(raw: RawTable) -> type[ContactTable | LawTable]:
     """Which table a ``[[contact]]`` block is."""
     if {"law", "ports"} & set(raw):
-        return StatorTable
+        return _law_table(raw)
     on_surface = "points" in raw or (
         "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor", "between"} & set(raw)
     )
@@ -372,17 +458,16 @@ def _any_direction(body: Any) -> Any:
 
 def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> Law:
     """The parameters of a contact, cold; neutral ones where these are at fault, and all faults that are its own."""
+    from slipstick import models
     from slipstick.contact.friction import FrictionContact
     from slipstick.contact.planar import PlanarFrictionContact
-    from slipstick.contact.stator import StatorContact
     from slipstick.contact.velocity_friction import StribeckContact
 
-    if isinstance(row.table, StatorTable):
-        still = {"kn": 0.0, "gap": 1.0}
-        known = {key: value for key in _LAW_OF_STATOR if (value := row.get(key)) is not None}
-        if not row.complete:
-            return StatorContact(**still)
-        return gathering.inside(row.where, lambda: StatorContact(**known)) or StatorContact(**still)
+    if isinstance(row.table, LawTable):
+        made: Any = getattr(models, row.table.makes)
+        known = {key: value for key in row.table.parameters if (value := row.get(key)) is not None}
+        whole = gathering.inside(row.where, lambda: made(**known)) if row.complete else None
+        return whole or made(**row.table.neutral)
     law: Any = PlanarFrictionContact if is_planar(row.table) else FrictionContact
     neutral: dict[str, Any] = _NEUTRAL
     mu = row.get("mu")
@@ -466,9 +551,9 @@ def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> C
 
 
 def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
-    if isinstance(keys.table, StatorTable):
+    if isinstance(keys.table, LawTable):
         keys.take("law")
-        return call("ss.models.StatorContact", **keys.rest(*_LAW_OF_STATOR))
+        return call(f"ss.models.{keys.table.makes}", **keys.rest(*keys.table.parameters))
     background = background_of(keys.table, thermal)
     values = {name: keys.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
     total = keys.take("normal_load_total")

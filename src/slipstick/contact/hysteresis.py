@@ -244,6 +244,8 @@ class _Smooth(Hysteresis):
             da, db, dg, dn = (np.broadcast_to(np.imag(c) / _STEP, len(X))[:, None] for c in stepped)
             along = by[..., L + 1] * db + by[..., L + 2] * dg + by[..., L + 3] * dn
             out = kt * (da * (X - f) + (1.0 - a) * along)
+            if name == "alpha":  # of what slides there is none: with alpha > 0 its force has no bound
+                out[motion.drift[0] != 0.0] = np.nan
             return {0: out + force / kt if name == "kt" else out}
 
         return Response(
@@ -338,7 +340,8 @@ class BoucWenContact(_Smooth):
 
     Notes
     -----
-    With ``alpha > 0`` the force has no bound, and the opposing surface cannot slide at a constant velocity.
+    With ``alpha > 0`` the force has no bound, and the opposing surface cannot slide at a constant velocity. Where it
+    does, with ``alpha = 0``, derivatives by ``alpha`` are nan.
 
     Examples
     --------
