@@ -93,3 +93,36 @@ def test_planar_friction_on_a_surface(tmp_path: Path) -> None:
         assert abs(sum(first[dof] * second.get(dof, 0.0) for dof in first)) < 1e-12
         assert sum(c * c for c in second.values()) == pytest.approx(1.0)
     assert "ss.PlanarFrictionContact" in python_script(text, "case.toml", tmp_path)
+
+
+def test_a_surface_chooses_by_its_motion(tmp_path: Path) -> None:
+    """``friction = "auto"``: the choice of the public function, said, and the script makes the same one."""
+    found = examples()["blade"]
+    for path in found.needs:
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    planar = found.path.read_text(encoding="utf-8")
+    for old, new in (
+        ("[[contact]]\n", '[[contact]]\nfriction = "planar"\n'),
+        ("modes = 32", "modes = 4\ncontacts = 2\nforce = true"),
+        ('to = "330 Hz"', 'to = "151 Hz"'),
+    ):
+        assert old in planar
+        planar = planar.replace(old, new)
+    auto = planar.replace('"planar"', '"auto"')
+    given = Case.from_text(planar, tmp_path / "planar.toml")
+    case = Case.from_text(auto, tmp_path / "auto.toml")
+    (told,) = (sentence for sentence in case.noticed if "auto" in sentence)
+    with pytest.warns(ss.SlipstickWarning, match="contacts are planar"):
+        own = ss.models.straight_contacts(given.problem(), omega=given.omega)
+    assert case.problem().contacts == own.contacts
+    count = sum(isinstance(pair.contact, ss.PlanarFrictionContact) for pair in own.contacts)
+    assert told.startswith(f'friction = "auto": {count} of 2 contacts are planar')
+    (tmp_path / "script.py").write_text(python_script(auto, "auto.toml", tmp_path))
+    names: dict[str, object] = {"__name__": "script", "__file__": str(tmp_path / "script.py")}
+    with pytest.warns(ss.SlipstickWarning, match="contacts are planar"):
+        exec(compile((tmp_path / "script.py").read_text(), "script.py", "exec"), names)
+        script = names["problem"]()  # type: ignore[operator]
+    assert script.contacts == own.contacts
+    wrong = auto.replace('friction = "auto"', 'friction = "any"')
+    with pytest.raises(InputError, match='expected "planar": .*; "auto": '):
+        Case.from_text(wrong, tmp_path / "case.toml")

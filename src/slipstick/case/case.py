@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.contact import SurfaceContactTable, build_contacts, in_block
+from slipstick.case.contact import AUTO, SurfaceContactTable, build_contacts, in_block
 from slipstick.case.cross_checks import heating_faults, parameter_faults, request_faults, table_faults, unit_faults
 from slipstick.case.fe import reaching
 from slipstick.case.load import build_load
@@ -87,7 +87,7 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     return Reading(
         title=sections.top.table.title, body=described.body, problem=problem,
         response=sections.response.table, frequency_unit=display_unit(raw["response"], units),
-        warnings=tuple(_phases(sections, parts.loads)),
+        warnings=(*_phases(sections, parts.loads), *parts.noticed),
     )  # fmt: skip
 
 
@@ -104,6 +104,7 @@ class _Builder:
 
     def __init__(self, sections: Sections, described: Described, folder: Path) -> None:
         self._sections, self._described = sections, described
+        self.noticed: tuple[str, ...] = ()
         gathering = Gathering()
         made = [build_load(row) for row in sections.loads]
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
@@ -147,10 +148,22 @@ class _Builder:
             thermal=thermal_model(self.placed, self._sections.thermal, self._influence),
             told=None,
         )
+        problem = self._straightened(problem)
         disc = None if self._described.body is None else self._described.body.disc
         if disc is not None:
             problem = disc.problem(problem, None if output is None else output.table.dofs)
         self._follow(problem)
+        return problem
+
+    def _straightened(self, problem: Problem) -> Problem:
+        """With ``friction = "auto"``, contacts of one direction where the motion is nearly straight."""
+        chosen = [c.name for c in self.placed if getattr(c.row.table, "friction", None) == AUTO]
+        if not chosen or self._sections.response is None:
+            return problem
+        from slipstick.models.straight import STRAIGHT, straightened
+
+        problem, told = straightened(problem, frequencies_met(self._sections.response.table), chosen, STRAIGHT)
+        self.noticed = (f'friction = "auto": {told}',)
         return problem
 
     def _follow(self, problem: Problem) -> None:

@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from slipstick.models.reduced_sector import ReducedSector
 
 PLANAR = "planar"
+AUTO = "auto"
+_IN_PLANE = (PLANAR, AUTO)
 _NEUTRAL = {"kt": 1.0, "mu": 0.0, "kn": 1.0, "normal_load": 1.0}
 """In place of what is at fault, where a contact is only looked at and not computed with."""
 
@@ -114,7 +116,7 @@ class ContactTable(Table):
         elif raw.get("kn") == 0 and raw.get("normal_load"):
             faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
         if is_over_velocity(raw.get("mu")):
-            if isinstance(raw.get("tangential"), list) or raw.get("friction") == PLANAR:
+            if isinstance(raw.get("tangential"), list) or raw.get("friction") in _IN_PLANE:
                 remedy = "give one direction, or mu as a number"
                 faults.append(Fault("mu", "depends on the velocity, and the contact slides in a plane", remedy=remedy))
             if raw.get("kt") == 0:
@@ -244,14 +246,14 @@ def _law_table(raw: RawTable) -> type[LawTable]:
 
 
 def is_planar(table: ContactTable) -> bool:
-    """Whether its surface slides in both directions."""
-    return isinstance(getattr(table, "tangential", None), tuple) or getattr(table, "friction", None) == PLANAR
+    """Whether its surface slides in both directions, or may."""
+    return isinstance(getattr(table, "tangential", None), tuple) or getattr(table, "friction", None) in _IN_PLANE
 
 
 def _vector_faults(raw: RawTable) -> Iterator[Fault]:
     """Vectors of rubbing motion where the surface slides in one direction alone."""
     rubbing = raw.get("rubbing")
-    if isinstance(raw.get("tangential"), list) or raw.get("friction") == PLANAR or not isinstance(rubbing, Mapping):
+    if isinstance(raw.get("tangential"), list) or raw.get("friction") in _IN_PLANE or not isinstance(rubbing, Mapping):
         return
     for key, value in rubbing.items():
         values = value.values() if isinstance(value, Mapping) else (value,)
@@ -308,8 +310,10 @@ class SurfaceContactTable(ContactTable):
     )
     axis: AxisTable | None = Field(default=None, description="a table such as { direction = [0, 0, 1] }")
     rotor: RotorTable | None = Field(default=None, description="a table such as { engine_order = 2 }")
-    friction: Literal["planar"] | None = Field(
-        default=None, description='"planar": the surface slides along direction and across it'
+    friction: Literal["planar", "auto"] | None = Field(
+        default=None,
+        description='"planar": the surface slides along direction and across it; "auto": it does where its motion is '
+        "not nearly straight",
     )
     between: bool = Field(default=False, description="true or false: towards the next sector of a disc")
     normal_load_total: NotNegative | None = Field(
@@ -521,17 +525,21 @@ _TAKEN = {*dir(builtins), "C", "K", "M", "Path", "at", "body", "contacts", "curv
 
 @dataclass(frozen=True, kw_only=True)
 class ContactScript:
-    """Lines that make ``contacts``, and the variable of each block on a surface by its name."""
+    """Lines that make ``contacts``, and the variable of each block on a surface by its name.
+
+    ``chosen`` are those of blocks whose law is chosen by their motion.
+    """
 
     lines: list[str]
     blocks: dict[str, str]
+    chosen: list[str]
 
 
 def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> ContactScript:
     """All contacts as Python writes them; equal laws are one."""
     laws: dict[str, str] = {}
     variables: dict[str, str] = {}
-    pairs, blocks, lines = [], [], []
+    pairs, blocks, lines, chosen = [], [], [], []
     for i, raw in enumerate(rows):
         keys = KeysToWrite(raw, contact_table(raw))
         law = _law_text(keys, thermal)
@@ -543,11 +551,14 @@ def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> C
             variables[name] = _variable(name, [*variables.values()])
             blocks.append(f"{variables[name]} = {_surface_text(keys, laws[law])}")
             pairs.append(f"*{variables[name]}")
+            chosen += [variables[name]] if keys.table.friction == AUTO else []
         else:
             pairs.append(_pair_text(keys, laws[law]))
         keys.take("thermal")
         keys.end(f"[[contact]] number {i + 1}")
-    return ContactScript(lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables)
+    return ContactScript(
+        lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables, chosen=chosen
+    )
 
 
 def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:

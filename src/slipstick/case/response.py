@@ -236,6 +236,12 @@ def response_script(raw: RawTable) -> str:
     )
 
 
+def frequencies_script(raw: RawTable) -> str:
+    """``frequencies_met`` as Python writes them."""
+    keys = ("from", "to") if "parameter" not in raw else ("omega", "omega")
+    return f"({', '.join(quantity_text(raw[key]) for key in keys)})"
+
+
 def _requested(at: list[Any] | Spacing, ends: list[str]) -> str:
     """Values at which points are wanted."""
     if isinstance(at, Spacing):

@@ -12,7 +12,7 @@ from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
 from slipstick.case.load import load_script
 from slipstick.case.output import OutputTable
-from slipstick.case.response import ResponseTable, response_script
+from slipstick.case.response import ResponseTable, frequencies_script, response_script
 from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
 from slipstick.case.sections import CASE_SECTIONS, REQUESTS, structure_kind
 from slipstick.case.source import parse
@@ -114,6 +114,9 @@ def _problem(raw: RawTable, folder: Path) -> str:
         lines += thermal_script(tables, thermal, contacts.blocks, folder)
         arguments["thermal"] = "thermal"
     made = call("ss.Problem", "structure", **arguments)
+    if contacts.chosen:
+        own = f"[pair.name for pair in {' + '.join(contacts.chosen)}]"
+        made = call("ss.models.straight_contacts", made, omega=frequencies_script(raw["response"]), contacts=own)
     if whole_disc:
         own = {"outputs": literal(OutputTable.model_validate(raw["output"]).dofs)} if "output" in raw else {}
         made = call("disc.problem", made, **own)

@@ -25,6 +25,7 @@ _PUBLIC = {
     "IwanContact": "slipstick.contact.hysteresis",
     "StribeckContact": "slipstick.contact.velocity_friction",
     "bladed_sector": "slipstick.models.bladed_sector",
+    "straight_contacts": "slipstick.models.straight",
 }
 
 __all__ = sorted(_PUBLIC)
@@ -42,6 +43,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.rotor import Shaft as Shaft
     from slipstick.models.rotor import beam_rotor as beam_rotor
     from slipstick.models.rotor import jeffcott_rotor as jeffcott_rotor
+    from slipstick.models.straight import straight_contacts as straight_contacts
     from slipstick.structure.campbell import campbell as campbell
     from slipstick.structure.free import free_structure as free_structure
     from slipstick.structure.interference import interference as interference

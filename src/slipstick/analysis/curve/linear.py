@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.batches import Batch
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
@@ -90,17 +91,22 @@ class LinearLimit:
     def __init__(self, balance: Balance, state: str) -> None:
         self.balance, self.state, self._P = balance, state, balance.problem.inputs.P
         self._outputs = Outputs(balance, balance.problem.outputs or ())
-        self._stiffness, self._constant = _held(balance, balance.problem.inputs, state)
+        self.stiffness, self.constant = _held(balance, balance.problem.inputs, state)
 
-    def motion(self, w: Array) -> Array:
-        """Coefficients of the outputs (n, n_outputs, L) at frequencies (n,)."""
+    def ports(self, w: Array) -> Array:
+        """Coefficients of the motion of the contact ports (n, n_ports, L) at frequencies (n,)."""
         balance = self.balance
         x = np.empty((w.size, balance.n_ports, balance.L))
         slices = max(1, int(2e6 / max(1, balance.orders.size * balance.receptance.static.size)))
         for first in range(0, w.size, slices):
             chosen = slice(first, first + slices)
-            x[chosen] = _ports(balance, w[chosen], self._stiffness, self._constant, self._P)
-        force = np.einsum("pq,nql->npl", self._stiffness, x) + self._constant
+            x[chosen] = _ports(balance, w[chosen], self.stiffness, self.constant, self._P)
+        return x
+
+    def motion(self, w: Array) -> Array:
+        """Coefficients of the outputs (n, n_outputs, L) at frequencies (n,)."""
+        x = self.ports(w)
+        force = np.einsum("pq,nql->npl", self.stiffness, x) + self.constant
         P = np.broadcast_to(self._P, (w.size, *self._P.shape))
         return self._outputs.motion(x.reshape(w.size, -1), force, P, w, [{}] * w.size)
 
@@ -125,9 +131,7 @@ def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
         held = batch.law.linear(state, values.values, np.zeros_like(values.velocity))
         if held is None:
             continue
-        rows = np.full((len(batch.ports), batch.count), -1)
-        for i, port in enumerate(batch.ports):
-            rows[i, port.members] = np.arange(balance.n_ports)[port.rows]
+        rows = rows_of(balance, batch)
         for (i, j), k in held.stiffness.items():
             both = (rows[i] >= 0) & (rows[j] >= 0)
             stiffness[rows[i, both], rows[j, both]] += k[both]
@@ -135,6 +139,14 @@ def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
         for i, c in held.constant.items():
             constant[rows[i, rows[i] >= 0], 0] += c[rows[i] >= 0]
     return stiffness, constant
+
+
+def rows_of(balance: Balance, batch: Batch) -> NDArray[np.intp]:
+    """Rows among the ports of all contacts, (ports, n) of a batch; -1 where a contact lacks the port."""
+    rows = np.full((len(batch.ports), batch.count), -1)
+    for i, port in enumerate(batch.ports):
+        rows[i, port.members] = np.arange(balance.n_ports)[port.rows]
+    return rows
 
 
 def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> Array:
@@ -188,13 +200,13 @@ def _with_peaks(limit: LinearLimit, w: Array, motion: Array) -> tuple[Array, Arr
     """More frequencies between the neighbours of the highest peaks of each of the first dofs, nearer and nearer."""
     for _ in range(_ROUNDS):
         sizes = amplitude(limit.balance.problem.harmonics, motion[:, :_DOFS]).value
-        tops = {int(at) for size in sizes.T for at in _tops(size)}
-        near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in sorted(tops)]
+        highest = {int(at) for size in sizes.T for at in tops(size)}
+        near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in sorted(highest)]
         w, motion = _joined(limit, w, motion, np.concatenate([w[:0], *near]))
     return w, motion
 
 
-def _tops(size: Array) -> NDArray[np.intp]:
+def tops(size: Array) -> NDArray[np.intp]:
     """Places of the highest local maxima, the ends among them."""
     padded = np.concatenate([[-np.inf], size, [-np.inf]])
     maxima = np.flatnonzero((size >= padded[:-2]) & (size >= padded[2:]))
