@@ -23,7 +23,7 @@ from slipstick.cli.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
-from slipstick.models.bladed_sector import SectorShape
+from slipstick.models.sector_mesh import SectorShape
 from slipstick.results.table import ResultTable
 from slipstick.structure.skin import Skin
 
@@ -42,6 +42,13 @@ PROBLEM = ss.Problem(STRUCTURE, contacts=[PAIR], loads=[LOAD], harmonics=H)
 STEADY = ss.Problem(
     STRUCTURE, contacts=[ss.ContactPair(name="damper", contact=CONTACT, tangential="x")], loads=[LOAD], harmonics=H
 )
+PLANAR = ss.Problem(
+    ss.MatrixStructure(M=np.eye(2), C=0.5 * np.eye(2), K=10.0 * np.eye(2), dofs=["x", "y"]),
+    contacts=ss.ContactPair(
+        name="foot", tangential=("x", "y"), contact=ss.PlanarFrictionContact(kt=2.0, mu=0.5, normal_load=1.0)
+    ),
+    loads=LOAD, harmonics=H,
+)  # fmt: skip
 BRAKE = ss.Problem(
     ss.MatrixStructure(M=np.eye(2), C=0.5 * np.eye(2), K=[[100.0, -20.0], [-20.0, 60.0]], dofs=["x", "y"]),
     contacts=ss.ContactPair(
@@ -445,6 +452,10 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "ReducedSector.mistuned": (
         lambda: ss.reduced_sector(SECTOR_MODEL, surface="tip", contacts=1, modes=2).mistuned,
         {"stiffness": [0.0, 0.01, 0.0, 0.0, 0.0, 0.0], "blade": "blade", "families": 2, "spread": None, "seed": 1},
+    ),
+    "straight_contacts": (
+        lambda: ss.models.straight_contacts,
+        {"problem": PLANAR, "omega": (1.0, 2.0), "contacts": ["foot"], "threshold": 0.2},
     ),
     "surface_contacts between": (
         lambda: lambda **given: ss.surface_contacts(

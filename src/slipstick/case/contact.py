@@ -556,9 +556,7 @@ def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> C
             pairs.append(_pair_text(keys, laws[law]))
         keys.take("thermal")
         keys.end(f"[[contact]] number {i + 1}")
-    return ContactScript(
-        lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables, chosen=chosen
-    )
+    return ContactScript(lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables, chosen=chosen)
 
 
 def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:

@@ -25,7 +25,7 @@ _IMPORTS = {
     "mmread(": "from scipy.io import mmread",
     "load_npz(": "from scipy.sparse import load_npz",
     "blade_shape(": "from slipstick.models.blade_mesh import blade_shape",
-    "sector_shape(": "from slipstick.models.bladed_sector import sector_shape",
+    "sector_shape(": "from slipstick.models.sector_mesh import sector_shape",
 }
 _BODY = '''\
 def problem():
@@ -115,8 +115,8 @@ def _problem(raw: RawTable, folder: Path) -> str:
         arguments["thermal"] = "thermal"
     made = call("ss.Problem", "structure", **arguments)
     if contacts.chosen:
-        own = f"[pair.name for pair in {' + '.join(contacts.chosen)}]"
-        made = call("ss.models.straight_contacts", made, omega=frequencies_script(raw["response"]), contacts=own)
+        chosen = f"[pair.name for pair in {' + '.join(contacts.chosen)}]"
+        made = call("ss.models.straight_contacts", made, omega=frequencies_script(raw["response"]), contacts=chosen)
     if whole_disc:
         own = {"outputs": literal(OutputTable.model_validate(raw["output"]).dofs)} if "output" in raw else {}
         made = call("disc.problem", made, **own)

@@ -15,7 +15,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.planar import PlanarFrictionContact
 from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, number, one, shown, suggestion, warn
+from slipstick.faults import Gathering, names, number, one, shown, suggestion, warn
 from slipstick.typing import Array, Frequency
 
 STRAIGHT = 0.2
@@ -115,15 +115,12 @@ def _chosen(problem: Problem, contacts: object) -> set[str]:
     ]
     if contacts is None:
         return set(planar)
-    names = [contacts] if isinstance(contacts, str) else contacts
-    if not isinstance(names, Iterable):
-        raise InputError(Fault("contacts", found=shown(contacts), expected="names of planar contacts, or None"))
-    names = list(names)
-    wrong = [name for name in names if name not in planar]
+    wanted = names("contacts", contacts, "names of planar contacts, or None")
+    wrong = [name for name in wanted if name not in planar]
     if wrong:
         gone = f"there is no planar contact {shown(wrong[0])}"
         raise InputError(Fault("contacts", gone, remedy=suggestion(wrong[0], planar)))
-    return set(names)
+    return set(wanted)
 
 
 def _rubs_across(pair: ContactPair) -> bool:
@@ -153,18 +150,20 @@ def _one_directional(pair: ContactPair) -> ContactPair:
 def _ratios(problem: Problem, low: float, high: float) -> dict[str, float]:
     """Largest motion across over the largest along, of every planar contact by name; the largest of three states."""
     balance = Balance(problem)
-    along, across, names = [], [], []
+    along: list[int] = []
+    across: list[int] = []
+    elements: list[str] = []
     for batch in balance.batches:
         if isinstance(batch.law, PlanarFrictionContact):
             first, second = rows_of(balance, batch)[:2]
             along, across = [*along, *first], [*across, *second]
-            names += [problem.contacts[p].elements[k] for p, k in batch.members]
+            elements += [problem.contacts[p].elements[k] for p, k in batch.members]
     both = (np.array(along, dtype=int), np.array(across, dtype=int))
     free, stuck, held = (LinearLimit(balance, state) for state in ("free", "stuck", "stuck"))
     there = both[1][both[1] >= 0]
     held.stiffness[there], held.constant[there] = 0.0, 0.0
     ratios = [_ratio_of(limit, both, low, high) for limit in (free, stuck, held)]
-    return dict(zip(names, np.max(ratios, axis=0), strict=True))
+    return dict(zip(elements, np.max(ratios, axis=0), strict=True))
 
 
 def _ratio_of(limit: LinearLimit, rows: tuple[Array, Array], low: float, high: float) -> Array:

@@ -43,7 +43,8 @@ def surface_contacts(
     contact
         The law with its parameters: numbers for all, or arrays (n,), one value for each of the chosen points in their
         order. With a ``PlanarFrictionContact`` the points slide in the plane of the surface: along ``direction``, and
-        along normal x direction, perpendicular to it.
+        along normal x direction, perpendicular to it; :func:`ss.models.straight_contacts` makes those one-directional
+        whose motion is nearly straight.
     direction
         Rubbing direction (3,), projected on the surface at every point; with an ``axis`` also "circumferential"
         (towards growing angles), "axial" or "radial".
