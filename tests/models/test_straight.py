@@ -35,7 +35,7 @@ def problem(
 
 
 def chosen(given: ss.Problem, **options: object) -> ss.Problem:
-    with pytest.warns(ss.SlipstickWarning, match="of 1 contacts are planar.*at most"):
+    with pytest.warns(ss.SlipstickWarning, match="of 1 contacts are planar, those .* more than 0.2"):
         return ss.models.straight_contacts(given, omega=(5.0, 14.0), **options)  # type: ignore[arg-type]
 
 

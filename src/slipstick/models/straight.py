@@ -100,9 +100,11 @@ def straightened(problem: Problem, omega: object, contacts: object, threshold: o
             pair = pair if keep else _one_directional(pair)
         pairs.append(pair)
     told = (
-        f"{planar} of {count} contacts are planar, the others slide along one direction, without friction and "
-        f"stiffness across it: their motion across is at most {most:g} of that along it in the linear response"
+        f"{planar} of {count} contacts are planar, those whose motion across the first direction is more than {most:g} "
+        "of that along it in the linear response"
     )
+    if planar < count:
+        told += "; the others have neither friction nor stiffness across it"
     return replace(problem, contacts=pairs), told
 
 
