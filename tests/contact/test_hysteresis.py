@@ -37,7 +37,7 @@ def cosine(a, tau):
 def test_evenly_spread_sliders_make_masings_loop():
     """W. D. Iwan, J. Appl. Mech. 33 (1966) 893: f = kt x - (kt x)^2 / (4 limit) up to x = 2 limit / kt, doubled."""
     kt, limit, a = 2.0, 1.5, 0.9
-    law = ss.models.IwanContact(kt=kt, limit=limit, sliders=500)
+    law, n = ss.models.IwanContact(kt=kt, limit=limit, sliders=500), 500
     tau = np.linspace(0.0, 2.0 * np.pi, 65)
     values, motion = parameters(law, 1), cosine(a, 0.0)
 
@@ -48,9 +48,9 @@ def test_evenly_spread_sliders_make_masings_loop():
     down = first(a) - 2.0 * first((a - x) / 2.0)
     up = -first(a) + 2.0 * first((a + x) / 2.0)
     force = law.forces_in_time(motion, values, tau)[0][0]
-    np.testing.assert_allclose(force, np.where(tau <= np.pi, down, up), rtol=0, atol=limit / 500)
+    np.testing.assert_allclose(force, np.where(tau <= np.pi, down, up), rtol=0, atol=limit / n**2)  # bins: second order
     area = kt**2 * a**3 / (3.0 * limit)  # 8 times the integral of first, less 4 a first(a)
-    assert 2.0 * np.pi * law.respond(motion, values).work[0] == pytest.approx(area, rel=1e-4)
+    assert 2.0 * np.pi * law.respond(motion, values).work[0] == pytest.approx(area, rel=2.0 / n**2)
 
 
 def test_one_slider_is_a_friction_contact():
@@ -105,7 +105,10 @@ def test_the_bouc_wen_loop_of_exponent_one_is_known():
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: repr(law)[:24])
 @pytest.mark.parametrize("drift", [0.0, 0.5])
 def test_derivatives_are_those_of_differences(law, drift):
-    n, d = 6, 1e-6 if isinstance(law, ss.models.IwanContact) else 1e-4  # sliders have corners
+    """In short steps: where a slider begins to slip the force has a corner that differences must not reach over."""
+    n, d = 6, 1e-6
+    # |z|^(n - 1) of the tangent has a kink at z = 0, which the integration of the derivatives feels unless n = 1
+    tolerance = 5e-6 if np.any(law.values.get("n", 1.0) != 1.0) else 1e-7
     motion, values = moving(n, drift=drift, seed=2), parameters(law, n)
     if "alpha" in values:
         motion = motion._replace(drift=motion.drift * (values["alpha"] == 0.0))
@@ -114,7 +117,7 @@ def test_derivatives_are_those_of_differences(law, drift):
     def close(exact, at):
         near, far = (at(s).force[0] - at(-s).force[0] for s in (d, 2.0 * d))
         difference = (8.0 * near - far) / (12.0 * d)
-        np.testing.assert_allclose(exact, difference, rtol=0, atol=1e-5 * (1.0 + np.abs(difference).max()))
+        np.testing.assert_allclose(exact, difference, rtol=0, atol=tolerance * (1.0 + np.abs(difference).max()))
 
     for c in (0, 1, 4, 9):
 

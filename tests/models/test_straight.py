@@ -46,7 +46,7 @@ def chosen(given: ss.Problem, **options: object) -> ss.Problem:
         (problem(1.0, 0.115, phase=np.pi / 2), True),
         (problem(1.0, 0.5), True),  # straight, but not along the direction
         (problem(0.0, 1.0), True),
-        (problem(0.0, 0.0), False),
+        (problem(0.0, 0.0), True),  # nothing is known of it
         (problem(1.0, 0.06, K=(640.0, 40.0)), True),  # across it is at resonance where nothing holds it
         (problem(1.0, 0.0, rubbing=ss.RubbingMotion(velocity=(3.0, 0.0))), False),
         (problem(1.0, 0.0, rubbing=ss.RubbingMotion(velocity=(3.0, 1.0))), True),

@@ -35,8 +35,8 @@ def straight_contacts(
 
     Measured in the linear response: largest motion across ``tangential`` over the largest one along it, within a range
     of frequencies, with all contacts stuck, with all free, and with all stuck along ``tangential`` alone. A contact
-    stays planar where one of the three is above the threshold, or where it rubs along the second direction. One that
-    does not has neither friction nor stiffness across any more.
+    stays planar where one of the three is above the threshold, where nothing moves it, or where it rubs along the second
+    direction. One that does not has neither friction nor stiffness across any more.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def _ratios(problem: Problem, low: float, high: float) -> dict[str, float]:
 
 
 def _ratio_of(limit: LinearLimit, rows: tuple[Array, Array], low: float, high: float) -> Array:
-    """Of each contact (n,), over a range whose highest peaks are looked at closely."""
+    """Of each contact (n,), over a range whose highest peaks are looked at closely; inf of one that does not move."""
     known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
     new = np.concatenate([np.linspace(low, high, _GRID), known[(known > low) & (known < high)]])
     w, sizes = np.empty(0), np.empty((2, 0, rows[0].size))
@@ -188,5 +188,4 @@ def _ratio_of(limit: LinearLimit, rows: tuple[Array, Array], low: float, high: f
         near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in sorted(highest)]
         new = np.concatenate([w[:0], *near])
     first, second = sizes.max(axis=1, initial=0.0)
-    ratio = np.divide(second, first, out=np.full_like(first, np.inf), where=first > 0.0)
-    return np.where(second > 0.0, ratio, 0.0)
+    return np.divide(second, first, out=np.full_like(first, np.inf), where=first > 0.0)
