@@ -35,8 +35,8 @@ def straight_contacts(
 
     Measured in the linear response: largest motion across ``tangential`` over the largest one along it, within a range
     of frequencies, with all contacts stuck, with all free, and with all stuck along ``tangential`` alone. A contact
-    stays planar where one of the three is above the threshold, where nothing moves it, or where it rubs along the second
-    direction. One that does not has neither friction nor stiffness across any more.
+    stays planar where one of the three is above the threshold, where nothing moves it, or where it rubs along the
+    second direction. One that does not has neither friction nor stiffness across any more.
 
     Parameters
     ----------
