@@ -24,7 +24,7 @@ _PUBLIC = {
     "DahlContact": "slipstick.contact.hysteresis",
     "IwanContact": "slipstick.contact.hysteresis",
     "StribeckContact": "slipstick.contact.velocity_friction",
-    "bladed_sector": "slipstick.models.bladed_sector",
+    "bladed_sector": "slipstick.models.parametric_sector",
 }
 
 __all__ = sorted(_PUBLIC)
@@ -35,8 +35,8 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
-    from slipstick.models.bladed_sector import bladed_sector as bladed_sector
     from slipstick.models.modal_test import modal_analysis as modal_analysis
+    from slipstick.models.parametric_sector import bladed_sector as bladed_sector
     from slipstick.models.rotor import Bearing as Bearing
     from slipstick.models.rotor import Disc as Disc
     from slipstick.models.rotor import Shaft as Shaft
