@@ -23,7 +23,7 @@ from slipstick.cli.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
-from slipstick.models.sector_mesh import SectorShape
+from slipstick.models.parametric_sector import SectorShape
 from slipstick.results.table import ResultTable
 from slipstick.structure.skin import Skin
 

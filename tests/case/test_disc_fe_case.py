@@ -11,7 +11,7 @@ import slipstick as ss
 from slipstick.case.case import Case
 from slipstick.case.script import python_script
 from slipstick.errors import InputError
-from slipstick.models.sector_mesh import sector_shape
+from slipstick.models.parametric_sector import sector_shape
 
 CASE = """
 format = 1

@@ -239,7 +239,7 @@ VERBS: list[Row] = [
     ("a study with a value twice", *also('[study]\n"damper.mu" = [0.1, 0.1]\n'), "study.damper.mu", ("found 0.1 twice",)),
     ("a study below what there is", *also('[study]\n"damper.mu" = [-0.1, 0.1]\n'), "study.damper.mu", ("-0.1 is not allowed",)),
     ("a range without a count", *also('[study]\n"damper.mu" = { from = 0.1, to = 0.5 }\n'), "study.damper.mu.count", ("count is missing",)),
-    ("an unknown way of sampling", *also('[study]\nmethod = "random"\n"damper.mu" = [0.1, 0.5]\n'), "study.method", ("grid, list, latin-hypercube, sobol",)),
+    ("an unknown way of sampling", *also('[study]\nmethod = "chance"\n"damper.mu" = [0.1, 0.5]\n'), "study.method", ("grid, list, random, latin-hypercube, sobol, saltelli",)),
     ("samples of a grid", *also('[study]\nsamples = 9\n"damper.mu" = [0.1, 0.5]\n'), "study.samples", ("counts the values of its parameters",)),
     ("gap and normal load together", *also('[study]\n"damper.gap" = [-1, -2]\n"damper.normal_load" = [1, 2]\n'), "study", ("set the same thing; keep one",)),
     ("[tracks]", *also(TRACK.replace("[track]", "[tracks]")), "tracks", ("did you mean 'track'?",)),

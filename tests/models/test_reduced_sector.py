@@ -13,7 +13,7 @@ from helpers.ring_mesh import ring_model
 import slipstick as ss
 from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
-from slipstick.models.sector_mesh import SectorShape, sector_shape
+from slipstick.models.parametric_sector import SectorShape, sector_shape
 from slipstick.solve.linear.condensation import Condensed
 from slipstick.solve.linear.lanczos import modes
 

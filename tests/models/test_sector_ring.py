@@ -16,7 +16,7 @@ from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.surfaces import contact_patches
 from slipstick.models.blade import BLADE_STEEL
-from slipstick.models.sector_mesh import SectorShape
+from slipstick.models.parametric_sector import SectorShape
 from slipstick.solve.linear.lanczos import modes
 from slipstick.structure.reduction.reduce import reduce_model
 

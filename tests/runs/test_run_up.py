@@ -18,7 +18,7 @@ import slipstick as ss
 from slipstick.analysis.time_domain.long_run import LongRun
 from slipstick.analysis.time_domain.transient import transient
 from slipstick.results.run_up import motion_kind
-from slipstick.runs import run_up as run_up_module
+from slipstick.runs import passing_through
 
 DAMPING, STIFFNESS, SPRING, FORCE = 0.4, 40.0, 100.0, 100.0
 
@@ -264,7 +264,7 @@ def test_a_run_is_what_it_is_by_its_arguments() -> None:
     run = LongRun(problem=stuck(), start=2.0, stop=2.0, rate=0.0, periods=3, samples=4)
     values = [done.values["time"] for done in run.run()]
     np.testing.assert_allclose(values, 2 * np.pi * np.arange(1, 4) / 2.0)
-    assert run_up_module.FILE == "run_up.nc"
+    assert passing_through.FILE == "run_up.nc"
 
 
 def test_the_verb_integrates_draws_and_goes_on(tmp_path: Path) -> None:

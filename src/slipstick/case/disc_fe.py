@@ -177,7 +177,7 @@ def _mistuned(sector: ReducedSector, table: SetMistuningTable) -> Disc:
 
 
 def _model(table: DiscFeTable, folder: Path, tell: Tell) -> ImportedModel:
-    from slipstick.models.sector_mesh import bladed_sector, sector_shape
+    from slipstick.models.parametric_sector import bladed_sector, sector_shape
 
     material = {} if table.material is None else {"material": material_of(table.material)}
     if table.size is not None:

@@ -25,7 +25,7 @@ _IMPORTS = {
     "mmread(": "from scipy.io import mmread",
     "load_npz(": "from scipy.sparse import load_npz",
     "blade_shape(": "from slipstick.models.blade_mesh import blade_shape",
-    "sector_shape(": "from slipstick.models.sector_mesh import sector_shape",
+    "sector_shape(": "from slipstick.models.parametric_sector import sector_shape",
 }
 _BODY = '''\
 def problem():

@@ -24,8 +24,7 @@ _PUBLIC = {
     "DahlContact": "slipstick.contact.hysteresis",
     "IwanContact": "slipstick.contact.hysteresis",
     "StribeckContact": "slipstick.contact.velocity_friction",
-    "bladed_sector": "slipstick.models.sector_mesh",
-    "straight_contacts": "slipstick.models.straight",
+    "bladed_sector": "slipstick.models.parametric_sector",
 }
 
 __all__ = sorted(_PUBLIC)
@@ -37,12 +36,12 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
     from slipstick.models.modal_test import modal_analysis as modal_analysis
+    from slipstick.models.parametric_sector import bladed_sector as bladed_sector
     from slipstick.models.rotor import Bearing as Bearing
     from slipstick.models.rotor import Disc as Disc
     from slipstick.models.rotor import Shaft as Shaft
     from slipstick.models.rotor import beam_rotor as beam_rotor
     from slipstick.models.rotor import jeffcott_rotor as jeffcott_rotor
-    from slipstick.models.sector_mesh import bladed_sector as bladed_sector
     from slipstick.models.straight import straight_contacts as straight_contacts
     from slipstick.structure.campbell import campbell as campbell
     from slipstick.structure.free import free_structure as free_structure

@@ -382,8 +382,8 @@ def reduced_sector(
 
     Examples
     --------
-    >>> import slipstick as ss
-    >>> sector = reduced_sector(ss.models.bladed_sector("coarse"), surface="tip", contacts=2, modes=6)
+    >>> from slipstick.models import bladed_sector
+    >>> sector = reduced_sector(bladed_sector("coarse"), surface="tip", contacts=2, modes=6)
     >>> sector.sectors, sector.dofs[:3], sector.natural_frequencies(3).size
     (24, ('c1x', 'c1y', 'c1z'), 6)
     """

@@ -91,7 +91,7 @@ def run_up(
     >>> problem = ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
     >>> passed = ss.runs.run_up(problem, (9.0, 13.0), rate=0.2)
     >>> round(passed.peak().omega, 2), round(passed.peak().amplitude, 2)
-    (10.97, 3.1)
+    (11.06, 3.33)
     """
     run = _checked(problem, omega, rate, periods, samples, steps)
     if listener is not None and not callable(listener):

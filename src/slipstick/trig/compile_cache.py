@@ -23,7 +23,7 @@ import numba
 
 from slipstick import __version__
 
-ROOMS = ("trig", "contact/kernel", "structure/kernel", "balance/kernel", "analysis/stability")
+ROOMS = ("trig", "solve/linear", "contact/kernel", "structure/kernel", "balance/kernel", "analysis/stability")
 """Folders of the package with compiled code."""
 
 

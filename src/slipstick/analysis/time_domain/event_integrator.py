@@ -198,13 +198,13 @@ class Stepper:
         """The polynomial whose rate is right at the Gauss nodes of a length; None where it is not beside them."""
         h = length * self.step
         rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
-        start = rates[0]
-        size, change = self._sizes(linear, np.abs(z) + np.abs(start)), np.inf
+        start, change = rates[0], np.inf
         for _ in range(_LONGEST_ITERATION):
             before, there = rates, z + _INTEGRALS @ rates
             rates = h * self.model.rate(linear, there)
             if linear.regimes:
                 self._relax(linear, there, h, before, rates)
+            size = self._sizes(linear, np.abs(z) + np.abs(rates).max(axis=0))  # from rest it is that of the rates
             last, change = change, float((np.abs(rates - before).max(axis=0) / size).max())
             if not change < 1e3:
                 return None
@@ -213,7 +213,6 @@ class Stepper:
         else:
             if fits < np.inf:
                 return None
-        size = self._sizes(linear, np.abs(z) + np.abs(rates).max(axis=0))
         coefficients = _POWERS @ rates
         end = z + _WHOLE @ rates
         ends = np.stack([coefficients[0] - start, coefficients.sum(axis=0) - h * self.model.rate(linear, end[None])[0]])
