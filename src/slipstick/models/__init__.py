@@ -25,6 +25,7 @@ _PUBLIC = {
     "IwanContact": "slipstick.contact.hysteresis",
     "StribeckContact": "slipstick.contact.velocity_friction",
     "bladed_sector": "slipstick.models.parametric_sector",
+    "straight_contacts": "slipstick.models.straight",
 }
 
 __all__ = sorted(_PUBLIC)

@@ -137,7 +137,7 @@ def bladed_sector(shape: SectorShape | str = "small", *, material: Material = BL
     ----------
     shape
         "coarse", "small", "medium" or "large" (about 1 100, 5 000, 30 000 and 105 000 dofs), or a
-        :class:`SectorShape`; see ``slipstick.models.bladed_sector`` for axes, surfaces and element sets.
+        :class:`SectorShape`; see ``slipstick.models.parametric_sector`` for axes, surfaces and element sets.
 
     Raises
     ------
