@@ -96,7 +96,10 @@ MISTAKES: dict[str, tuple[tuple[object, ...], tuple[str, ...]]] = {
     "a study whose journal is gone": (("resume", "lost"), ("lost: the study in it did not end", "study.journal")),
     # report and verify
     "report of nothing": (("report",), ("Missing argument 'RESULTS.nc...'",)),
-    "report of an empty folder": (("report", "empty"), ("empty: found a folder without results.nc or study.nc",)),
+    "report of an empty folder": (
+        ("report", "empty"),
+        ("empty: found a folder without results.nc, study.nc,", "identify.nc"),
+    ),
     "report of a picture": (("report", "picture.nc"), ("picture.nc: not a results file: it is a picture (PNG)",)),
     "report of a case": (("report", "case.toml"), ("case.toml: not a results file: it is text, such as a case file",)),
     "report of an empty file": (("report", "empty.nc"), ("empty.nc: not a results file: it is empty",)),

@@ -21,6 +21,7 @@ def test_texts_bare_dimensions_and_numbers_survive(tmp_path: Path) -> None:
             "kind": ("point", np.array(["start", "end"])),
             "x": (("point", "dof"), np.arange(4.0).reshape(2, 2), {"units": "m"}),
             "n": ((), 3),
+            "change": ("event", np.zeros(0)),
         },
         coords={"dof": ["a", "ä"]},
         attrs={"seconds": 1.5, "points": 7, "title": "Größe", "none": None, "good": True},
@@ -32,6 +33,7 @@ def test_texts_bare_dimensions_and_numbers_survive(tmp_path: Path) -> None:
         assert read["x"].values.tolist() == [[0.0, 1.0], [2.0, 3.0]]
         assert read["dof"].values.tolist() == ["a", "ä"]
         assert int(read["n"]) == 3
+        assert read["change"].shape == (0,)
         assert read.attrs == {"seconds": 1.5, "points": 7, "title": "Größe", "good": 1}
 
 

@@ -110,5 +110,5 @@ def test_labels_are_told_apart(made: ss.Branch) -> None:
 def test_every_file_of_the_page_is_used() -> None:
     folder = Path(writing.__file__).parent / "page"
     own = {path.name for path in folder.iterdir() if path.is_file()}
-    used = {*writing.STYLES, *writing.SCRIPTS, *writing.STUDY_STYLES, *writing.STUDY_SCRIPTS}
-    assert own == {name for name in used if "/" not in name} | {"page.html", "study.html"}
+    used = {*writing.STYLES, *writing.SCRIPTS, *writing.STUDY_STYLES, *writing.STUDY_SCRIPTS, *writing.PLAIN_STYLES}
+    assert own == {name for name in used if "/" not in name} | {"page.html", "study.html", "plain.html"}

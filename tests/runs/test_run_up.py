@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,8 @@ from scipy.special import wofz
 import slipstick as ss
 from slipstick.analysis.time_domain.long_run import LongRun
 from slipstick.analysis.time_domain.transient import transient
-from slipstick.results.run_up import motion_kind
-from slipstick.runs import passing_through
+from slipstick.results.run_up import RunUp, motion_kind
+from slipstick.runs.passing_through import run_up_of_case
 
 DAMPING, STIFFNESS, SPRING, FORCE = 0.4, 40.0, 100.0, 100.0
 
@@ -162,6 +163,7 @@ def test_energy_is_kept_and_memory_flat_over_two_thousand_periods_with_rub(tmp_p
 
     def listen(done: Any) -> None:
         if done.checkpoint.period in (200, 2000):
+            gc.collect()  # what waits for it comes and goes
             used[done.checkpoint.period] = tracemalloc.get_traced_memory()[0]
 
     tracemalloc.start()
@@ -171,7 +173,7 @@ def test_energy_is_kept_and_memory_flat_over_two_thousand_periods_with_rub(tmp_p
         tracemalloc.stop()
     assert run.dataset["energy_error"].to_numpy().max() < 1e-9
     assert run.dataset.sizes["period"] == 2000
-    assert used[2000] - used[200] < 200_000  # bytes; the samples and events of so many periods are ten times that
+    assert used[2000] - used[200] < 50_000  # bytes; the samples and events of so many periods are forty times that
 
 
 def test_what_is_killed_goes_on_to_the_last_bit(tmp_path: Path) -> None:
@@ -264,7 +266,6 @@ def test_a_run_is_what_it_is_by_its_arguments() -> None:
     run = LongRun(problem=stuck(), start=2.0, stop=2.0, rate=0.0, periods=3, samples=4)
     values = [done.values["time"] for done in run.run()]
     np.testing.assert_allclose(values, 2 * np.pi * np.arange(1, 4) / 2.0)
-    assert passing_through.FILE == "run_up.nc"
 
 
 def test_the_verb_integrates_draws_and_goes_on(tmp_path: Path) -> None:
@@ -277,9 +278,43 @@ def test_the_verb_integrates_draws_and_goes_on(tmp_path: Path) -> None:
     case = ss.Case.from_file(tmp_path / "case.toml")
     peak = ss.runs.run_up(case.problem(), (5.0, 2.4 * np.pi), rate=0.5, samples=8).peak()
     assert f"largest amplitude of x: {peak.amplitude:.6g}" in done.output
-    assert {p.name for p in (tmp_path / "out").iterdir()} >= {"run_up.nc", "run_up.png"}
+    assert {p.name for p in (tmp_path / "out").iterdir()} >= {"run_up.nc", "run_up.png", "report.html"}
     assert slipstick(*arguments, "--no-figures").exit_code == 0  # what is there is told again
     (tmp_path / "bad.toml").write_text(text + "[run_up]\nfrom = 5.0\nto = 7.0\n")
     bad = slipstick("run-up", tmp_path / "bad.toml")
     assert bad.exit_code == 2
     assert "[run_up] rate is missing" in bad.output
+
+
+def test_resume_goes_on_with_a_run_up_to_the_last_bit(tmp_path: Path) -> None:
+    case = tmp_path / "case.toml"
+    case.write_text(CASE.partition("[study]")[0] + "[run_up]\nfrom = 5.0\nto = 7.5\nrate = 0.5\nsamples = 8\n")
+    read = ss.Case.from_file(case)
+    folder, table = tmp_path / "out", read.further["run_up"]
+
+    def stop(done: Any) -> None:
+        if done.checkpoint.period == 2:
+            raise KeyboardInterrupt
+
+    assert run_up_of_case(read, table, folder, stop).dataset.attrs["outcome"] == "INTERRUPTED"
+    killed = tmp_path / "killed"
+    killed.mkdir()
+    (killed / "run_up.nc.journal").write_bytes((folder / "run_up.nc.journal").read_bytes())  # a kill leaves no more
+    direct = ss.runs.run_up(read.problem(), table.omega, rate=table.rate, samples=8).dataset
+    for begun in (folder, killed):
+        result = slipstick("resume", begun, "-q", "--no-figures", "--no-report")
+        assert result.exit_code == 0, result.output
+        with pytest.raises(ss.InputError, match="holds a run-up"):
+            ss.load(begun / "run_up.nc")
+        whole = ss.resume(begun)
+        assert isinstance(whole, RunUp)
+        for name in direct.variables:
+            np.testing.assert_array_equal(whole.dataset[name], direct[name])
+    assert "nothing is left to do" in slipstick("resume", folder).output
+    ss.runs.run_up(stuck(), 5.0, periods=4, folder=tmp_path / "python", listener=stop)
+    with pytest.raises(ss.InputError, match=r"begun in Python; go on with it by ss\.runs\.run_up"):
+        ss.resume(tmp_path / "python")
+    assert run_up_of_case(read, table, tmp_path / "changed", stop).dataset.sizes["period"] == 2
+    case.write_text(case.read_text().replace("to = 7.5", "to = 8.5"))
+    with pytest.raises(ss.InputError, match="the case has changed"):
+        ss.resume(tmp_path / "changed")

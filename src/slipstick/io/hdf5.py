@@ -99,9 +99,9 @@ def _is_whole(data: mmap) -> bool:
 def check_summed(shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None) -> dict[str, Any]:
     """Options of a data set that is stored with its check sum, in pieces that HDF5 can hold; ``limits`` where it grows.
 
-    A single number has no place for one.
+    A single number has no place for one, and nothing needs none.
     """
-    if not shape:
+    if not shape or (limits is None and 0 in shape):
         return {}
     rows = max(1, _LARGEST_CHUNK // (itemsize * prod(max(n, 1) for n in shape[1:])))
     chunks = (min(max(shape[0], 1), rows), *(max(n, 1) for n in shape[1:]))

@@ -106,6 +106,8 @@ def _continued(table: ResultTable, journal: Path) -> ResultTable:
     if not journal.is_file():
         return table
     recorded = read_journal(journal)
+    if "run_up" in recorded.about:  # of periods, not points: what goes on from it brings them together
+        return table
     layout, rows = recorded.layout, recorded.rows
     if recorded.damage:
         warn([recorded.damage])
@@ -194,6 +196,8 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
 
 def _require_branch(table: ResultTable, path: Path) -> None:
     """Raises InputError for netCDF that holds something else than a branch."""
+    if "section_displacement" in table:
+        raise InputError(f"{path}: holds a run-up, motion in time, not a curve; ss.resume of its folder gives it")
     if "omega" in table and "displacement" in table:
         return
     if "study_parameters" in table.attrs:

@@ -11,7 +11,7 @@ from slipstick.errors import InputError
 from slipstick.faults import one
 from slipstick.plots.quantities import with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, styled
-from slipstick.results.run_up import RunUp, half_range
+from slipstick.results.run_up import RunUp, half_range, time_unit
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -33,13 +33,13 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, 
         Axes to draw into; by default those of a new figure.
     """
     known, name = _known(run, dof)
-    unit = str(known.dataset["amplitude"].attrs.get("units", "1"))
+    unit, time = str(known.dataset["amplitude"].attrs.get("units", "1")), time_unit(known.dataset)
     label = with_unit(f"half range of {name}", unit)
     if known.dataset.attrs["rate"]:
-        ax = styled(ax, "speed of the excitation [rad/s]", label)
+        ax = styled(ax, f"speed of the excitation [rad/{time}]", label)
         ax.plot(*known.envelope(name), color=COLOURS[0], linestyle="-", label="passing through")
     else:
-        ax = styled(ax, "time [s]", label)
+        ax = styled(ax, f"time [{time}]", label)
         size = known.dataset["amplitude"].sel(dof=name).to_numpy()
         ax.plot(known.dataset["time"].to_numpy(), size, color=COLOURS[0], linestyle="-", label="per period")
     if branch is not None:
@@ -87,7 +87,7 @@ def spectrogram(
     top = usual if highest is None else number("highest", highest, "a number > 0", above=1e-300)
     image = image.isel(frequency=image["frequency"].to_numpy() <= top)
     size = image.to_numpy()
-    ax = styled(ax, "time [s]", "frequency [rad/s]")
+    ax = styled(ax, f"time [{time_unit(known.dataset)}]", f"frequency [rad/{time_unit(known.dataset)}]")
     ax.grid(False)
     level = 20.0 * np.log10(np.maximum(size, 1e-300) / max(float(size.max(initial=0.0)), 1e-300))
     drawn = ax.pcolormesh(

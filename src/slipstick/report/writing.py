@@ -25,6 +25,8 @@ from slipstick.report.encoding import gathered, safe_json
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.results.run_up import RunUp
+
 MARK = '<meta name="generator" content="slipstick report">'
 """It marks a file as a report: no other file is replaced."""
 MOST_WRITTEN = 12
@@ -106,6 +108,47 @@ def write_study_report(
     return target
 
 
+def write_run_up_report(
+    run: RunUp,
+    path: str | os.PathLike[str],
+    *,
+    steady: Branch | None = None,
+    title: str = "",
+    dofs: int = MOST_WRITTEN,
+) -> Path:
+    """Write one self-contained page of a run-up: envelopes, spectra or sections, peaks, energy, contacts.
+
+    ``steady`` is the curve that the envelopes are drawn beside, and their peaks compared with; it needs the same units.
+    Arguments and errors are otherwise those of ``write_report``.
+    """
+    from slipstick.report.plain import run_up_body
+
+    target = path_of("report", path, "the path of a report such as report.html")
+    title = text("report title", title) or str(run.dataset.attrs.get("title", "")) or "Run-up"
+    most = whole("report dofs", dofs, 1)
+    _write(target, plain_page(title, run_up_body(run, steady, title=title, dofs=most, foot=_plain_foot())))
+    return target
+
+
+def write_fit_report(fitted: xarray.Dataset, path: str | os.PathLike[str], *, title: str = "") -> Path:
+    """Write one self-contained page of an identification, its ``dataset``: values with errors, correlations, the fit.
+
+    Arguments and errors are otherwise those of ``write_report``.
+    """
+    from slipstick.report.plain import fit_body
+
+    target = path_of("report", path, "the path of a report such as report.html")
+    title = text("report title", title) or str(fitted.attrs.get("title", "")) or "Identification"
+    _write(target, plain_page(title, fit_body(fitted, title=title, foot=_plain_foot())))
+    return target
+
+
+def _plain_foot() -> str:
+    when = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
+    said = f"Written by slipstick {__version__}, {when}. This file needs no network and no server."
+    return f'<footer id="foot"><p>{said}</p></footer>'
+
+
 def _check_together(results: Sequence[Mapping[str, Any]]) -> None:
     """InputError where results do not have the same axes: over what they are, of what, and in which units."""
     first = results[0]
@@ -178,6 +221,9 @@ STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "disc.css", "print.cs
 STUDY_STYLES = ("look.css", "study.css", "print.css")
 
 
+PLAIN_STYLES = ("look.css", "plain.css", "print.css")
+
+
 STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "study.js")
 
 
@@ -224,6 +270,13 @@ def study_page(title: str, content: object) -> str:
     return _filled("study.html", title, content, style(STUDY_STYLES), {"script": _script(STUDY_SCRIPTS)})
 
 
+def plain_page(title: str, body: str) -> str:
+    """The whole page without scripts, which its policy forbids altogether."""
+    look = style(PLAIN_STYLES)
+    slots = {"title": escape(title), "policy": _policy([look], []), "style": look, "body": body}
+    return _with_slots("plain.html", slots)
+
+
 def _filled(template: str, title: str, content: object, look: str, parts: dict[str, str]) -> str:
     plain, numbers = gathered(content)
     slots = {
@@ -234,6 +287,10 @@ def _filled(template: str, title: str, content: object, look: str, parts: dict[s
         "numbers": numbers,
         **parts,
     }
+    return _with_slots(template, slots)
+
+
+def _with_slots(template: str, slots: Mapping[str, str]) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda slot: slots[slot[1]], part(template))
 
 
@@ -245,4 +302,6 @@ def _policy(styles: list[str], scripts: list[str]) -> str:
 
 
 def _hashes(texts: list[str]) -> str:
+    if not texts:
+        return "'none'"
     return " ".join(f"'sha256-{b64encode(sha256(text.encode('utf-8')).digest()).decode('ascii')}'" for text in texts)

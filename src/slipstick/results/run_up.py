@@ -256,6 +256,11 @@ class RunUp:
         return self.dataset["displacement"].to_numpy()[:, self._dof(dof)], dt
 
 
+def time_unit(dataset: xarray.Dataset) -> str:
+    """The unit of time as it is read, that of the speeds: "s" also where no units were named."""
+    return str(dataset["omega"].attrs.get("units", "rad/s")).removeprefix("rad/")
+
+
 def half_range(branch: Any, dof: str) -> Array:
     """Half of the range of the displacement of a dof, at every point of a branch, (n_points,)."""
     coefficients = branch.table["displacement"].to_numpy()[:, branch.dof_index(dof)]

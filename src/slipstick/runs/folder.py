@@ -11,6 +11,7 @@ from slipstick.io.lock import FolderLock
 from slipstick.replacing import remove_leftovers
 
 RESULTS, REPORT = "results.nc", "report.html"
+FITTED, PASSED = "identify.nc", "run_up.nc"
 SUBHARMONICS = "subharmonic_{}.nc"
 FORMATS = ("png", "svg", "pdf")
 FIGURES = (
@@ -189,15 +190,19 @@ class FolderOfRun(OutputFolder):
 
 
 def results_of(path: Path) -> Path:
-    """The results of a run or a study in a folder; a file is itself. Raises InputError where a folder holds none."""
+    """The results in a folder, of a run, a study, a run-up or a fit; a file is itself.
+
+    Raises InputError where a folder holds none.
+    """
     from slipstick.studies.folder import STUDY_FILE
 
     if not path.is_dir():
         return path
-    held = [path / name for name in (RESULTS, STUDY_FILE) if (path / name).is_file()]
+    names = (RESULTS, STUDY_FILE, PASSED, FITTED)
+    held = [path / name for name in names if (path / name).is_file()]
     if not held:
         raise InputError(
-            f"{path}: found a folder without {RESULTS} or {STUDY_FILE}; give a results file, or its folder"
+            f"{path}: found a folder without {', '.join(names[:-1])} or {names[-1]}; give a results file, or its folder"
         )
     return held[0]
 

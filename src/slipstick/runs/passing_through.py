@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,10 +26,12 @@ from slipstick.io.lock import FolderLock
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
 from slipstick.results.run_up import CONTACT_STATES, VARIABLES, RunUp
-from slipstick.results.schema import Layout, attributes_of
+from slipstick.results.schema import Layout, attributes_of, versions
+from slipstick.runs.folder import PASSED
 from slipstick.typing import Frequency, FrequencyRange
 
-FILE = "run_up.nc"
+if TYPE_CHECKING:
+    from slipstick.case.case import Case
 
 
 def run_up(
@@ -100,11 +103,27 @@ def run_up(
     if folder is None:
         rows: list[PeriodDone] = []
         outcome = _walked(run, None, rows.append, listener)
-        return RunUp(_dataset(run, [_row(run, done) for done in rows], list(map(_note, rows)), outcome))
+        layout = _layout(run)
+        return RunUp(_dataset(run, [layout.pack(done.values) for done in rows], list(map(_note, rows)), outcome))
     return _in_folder(run, path("run_up, folder", folder, "the path of a folder"), listener)
 
 
-def _in_folder(run: LongRun, folder: Path, listener: Callable[[PeriodDone], object] | None) -> RunUp:
+def run_up_of_case(
+    case: Case, table: Any, folder: Path, listener: Callable[[PeriodDone], object] | None = None
+) -> RunUp:
+    """What the table "run_up" of a case asks for; the folder holds the case too, so that ``resume`` can go on."""
+    run = _checked(case.problem(), table.omega, table.rate, table.periods, table.samples, None)
+    return _in_folder(run, folder, listener, case)
+
+
+def holds_run_up(folder: Path) -> bool:
+    """Whether a folder is that of a run-up."""
+    return (folder / PASSED).exists() or journal_of(folder / PASSED).exists()
+
+
+def _in_folder(
+    run: LongRun, folder: Path, listener: Callable[[PeriodDone], object] | None, case: Case | None = None
+) -> RunUp:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -112,34 +131,37 @@ def _in_folder(run: LongRun, folder: Path, listener: Callable[[PeriodDone], obje
     with ExitStack() as stack:
         lock = FolderLock(folder)
         stack.callback(lock.release)
-        file, mark = folder / FILE, _mark(run)
+        file, mark = folder / PASSED, _mark(run)
         place = journal_of(file)
         if file.exists() and not place.exists():
-            kept = load_dataset_of(file)
+            kept = load_run_up(file)
             if kept.dataset.attrs.get("run_up") == mark:
                 return kept
-            raise InputError(f"{folder} already holds another run-up ({FILE}); choose another folder")
+            raise InputError(f"{folder} already holds another run-up ({PASSED}); choose another folder")
         begin, keep = _begun(place, mark)
-        journal = Journal(place, _layout(run), {"run_up": mark}, keep)
+        names: dict[str, str] = {} if case is None else case.names
+        about = {"run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
+        layout = replace(_layout(run), attributes={**versions(), **names})
+        journal = Journal(place, layout, about, keep)
         try:
 
             def add(done: PeriodDone) -> None:
                 with held():
-                    journal.append(_row(run, done), {**_note(done), **_state(done.checkpoint)})
+                    journal.append(layout.pack(done.values), {**_note(done), **_state(done.checkpoint)})
 
             outcome = _walked(run, begin, add, listener)
         finally:
             journal.close(remove=False)
         recorded = read_journal(place)
         dataset = _dataset(run, list(recorded.rows), [unpacked(note) for note in recorded.notes], outcome)
-        dataset.attrs["run_up"] = mark
+        dataset.attrs |= {"run_up": mark, **names}
         save_dataset(dataset, file)
         if outcome.ok:
             place.unlink()
         return RunUp(dataset)
 
 
-def load_dataset_of(file: str | Path) -> RunUp:
+def load_run_up(file: str | Path) -> RunUp:
     """The run-up in ``run_up.nc``."""
     return RunUp(load_dataset(file))
 
@@ -189,10 +211,6 @@ def _note(done: PeriodDone) -> dict[str, Any]:
     return {"times": done.times, "series": done.series.ravel(), "changes": changes.ravel()}
 
 
-def _row(run: LongRun, done: PeriodDone) -> Any:
-    return _layout(run).pack(done.values)
-
-
 def _layout(run: LongRun) -> Layout:
     label = run.problem.units.label
     labels = {"dof": tuple(run.problem.outputs or ()), "contact": tuple(run.problem.elements)}
@@ -222,7 +240,7 @@ def _dataset(run: LongRun, rows: list[Any], notes: list[dict[str, Any]], outcome
         data[name] = "change", np.array([CONTACT_STATES[int(s)] for s in changes[:, k]], dtype=np.str_)
     coords = {name: (name, np.array(known, dtype=np.str_)) for name, known in layout.labels.items()}
     said = f"{len(rows)} of {run.periods} periods are integrated"
-    attributes = attributes_of(run.problem, outcome, said)
+    attributes = attributes_of(run.problem, outcome, said, problem_warnings(run.problem))
     attributes |= {"start": run.start, "stop": run.stop, "rate": run.rate, "periods": run.periods}
     return xarray.Dataset(data, coords={**coords, "period": np.arange(1, len(rows) + 1)}, attrs=attributes)
 

@@ -22,7 +22,8 @@ from slipstick.io.loading import load, load_dataset, load_table
 from slipstick.io.problem import fingerprint
 from slipstick.results import schema
 from slipstick.results.schema import Layout
-from slipstick.runs.folder import FolderOfRun
+from slipstick.runs.folder import PASSED, FolderOfRun
+from slipstick.runs.passing_through import holds_run_up, load_run_up, run_up_of_case
 from slipstick.runs.run import UNFINISHED, WEAR, Begun, CaseRun, run_layout
 from slipstick.runs.study import StudyRun, holds_study
 from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
@@ -30,21 +31,27 @@ from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.results.run_up import RunUp
 
-def resume(folder: str | Path) -> Branch | xarray.Dataset:
-    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted: the command of that name.
+RUN_UP = "run_up"
+"""The table of a case that asks for a run-up."""
+
+
+def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
+    """Go on with a run, a study or a run-up that was killed or interrupted: the command of that name.
 
     Nothing is printed; figures and the report are the command's.
 
     Parameters
     ----------
     folder
-        Where it was written. A study that was begun in Python goes on by ``ss.study`` with the same arguments.
+        Where it was written. What was begun in Python goes on by ``ss.study`` or ``ss.runs.run_up`` with the same
+        arguments.
 
     Returns
     -------
-    Branch or xarray.Dataset
-        The branch of a run, with everything found: look at its ``outcome``. The dataset of a study.
+    Branch, xarray.Dataset or RunUp
+        The branch of a run, with everything found: look at its ``outcome``. The dataset of a study. The run-up.
 
     Raises
     ------
@@ -66,6 +73,12 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset:
                 study.write()
                 warn([study.failure] if study.failure else [])
         return load_dataset(path / STUDY_FILE)
+    if holds_run_up(path):
+        case = begun_run_up(path, _doubt)
+        if isinstance(case, Case):
+            warn(case.warnings())
+            return run_up_of_case(case, case.further[RUN_UP], path)
+        return load_run_up(path / PASSED)
     place = FolderOfRun(path)
     try:
         run = begun_run(place, _doubt)
@@ -123,6 +136,37 @@ def begun_study(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended
     _same_versions(recorded.layout.attributes, journals[0], doubt)
     _same_text(text, [path])
     return Case.from_text(text, path, tell)
+
+
+def begun_run_up(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended:
+    """The case of the run-up in a folder, whose other periods are to be integrated.
+
+    Raises
+    ------
+    InputError
+        If it was begun in Python, its case has changed, or it was begun by another version.
+    """
+    file = folder / PASSED
+    journal = journal_of(file)
+    if not journal.exists():
+        ended = load_dataset(file).attrs
+        if str(ended["outcome"]) == Outcome.COMPLETED.name:
+            return Ended(str(ended["outcome"]), str(ended["outcome_text"]))
+        raise InputError(
+            f"{folder}: the run-up in it did not end, and {journal.name}, from which it would go on, is missing; "
+            "compute it anew into another folder with -o"
+        )
+    recorded = _recorded(journal, doubt)
+    text, path = _text_and_path(recorded)
+    if not text:
+        remedy = "go on with it by ss.runs.run_up with the same arguments and folder"
+        raise InputError(f"{folder}: the run-up was begun in Python; {remedy}")
+    _same_versions(recorded.layout.attributes, journal, doubt)
+    _same_text(text, [path])
+    case = Case.from_text(text, path, tell)
+    if RUN_UP not in case.further:
+        raise InputError(f"{journal}: the case in it has no table [{RUN_UP}]; compute it anew into another folder")
+    return case
 
 
 def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun | Ended:

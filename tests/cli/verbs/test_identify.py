@@ -33,7 +33,13 @@ def test_identify_leaves_a_folder(tmp_path):
     result = slipstick("identify", case, data, "-o", out)
     assert result.exit_code == 0, result.output
     assert "the fit converged" in result.output
-    assert {path.name for path in out.iterdir()} == {"identify.nc", "summary.txt", "values.json", "fit.png"}
+    assert {path.name for path in out.iterdir()} == {
+        "identify.nc",
+        "summary.txt",
+        "values.json",
+        "fit.png",
+        "report.html",
+    }
     values = json.loads((out / "values.json").read_text())
     assert values == {name: pytest.approx(truth.parameter(name), rel=1e-9) for name in ("damper.mu", "damper.kt")}
     with xr.open_dataset(out / "identify.nc", engine="h5netcdf") as dataset:

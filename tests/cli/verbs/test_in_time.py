@@ -76,7 +76,7 @@ def test_wrong_arguments(results: Path, tmp_path: Path) -> None:
         ((results, "--only", "CF1"), "--only: chooses rows of the installation's table"),
         (("--point", 3), "--point, --at: found no RESULTS"),
         ((tmp_path / "none.nc",), "there is no such file"),
-        ((tmp_path,), "found a folder without results.nc or study.nc"),
+        ((tmp_path,), "found a folder without results.nc, study.nc, run_up.nc or identify.nc"),
     ):
         result = verify(*arguments)
         assert result.exit_code == 2

@@ -86,7 +86,7 @@ def test_a_folder_stands_for_its_results(case: Path, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     code, said = command("report", tmp_path / "empty")
     assert code == 2
-    assert "empty: found a folder without results.nc or study.nc" in said
+    assert "empty: found a folder without results.nc, study.nc, run_up.nc or identify.nc" in said
 
 
 STUDY = CASE + '[study]\n"damper.velocity" = [5, 10, 20]\n'

@@ -29,6 +29,7 @@ from slipstick.balance.parameters import parameter_units, product_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, number, numbers, shown, suggestion, warn, whole, wrong
+from slipstick.results.schema import versions
 from slipstick.results.sensitivities import direction_of
 from slipstick.typing import Array
 
@@ -616,6 +617,8 @@ def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Data
     attributes = {
         "misfit": found.misfit, "noise": found.noise, "converged": int(found.converged), "message": found.message,
         "indistinct": "\n".join(found.indistinct), "several": found.several,
+        "degrees_of_freedom": found.degrees_of_freedom, "title": problem.title, **problem.units.attributes,
+        **versions(),
     }  # fmt: skip
     if np.isfinite(found.reduced_chi_square):
         attributes["reduced_chi_square"] = found.reduced_chi_square

@@ -102,7 +102,7 @@ def wear(
     max_change
         Largest change of a load in a step, over that load.
     listeners
-        Are told of every event, as of ``forced_response``.
+        Called with every event, as of ``forced_response``.
 
     Returns
     -------

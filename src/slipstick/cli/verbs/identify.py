@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipstick.cli.one_table import case_with, quietly
-from slipstick.cli.options import CasePath, files, folder_option
+from slipstick.cli.options import CasePath, Report, files, folder_option
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
 from slipstick.cli.verb import verb
+from slipstick.cli.verbs.run import report_or_warn
 from slipstick.errors import InputError
+from slipstick.runs.folder import FITTED, REPORT
 
 if TYPE_CHECKING:
     from slipstick.analysis.identification.identification import Identification
@@ -37,9 +39,11 @@ def identify(
     output: Annotated[Path | None, folder_option("CASE-identify")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+    report: Report = True,
 ) -> int:
     """Fit the parameters of the table "identify" to measured vibration or hysteresis loops."""
     from slipstick.analysis.identification.identification import identify
+    from slipstick.report.writing import write_fit_report
 
     read, table = case_with(case, "identify", 'parameters = { "damper.mu" = 0.3 }')
     folder = output or Path(f"{read.name}-identify")
@@ -52,7 +56,10 @@ def identify(
     for sentence in found.indistinct:
         warn_user(sentence)
     say(found.summary())
+    found.dataset.attrs.update(read.names)
     _write(folder, found, figures=figures)
+    if report:
+        report_or_warn(lambda: write_fit_report(found.dataset, folder / REPORT))
     answer |= {
         "values": dict(found.values), "standard_errors": dict(found.standard_errors), "misfit": found.misfit,
         "noise": found.noise, "indistinct": list(found.indistinct), "message": found.message,
@@ -60,9 +67,6 @@ def identify(
     answer |= files_in(folder)
     say(f"results in {folder}/")
     return DONE if found.converged else STOPPED
-
-
-FITTED = "identify.nc"
 
 
 def _write(folder: Path, found: Identification, *, figures: bool) -> None:

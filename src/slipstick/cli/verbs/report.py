@@ -28,7 +28,7 @@ def report(
         list[Path],
         typer.Argument(
             metavar="RESULTS.nc...",
-            help="Results files or folders, overlaid; or a study, its study.nc or folder.",
+            help="Results files or folders, overlaid; a study; a run-up, with its steady curve or alone; a fit.",
             autocompletion=results_files,
         ),
     ],
@@ -64,8 +64,9 @@ def report_results(
     InputError
         If a results file cannot be read or the report cannot be written; for a case that the study does not have.
     """
-    from slipstick.io.loading import load
-    from slipstick.report.writing import write_report
+    from slipstick.io.loading import load, load_dataset
+    from slipstick.report.writing import write_fit_report, write_report, write_run_up_report
+    from slipstick.results.run_up import RunUp
 
     paths = [results_of(path) for path in paths]
     twice = sorted({str(path) for path in paths if paths.count(path) > 1})
@@ -73,17 +74,29 @@ def report_results(
         warn_user(f"{name}: is given twice, and drawn twice")
     if output is not None and output.suffix.lower() not in _PAGES and not output.exists():
         raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
+    kinds = [_kind(path) for path in paths]
     if case is not None:
-        if len(paths) > 1 or not _is_study(paths[0]):
+        if kinds != ["study"]:
             raise InputError("--case is a case of a study: give its study.nc, or its folder, alone")
         target = output if output is not None else paths[0].parent / f"case-{case}.html"
         made = {f"case {case}": _case_of(paths[0], case)}
         return _told(write_report(made, target, title=title, contacts=contacts, dofs=dofs))
     target = output if output is not None else paths[0].parent / REPORT
-    if any(map(_is_study, paths)):
+    if "study" in kinds:
         if len(paths) > 1:
             raise InputError("a report holds one study, or results of runs; give a study by itself")
         return _told(report_study(paths[0], target, title=title, dofs=dofs))
+    if "run-up" in kinds:
+        run_up, *curves = sorted(paths, key=lambda path: kinds[paths.index(path)] != "run-up")
+        if kinds.count("run-up") > 1 or len(curves) > 1:
+            raise InputError("a report holds one run-up, with the results of its steady curve or without")
+        run, steady = RunUp(load_dataset(run_up)), load(curves[0]) if curves else None
+        target = output if output is not None else run_up.parent / REPORT
+        return _told(write_run_up_report(run, target, steady=steady, title=title, dofs=dofs))
+    if "fit" in kinds:
+        if len(paths) > 1:
+            raise InputError("a report holds one fit, or results of runs; give the fit by itself")
+        return _told(write_fit_report(load_dataset(paths[0]), target, title=title))
     branches: dict[str, Branch] = {}
     for path, label in zip(paths, labels(paths), strict=True):
         branches[label] = load(path)
@@ -127,10 +140,16 @@ def _case_of(path: Path, number: int) -> Branch:
     return branch
 
 
-def _is_study(path: Path) -> bool:
+def _kind(path: Path) -> str:
+    """What a file holds: a study, a run-up, a fit, or (empty) something else, such as a branch."""
     from slipstick.io.loading import load_table
 
-    return path.is_file() and "study_parameters" in load_table(path).attrs
+    if not path.is_file():
+        return ""
+    table = load_table(path)
+    if "study_parameters" in table.attrs:
+        return "study"
+    return "run-up" if "section_displacement" in table else "fit" if "standard_error" in table else ""
 
 
 def _told(written: Path) -> Answer:

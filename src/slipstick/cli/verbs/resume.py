@@ -1,4 +1,4 @@
-"""The verb ``resume``: go on with a run or a study that ended before it was done."""
+"""The verb ``resume``: go on with a run, a study or a run-up that ended before it was done."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from slipstick.cli.terminal.answers import Answer, files_in, results_answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import computed
+from slipstick.cli.verbs.run_up import computed as run_up_computed
 from slipstick.cli.verbs.study import computed as study_computed
 from slipstick.errors import InputError
 from slipstick.runs.folder import FolderOfRun
@@ -33,7 +34,9 @@ if TYPE_CHECKING:
 @verb
 def resume(
     answer: Answer,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run or study.", show_default=False)],
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="The folder of the run, study or run-up.", show_default=False)
+    ],
     workers: Annotated[
         int | None, typer.Option(min=1, max=1024, help="Of a study: processes; by default one a processor.")
     ] = None,
@@ -52,7 +55,7 @@ def resume(
 
 
 def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = None) -> int:
-    """Go on with the run in a folder from its last point, or with the study in it; the exit code.
+    """Go on with the run in a folder from its last point, or with the study or the run-up in it; the exit code.
 
     ``workers`` are processes for the cases of a study.
 
@@ -62,6 +65,7 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         If there is no run in it, its case has changed, or it was begun by another version.
     """
     from slipstick.io.loading import load_table
+    from slipstick.runs.passing_through import holds_run_up
     from slipstick.runs.resume import Ended, begun_run, begun_study
     from slipstick.runs.study import Spread, StudyRun, holds_study
 
@@ -73,6 +77,8 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         say(case.message)
         say(f"nothing is left to do: the study in {folder} is complete")
         return DONE
+    if folder.is_dir() and holds_run_up(folder):
+        return _run_up(folder, options, workers)
     place = FolderOfRun(folder)
     try:
         if workers is not None:
@@ -93,6 +99,22 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         return STOPPED
     finally:
         place.release()
+
+
+def _run_up(folder: Path, options: RunOptions, workers: int | None) -> int:
+    from slipstick.runs.resume import Ended, begun_run_up
+
+    given = {"--workers": workers, "--time-limit": options.time_limit, "--figures": options.wanted.names}
+    for name, value in given.items():
+        if value:
+            raise InputError(f"{name}: {folder} holds a run-up, which knows no such option; leave it out")
+    case = begun_run_up(folder, warn_user, options.tell)
+    if not isinstance(case, Ended):
+        return run_up_computed(case, folder, options)
+    _answer(case, options, folder)
+    say(case.message)
+    say(f"nothing is left to do: the run-up in {folder} is complete")
+    return DONE
 
 
 def _answer(ended: Ended, options: RunOptions, folder: Path, results: Answer | None = None) -> None:

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from slipstick.cli.one_table import case_with, quietly
-from slipstick.cli.options import CasePath, Quiet, folder_option
+from slipstick.cli.options import CasePath, Quiet, Report, RunOptions, folder_option
 from slipstick.cli.terminal.answers import Answer, files_in
-from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say, termination_as_interrupt
+from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say, termination_as_interrupt, warn_user
 from slipstick.cli.verb import verb
+from slipstick.cli.verbs.run import report_or_warn
 from slipstick.errors import InputError
+from slipstick.runs.folder import PASSED, REPORT
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.time_domain.long_run import PeriodDone
+    from slipstick.case.case import Case
 
 _EVERY = 50
 """Periods after which the terminal shows how far it is."""
@@ -28,39 +31,48 @@ def run_up(
     case: CasePath,
     output: Annotated[Path | None, folder_option("CASE-run-up")] = None,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+    report: Report = True,
     quiet: Quiet = False,
 ) -> int:
     """Integrate a case in time while its speed changes, as its table "run_up" says; called again it goes on."""
+    read, _ = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05")
+    folder = output or Path(f"{read.name}-run-up")
+    options = RunOptions(figures=figures, report=report, quiet=quiet, answer=answer)
+    return computed(read, folder, options)
+
+
+def computed(read: Case, folder: Path, options: RunOptions) -> int:
+    """Integrate what the table "run_up" of a case asks for, from the start or on; the exit code."""
     from slipstick.plots import save_figure
     from slipstick.plots.passing import run_up as draw
-    from slipstick.runs.passing_through import FILE
-    from slipstick.runs.passing_through import run_up as integrate
+    from slipstick.report.writing import write_run_up_report
+    from slipstick.runs.passing_through import run_up_of_case
 
-    read, table = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05")
-    folder = output or Path(f"{read.name}-run-up")
+    table, answer = read.further["run_up"], options.answer if options.answer is not None else {}
 
     def show(done: PeriodDone) -> None:
-        if not quiet and done.checkpoint.period % _EVERY == 0:
+        if not options.quiet and done.checkpoint.period % _EVERY == 0:
             complain(f"  period {done.checkpoint.period}, {read.frequency_text(float(done.values['omega']))}")
 
     with termination_as_interrupt():
-        run = quietly(
-            integrate, read.problem(), table.omega, rate=table.rate, periods=table.periods, samples=table.samples,
-            folder=folder, listener=show,
-        )  # fmt: skip
+        run = quietly(run_up_of_case, read, table, folder, show)
     data = run.dataset
+    for sentence in str(data.attrs["warnings"]).splitlines():
+        warn_user(sentence)
     unit = after_number(str(data["amplitude"].attrs.get("units", "")))
     of = str(table.dof or data["dof"].to_numpy()[0])
     done = str(data.attrs["outcome"]) == "COMPLETED"
     answer |= {"outcome": str(data.attrs["outcome"]), "periods": data.sizes["period"]}
     if data.sizes["period"]:
         answer |= _told(run, of, unit, read)
-        if figures:
+        if options.figures:
             save_figure(draw(run, of), folder / "run_up", formats=("png",))
+        if options.report:
+            report_or_warn(lambda: write_run_up_report(run, folder / REPORT))
     say(str(data.attrs["outcome_text"]))
-    say(f"results in {folder}/: {FILE}")
+    say(f"results in {folder}/: {PASSED}")
     if not done:
-        say(f"go on with: slipstick run-up {case} -o {folder}")
+        say(f"go on with: slipstick resume {folder}")
     answer |= files_in(folder)
     return DONE if done else STOPPED
 
