@@ -522,7 +522,9 @@ def test_the_strip_shows_each_state_where_and_as_long_as_it_lasts() -> None:
 
 def test_a_contact_in_a_plane_has_the_path_of_its_force_and_of_its_motion() -> None:
     """Circles, force and the vibration beside it at one scale along both axes; states; a contact along a line has none."""
-    made, script = planar_branch(), """
+    made, script = (
+        planar_branch(),
+        """
       app.set({ point: 2, contact: "foot" });
       const scale = (host) => ["x", "y"].map((axis) => host.uplot.scales[axis]).map(({ min, max }) => max - min);
       const of = () => ["loop", "plane"].map((key) => [lines(app.panels[key].plot), scale(app.panels[key].plot)]);
@@ -530,7 +532,8 @@ def test_a_contact_in_a_plane_has_the_path_of_its_force_and_of_its_motion() -> N
       seen.states = said(app.panels.states.plot).find((text) => text.startsWith("foot"));
       app.set({ contact: "heel" }); seen.heel = lines(app.panels.loop.plot).length;
       app.set({ contact: "joint" }); seen.joint = [$("loop-title").textContent, app.panels.plane.card.hidden];
-      return seen;"""
+      return seen;""",
+    )
     found = drawn(script, content_of(made, "first", contacts=3, dofs=3))
     first, second = (made.loop(2, "foot", samples=181, port=port) for port in ("tangential", "second"))
     ((force_lines, force_scale), (motion_lines, motion_scale)), size = found["drawn"], first["limit"].max()
