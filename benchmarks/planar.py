@@ -1,4 +1,4 @@
-"""Friction in two directions beside the exact element of one: time of an element with all tangents, of stability, in time.
+"""Friction in two directions beside the exact element of one: time of an element, of a curve, of a check in time.
 
 OMP_NUM_THREADS=1 python benchmarks/planar.py
 """
@@ -60,7 +60,7 @@ def processor_time(call: Callable[[], object]) -> float:
 
 
 def along_a_curve() -> None:
-    """The foot of ``examples/two_dofs/sliding_in_the_plane.toml``: its curve with stability and without; a check in time."""
+    """The foot of ``examples/two_dofs/sliding_in_the_plane.toml``: its curve, with stability too, a check in time."""
     numbers, structure = {"kt": 100.0, "mu": 0.3, "normal_load": 400.0}, {"M": np.eye(2), "C": 0.4 * np.eye(2)}
     one, plane = (
         ss.Problem(

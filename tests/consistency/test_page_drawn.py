@@ -521,7 +521,7 @@ def test_the_strip_shows_each_state_where_and_as_long_as_it_lasts() -> None:
 
 
 def test_a_contact_in_a_plane_has_the_path_of_its_force_and_of_its_motion() -> None:
-    """Circles, force and the vibration beside it at one scale along both axes; states; a contact along a line has none."""
+    """Circles, force and the vibration beside it at one scale along both axes; states."""
     made, script = (
         planar_branch(),
         """
