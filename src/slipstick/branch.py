@@ -273,7 +273,8 @@ class Branch:
         self, point: int, contact: str | None = None, *, samples: int = 721, port: str | None = None
     ) -> dict[str, Array]:
         """One period of a contact along a port, by default the first: "tau", "motion" (without that of the opposing
-        surface), "total" motion, "force"; of the friction of a friction contact "friction", the same, and "limit".
+        surface), "total" motion, "force"; of the friction of a friction contact "friction", the same, and "limit"; of
+        each friction force of a planar one "limit", the radius mu fy of the circle.
 
         Each is (samples,). The force is that of the law at each time, not the truncated series: its area over the
         total motion is the energy dissipated along the port. ``contact`` is by default the first.
@@ -568,7 +569,7 @@ class BranchPlots:
         return _plots().loop(self._branch, point, contact, **options)
 
     def loops(self, point: int, contact: Names = None, **options: Any) -> tuple[Axes, Axes]:
-        """The loop over the vibration and that over the sliding motion, side by side."""
+        """The loop over the vibration and that over the sliding motion, side by side; of planar contacts both paths."""
         return _plots().loops(self._branch, point, contact, **options)
 
     def states(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:

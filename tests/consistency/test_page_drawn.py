@@ -15,6 +15,7 @@ import pytest
 from helpers import blocks
 from helpers.pages import needs_node, opened
 from helpers.reports import branch as made_branch
+from helpers.reports import planar_branch
 from scipy.interpolate import PchipInterpolator
 
 import slipstick as ss
@@ -406,7 +407,7 @@ def test_contacts_are_ranked_by_their_power() -> None:
         assert meter == pytest.approx(90 * own / total, rel=1e-6)
     assert [row[4] for row in rows] == ["0.3", "0.4", "–"]
     for name, word, bar in zip(order[:2], words, bars, strict=True):
-        parts = dict.fromkeys(("stick", "slip+", "slip-", "separation"), 0.0)
+        parts = dict.fromkeys(("stick", "slip", "slip+", "slip-", "separation"), 0.0)
         for start, end, state in branch().states(point)[name]:
             parts[state] += (end - start) / (2 * np.pi)
         spoken = {"slip+": "slip +", "slip-": "slip −"}
@@ -517,6 +518,40 @@ def test_the_strip_shows_each_state_where_and_as_long_as_it_lasts() -> None:
 
 
 # the point
+
+
+def test_a_contact_in_a_plane_has_the_path_of_its_force_and_of_its_motion() -> None:
+    """Circles, force and the vibration beside it at one scale along both axes; states."""
+    made, script = (
+        planar_branch(),
+        """
+      app.set({ point: 2, contact: "foot" });
+      const scale = (host) => ["x", "y"].map((axis) => host.uplot.scales[axis]).map(({ min, max }) => max - min);
+      const of = () => ["loop", "plane"].map((key) => [lines(app.panels[key].plot), scale(app.panels[key].plot)]);
+      const seen = { title: $("loop-title").textContent, drawn: of(), note: app.panels.loop.note.textContent };
+      seen.states = said(app.panels.states.plot).find((text) => text.startsWith("foot"));
+      app.set({ contact: "heel" }); seen.heel = lines(app.panels.loop.plot).length;
+      app.set({ contact: "joint" }); seen.joint = [$("loop-title").textContent, app.panels.plane.card.hidden];
+      return seen;""",
+    )
+    found = drawn(script, content_of(made, "first", contacts=3, dofs=3))
+    first, second = (made.loop(2, "foot", samples=181, port=port) for port in ("tangential", "second"))
+    ((force_lines, force_scale), (motion_lines, motion_scale)), size = found["drawn"], first["limit"].max()
+    assert len(force_lines) == 4  # two circles, path, dot
+    radii = [np.hypot(line["x"], line["y"]) for line in force_lines[:2]]
+    np.testing.assert_allclose([r.max() for r in radii], [first["limit"].min(), size], rtol=1e-12)
+    path = force_lines[2]
+    np.testing.assert_allclose((path["x"], path["y"]), (first["force"], second["force"]), atol=1e-6 * size)
+    assert (np.hypot(path["x"], path["y"]) <= first["limit"] + 1e-6 * size).all()
+    moved = np.array([motion_lines[0]["x"], motion_lines[0]["y"]])[:, ::2]
+    np.testing.assert_allclose(moved, (first["motion"], second["motion"]), atol=1e-6)
+    for width, height in (force_scale, motion_scale):
+        assert width / (800 - 60) == pytest.approx(height / (340 - 60))
+    assert found["title"] == "Friction force in the plane"
+    assert "dashed: limit μ N 0 to" in found["note"]
+    assert "slip from" in found["states"]
+    assert found["heel"] == 3
+    assert found["joint"] == ["Friction loop", True]
 
 
 def test_the_loop_and_its_energy_are_those_of_python() -> None:

@@ -137,7 +137,7 @@ def test_points_and_multipliers_of_a_random_system() -> None:
 
 @pytest.mark.verify
 def test_points_and_multipliers_of_many_random_systems() -> None:
-    worst = np.array([compared(seed, differences=seed % 4 == 0) for seed in range(64)])
+    worst = np.array([compared(seed, differences=seed % 4 == 0) for seed in range(16)])
     assert np.quantile(worst[:, :2], 0.9, axis=0).max() < 2e-5
     assert worst[:, :2].max() < 2e-4
     assert worst[:, 2].max() < 1e-4
@@ -160,7 +160,7 @@ def oscillator(seed: int) -> tuple[ss.Problem, float, Marched]:
     return problem, omega, Marched(K, c, load, np.zeros(3), omega, gap, v)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.verify)])
 def test_the_period_map_is_that_of_equations_written_elsewhere(seed: int) -> None:
     """Differenced there, along a motion that slips and sticks."""
     problem, omega, marched = oscillator(seed)

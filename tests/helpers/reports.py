@@ -34,6 +34,28 @@ def branch(title: str = "two masses", *, spring: bool = False) -> ss.Branch:
     return ss.forced_response(problem, omega=(6.0, 12.0), options={"max_step": 0.1})
 
 
+@cache
+def planar_branch() -> ss.Branch:
+    """A foot whose normal load varies and opens, a heel of constant load, both sliding in a plane, and a joint."""
+    structure = ss.MatrixStructure(
+        M=np.eye(3), C=0.4 * np.eye(3), K=np.diag([40.0, 50.0, 60.0]), dofs=["x", "y", "z"]
+    )  # fmt: skip
+    plane, numbers = ("x", "y"), {"kt": 100.0, "mu": 0.3}
+    contacts = [
+        ss.ContactPair(
+            name="foot", contact=ss.PlanarFrictionContact(kn=20.0, gap=-2.0, **numbers), tangential=plane, normal="z"
+        ),
+        ss.ContactPair(
+            name="heel", contact=ss.PlanarFrictionContact(normal_load=100.0, **numbers), tangential=plane,
+            rubbing=ss.RubbingMotion(velocity=(1.0, 0.0)),
+        ),
+        ss.ContactPair(name="joint", contact=ss.FrictionContact(normal_load=60.0, **numbers), tangential="x"),
+    ]  # fmt: skip
+    loads = [ss.Load(dof="x", sin=60.0), ss.Load(dof="y", cos=40.0), ss.Load(dof="z", cos=120.0)]
+    problem = ss.Problem(structure, contacts=contacts, loads=loads, harmonics=range(5), title="three soles")
+    return ss.forced_response(problem, omega=(6.0, 6.2), options={"max_step": 0.1})
+
+
 def unplaned(planes: bytes, width: int) -> bytes:
     """Numbers of ``width`` bytes from the planes of their first bytes, their second bytes, ..."""
     return b"".join(planes[i :: len(planes) // width] for i in range(len(planes) // width)) if planes else b""

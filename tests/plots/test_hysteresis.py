@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from helpers.figures import branch, drawn, named, title
+from helpers.reports import planar_branch
 
 import slipstick as ss
 from slipstick import plots
@@ -82,3 +83,24 @@ def test_loops_of_several_contacts_have_names() -> None:
 def test_loops_over_something_else() -> None:
     with pytest.raises(InputError, match="over: found 'u'; expected 'vibration' or 'sliding'"):
         plots.loop(branch(), 0, over="u")
+
+
+def test_the_force_of_a_contact_in_a_plane_stays_within_the_circle() -> None:
+    """Its path and that of the vibration, both over one period, and circles of the smallest and largest limit."""
+    made = planar_branch()
+    for name, circles in (("heel", [30.0]), ("foot", None)):
+        left, right = made.plot.loops(0, name)
+        first, second = (made.loop(0, name, port=port) for port in ("tangential", "second"))
+        force, vibration = np.array(drawn(left.lines[0])), np.array(drawn(right.lines[0]))
+        np.testing.assert_array_equal(force, (first["force"], second["force"]))
+        np.testing.assert_array_equal(vibration, (first["motion"], second["motion"]))
+        assert (np.hypot(*force) <= first["limit"] * (1 + 1e-8) + 1e-9).all()
+        radii = [np.hypot(*drawn(line)) for line in left.lines[2:]]
+        wanted = circles or [first["limit"].min(), first["limit"].max()]
+        np.testing.assert_allclose([radius.max() for radius in radii], wanted, rtol=1e-12)
+        np.testing.assert_allclose([radius.min() for radius in radii], wanted, rtol=1e-12)
+        assert left.get_aspect() == right.get_aspect() == 1.0
+    both = made.plot.loops(0, ["foot", "heel"])
+    assert [text.get_text() for text in both[1].get_legend().get_texts()] == ["foot", "heel"]
+    mixed = made.plot.loops(0, ["foot", "joint"])[0]  # along the first port
+    np.testing.assert_array_equal(drawn(mixed.lines[0])[1], made.loop(0, "foot")["force"])

@@ -29,7 +29,7 @@ from slipstick.plots.quantities import (
     with_unit,
 )
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
-from slipstick.results.contacts import force_of
+from slipstick.results.contacts import force_of, planar_contacts
 from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:
@@ -105,10 +105,14 @@ def force_text(periods: Mapping[str, Mapping[str, Array]]) -> str:
 def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool = False) -> tuple[Axes, Axes]:
     """The loop over the vibration x and, beside it, over the sliding motion x + u, whose area is the energy dissipated.
 
-    Arguments as in :func:`loop`; always a new figure.
+    Of contacts that slide in a plane: the path of the friction force over the period, within the Coulomb circle mu N
+    (the smallest and the largest one where N varies), and beside it that of the vibration. Along one of their ports:
+    :meth:`Branch.loop`. Arguments as in :func:`loop`; always a new figure.
     """
     dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
-    point = point_number(dataset, point)
+    point, planar = point_number(dataset, point), planar_contacts(dataset)
+    if all(planar[known_names(dataset, "contact").index(name)] for name in names):
+        return _paths(branch_of(branch), dataset, point, names)
     left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
     for ax, over in ((left, "vibration"), (right, "sliding")):
         loop(branch, point, names, over=over, limit=limit, ax=ax)
@@ -117,6 +121,31 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
         _shade(right, branch_of(branch), point, names[0])
     elif left.get_legend() is not None:
         left.get_legend().remove()
+    point_titled(left, dataset, point, names)
+    return left, right
+
+
+def _paths(branch: Branch, dataset: xarray.Dataset, point: int, names: list[str]) -> tuple[Axes, Axes]:
+    """Friction forces and vibrations of planar contacts in their planes."""
+    left, right = new_figure(10.0, 4.8).subplots(1, 2)
+    unit = units_of(dataset)
+    for ax, text, kind in ((left, "Friction force", "force"), (right, "Vibration", "length")):
+        styled(ax, *(with_unit(f"{text}, {which} direction", unit.label(kind)) for which in ("first", "second")))
+        ax.set_aspect("equal", adjustable="datalim")
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    for name in names:
+        first, second = (branch.loop(point, name, port=port) for port in ("tangential", "second"))
+        for ax, key in ((left, "force"), (right, "motion")):
+            (line,) = ax.plot(first[key], second[key], linewidth=1.6, label=name)
+            ax.plot(first[key][0], second[key][0], "o", color=line.get_color(), markersize=5)
+        low, high = first["limit"].min(), first["limit"].max()
+        for radius in (high,) if high - low <= 1e-9 * high else (low, high):
+            circle = radius * np.cos(turn), radius * np.sin(turn)
+            left.plot(*circle, color=line.get_color(), linewidth=0.9, linestyle=(0, (5, 3)))
+    left.set_title("dashed: friction limit μ N, dot: τ = 0", fontsize="small")
+    right.set_title("dot: τ = 0", fontsize="small")
+    if len(names) > 1:
+        legend(right)
     point_titled(left, dataset, point, names)
     return left, right
 

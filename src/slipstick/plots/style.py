@@ -21,7 +21,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 """Okabe and Ito's palette."""
 DASHES = ("-", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2, 2, 2)), (0, (1, 3)))
 """The next one begins where colours are used up. Plain dashes mean unstable motion, and nothing else."""
-STATE_COLOURS = {"stick": "#0072B2", "slip+": "#E69F00", "slip-": "#D55E00", "separation": "#BBBBBB"}
+STATE_COLOURS = {"stick": "#0072B2", "slip": "#E69F00", "slip+": "#E69F00", "slip-": "#D55E00", "separation": "#BBBBBB"}
 GREY = "#666666"
 PEAK = "peak"
 """Name of the markers in legends, where it stands last."""

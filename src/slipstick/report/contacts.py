@@ -11,15 +11,18 @@ from slipstick.contact.forces import element_states
 from slipstick.contact.law import Interval
 from slipstick.faults import LARGEST
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.results.contacts import FRICTION_VARIABLES
+from slipstick.results.contacts import FRICTION_VARIABLES, contacts_at, planar_contacts
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
 if TYPE_CHECKING:
+    from slipstick.branch import Branch
     from slipstick.results.table import ResultTable
 
-STATES = ("separation", "stick", "slip+", "slip-")
+STATES = ("separation", "stick", "slip+", "slip-", "slip")
 """A state is stored as its place here."""
+PHASES = 181
+"""So many times of a period are stored of a friction force in a plane: every two degrees."""
 _MOTIONS = ("contact_tangential", "contact_normal", "rubbing_motion", "normal_motion")
 COEFFICIENTS = (*_MOTIONS, "friction_force", "normal_force")
 """Variables over contact and coefficient."""
@@ -36,7 +39,8 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
     """
     if not len(kept) or not set(NEEDED_VARIABLES) <= set(dataset):
         return None
-    of = np.flatnonzero(np.all([_known(dataset, name, kept) for name in NEEDED_VARIABLES], axis=0))
+    known = [_known(dataset, name, kept) for name in NEEDED_VARIABLES]
+    of = np.flatnonzero(np.all([*known, ~planar_contacts(dataset)[kept]], axis=0))
     if not len(of):
         return None
     d = {name: dataset[name].to_numpy()[:, kept[of]] for name in NEEDED_VARIABLES}
@@ -59,6 +63,44 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
         "mean": packed(np.where(alone, friction[:, :, 0], 0.0), "f8"),  # the level of a contact stuck all period
         "states": _states(intervals, drift.shape),
     }
+
+
+def planar_of(branch: Branch, kept: Indices) -> dict[str, Any] | None:
+    """Contacts that slide in a plane among those kept: vibration, friction force over the period, circle and states.
+
+    ``of`` are places in ``kept``. None without any, or where their law is not known.
+    """
+    of = np.flatnonzero(planar_contacts(branch.table)[kept])
+    if not len(of) or branch.problem is None or not len(branch):
+        return None
+    tau = np.linspace(0.0, 2.0 * np.pi, PHASES)
+    at_points = [_planar_at(branch, point, kept[of], tau) for point in range(len(branch))]
+    force, limit = (np.array([[one[k] for one in row] for row in at_points]) for k in (0, 1))
+    intervals = [one[2] for row in at_points for one in row]
+    return {
+        "of": of.tolist(),
+        "tangential": fixed(branch.table["contact_tangential"].to_numpy()[:, kept[of]], 3),
+        "second": fixed(branch.table["contact_second"].to_numpy()[:, kept[of]], 3),
+        "force": fixed(force, 3),
+        "limit": packed(limit, "f8"),
+        "mu": packed(branch.table["friction_coefficient"].to_numpy()[:, kept[of]], "f8"),
+        "states": _states(intervals, limit.shape[:2]),
+    }
+
+
+def _planar_at(branch: Branch, point: int, contacts: Indices, tau: Array) -> list[tuple[Array, Array, list[Interval]]]:
+    """Of each contact at a point: both friction forces one after the other, the smallest and largest limit, states."""
+    batches, found = contacts_at(branch, point), []
+    for contact in contacts:
+        there = next(batch.of(contact) for batch in batches if contact in batch.elements)
+        assert there.law is not None
+        forces = there.law.forces_in_time(there.motion, there.values, tau)
+        states = there.law.states(there.motion, there.values)
+        assert forces is not None
+        assert states is not None
+        limit = there.values["mu"] * forces[2][0]
+        found.append((np.concatenate([forces[0][0], forces[1][0]]), np.array([limit.min(), limit.max()]), states[0]))
+    return found
 
 
 def _known(dataset: ResultTable, name: str, kept: Indices) -> BoolArray:
@@ -94,7 +136,7 @@ def _ports(dataset: ResultTable) -> Iterator[tuple[str, str]]:
     """Names of ports and their forces."""
     for name in dataset.data_vars:
         port = name.removeprefix("contact_")
-        force = next((f for f in (f"{port}_force", "friction_force") if f in dataset), None)
+        force = next((f for f in (f"{port}_force", f"{port}_friction_force", "friction_force") if f in dataset), None)
         if name.startswith("contact_") and force:
             yield port, force
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
-from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
+from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, planar_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
@@ -221,6 +221,7 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
     force = next((n for n in ("friction_force", "normal_force") if n in dataset), None)
     return _named(dataset, "contact", kept) | {
         "friction": friction,
+        "planar": planar_of(branch, kept),
         "series": series_of(dataset, kept, friction_places) if len(kept) else [],
         "force_units": meaning(dataset, force)["units"] if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),

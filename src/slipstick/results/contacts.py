@@ -15,6 +15,7 @@ import numpy as np
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import NORMAL_PORT, TANGENTIAL_PORT, FrictionLaw, is_friction
 from slipstick.contact.law import Interval, Motion
+from slipstick.contact.planar import PlanarFrictionContact
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, shown, suggestion
 from slipstick.results.schema import law_variables
@@ -80,11 +81,16 @@ def friction_contacts(dataset: Any) -> BoolArray:
     if not {*FRICTION_VARIABLES.values(), "contact_tangential"} <= set(dataset):
         return np.zeros(count, dtype=bool)
     known = [~np.isnan(dataset[name].to_numpy()).reshape(-1, count).all(axis=0) for name in FRICTION_VARIABLES.values()]
-    if "contact_second" in dataset:
-        known.append(
-            np.isnan(dataset["contact_second"].to_numpy()).reshape(-1, count, dataset.sizes["coefficient"]).all((0, 2))
-        )
-    return np.asarray(np.all(known, axis=0))
+    return np.asarray(np.all(known, axis=0) & ~planar_contacts(dataset))
+
+
+def planar_contacts(dataset: Any) -> BoolArray:
+    """Which contacts (n_contacts,) slide in a plane, with the Coulomb circle, by the numbers of a table alone."""
+    count = dataset.sizes.get("contact", 0)
+    if not {"contact_second", "second_friction_force"} <= set(dataset):
+        return np.zeros(count, dtype=bool)
+    second = dataset["second_friction_force"].to_numpy().reshape(-1, count, dataset.sizes["coefficient"])
+    return np.asarray(~np.isnan(second).all((0, 2)))
 
 
 def contacts_at(branch: Branch, point: int) -> list[ContactsAtPoint]:
@@ -164,6 +170,8 @@ def loop_at(branch: Branch, point: int, contact: int, port: str | None, tau: Arr
     }
     if is_friction(there.law) and i == TANGENTIAL_PORT:
         loop |= {"friction": forces[i][0], "limit": there.values["mu"] * forces[NORMAL_PORT][0]}
+    elif isinstance(there.law, PlanarFrictionContact) and i in there.law.dissipating:
+        loop["limit"] = there.values["mu"] * forces[there.law.ports.index("normal")][0]
     return loop
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -74,3 +75,26 @@ def test_as_a_script_the_verb_is_named(tmp_path):
     case.write_text(SHORT)
     assert slipstick("init", case, "--python").exit_code == 0
     assert "see ss.limit_cycles" in case.with_suffix(".py").read_text()
+
+
+@pytest.mark.parametrize(("tangential", "velocity"), [('["x", "z"]', "[1.0, 0.0]"), ('["z", "x"]', "[0.0, 1.0]")])
+def test_a_brake_in_the_plane_squeals_like_that_along_a_line(tmp_path, tangential, velocity):
+    """Nothing moves across: the same Hopf point and the same cycle, whichever direction is the first."""
+    case, out = tmp_path / "brake.toml", tmp_path / "out"
+    text = SHORT.replace('dofs = ["x", "y"]', 'dofs = ["x", "y", "z"]').replace("to = 0.8", "to = 0.62")
+    for key, across in (("mass", 1.0), ("damping", 0.5), ("stiffness", 75.0)):
+        (line,) = re.findall(rf"^{key} = .*$", text, re.MULTILINE)
+        text = text.replace(line, line.replace("], [", ", 0.0], [").replace("]]", f", 0.0], [0.0, 0.0, {across}]]"))
+    text = text.replace('tangential = "x"', f"tangential = {tangential}").replace(
+        "velocity = 1.0", f"velocity = {velocity}"
+    )
+    case.write_text(text)
+    result = slipstick("cycles", case, "-o", out, "--json")
+    assert result.exit_code == 0, result.output
+    answer = json.loads(result.stdout)
+    hopf, (cycle,) = answer["marked"][-1], answer["cycles"]
+    assert (hopf["kind"], hopf["parameter"]) == ("Hopf", pytest.approx(0.53125, rel=1e-9))
+    line = ss.limit_cycles(brake(harmonics=6), "pad.mu", (0.3, 0.62), requested=0.6)
+    data = line.dataset.isel(point=line.at(0.6))
+    assert cycle["omega"] == pytest.approx(float(data.omega), rel=1e-8)
+    assert cycle["amplitude"] == pytest.approx(float(data.amplitude[1]), rel=1e-7)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.command import slipstick
 from helpers.oscillator import with_law
@@ -89,3 +90,16 @@ def test_results_without_their_problem(tmp_path: Path) -> None:
     result = verify(tmp_path / "r.nc")
     assert result.exit_code == 2
     assert "cannot be integrated in time: the law of contact 'cubic'" in result.output
+
+
+def test_a_contact_in_a_plane_is_checked_in_time_with_its_stability(tmp_path: Path) -> None:
+    text = example("sliding_in_the_plane").path.read_text(encoding="utf-8")
+    text = text.replace("from = 6.0", "from = 8.3").replace("to = 14.0", "to = 8.36\nstability = true")
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    result = slipstick("check", tmp_path / "case.toml", "--in-time")
+    assert result.exit_code == 0, result.output
+    assert "1 of 1 points agree within 0.01" in result.output
+    branch = ss.Case.from_text(text).run()
+    largest = branch.dataset["multiplier_max"].to_numpy()
+    assert (branch.dataset["stable"] == 1).all()
+    assert 0.0 < np.nanmax(largest) < 1.0

@@ -191,7 +191,7 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
             where = ("load", load.dof or load.shape or "")
             yield Fault(where, fault, expected="harmonic 0 alone", remedy=instead)
     for pair in problem.contacts:
-        if other := [name for name in pair.rubbing.names if name != "velocity"]:
+        if other := [name for name in pair.rubbing.names if name not in ("velocity", "second_velocity")]:
             fault = f"the rubbing motion has {', '.join(other)}"
             yield Fault(("contact", pair.name), fault, expected="a constant velocity alone", remedy=instead)
         law = pair.contact

@@ -86,7 +86,7 @@ def orbit_beside(
         z, states = with_regimes(stepper, z, states, motion.law_force @ motion.harmonics.H_minus(tau))
         for held_free in (True,) if free else (False, True):
             closed = _closed(stepper, z, states, tau, free=held_free)
-            orbit = None if closed is None else _beside(closed, z, states, line, size, system.omega, free=free)
+            orbit = None if closed is None else _beside(closed, z, line, size, system.omega, free=free)
             if orbit is not None:
                 return orbit
     except (ChatteringError, InputError, np.linalg.LinAlgError):
@@ -95,11 +95,11 @@ def orbit_beside(
 
 
 def _beside(
-    closed: tuple[Array, Array, Stepper], z: Array, states: Combination, line: Timeline, size: float, omega: float, *,
+    closed: tuple[Array, Combination, Array, Stepper], z: Array, line: Timeline, size: float, omega: float, *,
     free: bool,
 ) -> Orbit | None:  # fmt: skip
     """The orbit, if it is the one next to where it was sought from."""
-    end, Phi, stepper = closed
+    end, states, Phi, stepper = closed
     system = stepper.model.system
     if not free and abs(system.omega / omega - 1.0) > _SHIFT:
         return None
@@ -130,16 +130,23 @@ def _stepper(system: FrictionSystem) -> Stepper:
 
 def _closed(
     stepper: Stepper, z: Array, states: Combination, tau: float, *, free: bool
-) -> tuple[Array, Array, Stepper] | None:
-    """Start, derivative of the period map and what carries the periodic motion; None where Newton's method fails."""
-    before, slow = np.inf, 0
+) -> tuple[Array, Combination, Array, Stepper] | None:
+    """Start with its states, derivative of the period map, what carries the motion; None where Newton's method fails.
+
+    What laws remember at the start is only guessed: where they end the first period in another regime, the next one
+    starts from there.
+    """
+    before, slow, guessed = np.inf, 0, bool(stepper.model.system.laws.switching)
     for _ in range(_MOST):
         Phi = one_period(stepper, z, states, True, tau)
-        if Phi is None or stepper.states != states or not np.all(np.isfinite(Phi)):
+        if Phi is None or not np.all(np.isfinite(Phi)) or (stepper.states != states and not guessed):
             return None
+        if stepper.states != states:
+            z, states, guessed = stepper.z.copy(), stepper.states, False
+            continue
         change = relative_change(stepper, z, stepper.z, states)
         if change < (_CLOSED_CORNERED if stepper.model.system.laws.n_memory else _CLOSED):
-            return z, Phi, stepper
+            return z, states, Phi, stepper
         slow += change > _STALLED * before
         if slow > 2:
             return None

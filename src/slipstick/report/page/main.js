@@ -107,7 +107,9 @@ start().then((app) => {
   window.slipstick = {
     /** One period of a friction contact, as `Branch.loop` of the Python package gives it. */
     loop: (result, point, contact, samples = 721) => period(app.model.results[result].element(point, contact), times(0, PERIOD, samples)),
-    states: (result, point, contact) => app.model.results[result].element(point, contact).states,
+    states: (result, point, contact) => app.model.results[result].stated(point, contact).states,
+    /** Friction force of a contact in its plane over one period, and the smallest and largest limit. */
+    plane: (result, point, contact) => app.model.results[result].plane(point, contact),
     /** Lines of the chart and of the one below it, with what they are of: [quantity, result, name, x, y]. */
     drawn: () => [[app.curves.curve, app.curves.lines], [app.curves.companion, app.curves.others]]
       .flatMap(([curve, lines]) => (curve ? (lines ?? []).map(({ result, name, x, y }) => [curve.key, result.index, name, [...x], [...y]]) : [])),

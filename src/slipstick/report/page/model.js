@@ -16,6 +16,7 @@ class Result {
     this.dofs = content.dofs.names;
     this.contacts = content.contacts.names;
     this.friction = content.contacts.friction;
+    this.planar = content.contacts.planar;
     this.kept = new Kept();
   }
 
@@ -127,15 +128,32 @@ class Result {
     return {
       orders: this.orders, X, W: X.map((x, i) => x + U[i]), Y: this.coefficients("normal", f.normal).row(point, m),
       v: one("drift"), kt: one("kt"), mu: one("mu"), kn: one("kn"), gap: one("gap"), mean: one("mean"),
-      states: this.states(point, m),
+      states: this.states("friction", point, m),
     };
   }
 
-  /** Intervals [start, end, state] of friction contact m at a point. */
-  states(point, m) {
-    const { starts, codes, counts } = this.friction.states, many = this.friction.of.length;
-    const [begins, code] = [this.numbers("starts", starts), this.numbers("codes", codes)];
-    const offsets = this.kept.of("offsets", () => this.offsets(new Numbers(counts), many));
+  /** A contact at a point that slides in a plane: vibration, both friction forces over the period, the smallest and largest limit; null for another law. */
+  plane(point, name) {
+    const p = this.planar, m = p ? p.of.indexOf(this.contacts.indexOf(name)) : -1;
+    if (m < 0) return null;
+    const row = (key) => this.coefficients(`planar ${key}`, p[key]).row(point, m), force = row("force"), half = force.length / 2;
+    return {
+      orders: this.orders, motion: [row("tangential"), row("second")], force: [force.subarray(0, half), force.subarray(half)],
+      limit: [...this.numbers("planar limit", p.limit).row(point, 2 * m, 2)], mu: this.numbers("planar mu", p.mu).get(point, m),
+      states: this.states("planar", point, m),
+    };
+  }
+
+  /** What is known of the states of a contact at a point; null where its law has none. */
+  stated(point, name) {
+    return this.element(point, name) ?? this.plane(point, name);
+  }
+
+  /** Intervals [start, end, state] of contact m of a kind at a point. */
+  states(kind, point, m) {
+    const { starts, codes, counts } = this[kind].states, many = this[kind].of.length;
+    const [begins, code] = [this.numbers(`${kind} starts`, starts), this.numbers(`${kind} codes`, codes)];
+    const offsets = this.kept.of(`${kind} offsets`, () => this.offsets(new Numbers(counts), many));
     const [from, to] = [offsets[point * many + m], offsets[point * many + m + 1]];
     const start = (i) => begins.get(i);
     return Array.from({ length: to - from }, (_, i) => [

@@ -16,7 +16,7 @@ class Panels {
     this.title = element("h2", {});
     this.pick = element("div", { class: "tools" });
     host.append(element("div", { class: "panel-head" }, this.title, this.pick),
-      element("div", { class: "panels" }, panel("loop", "Friction loop"), panel("states", "Stick, slip, separation"),
+      element("div", { class: "panels" }, panel("loop", "Friction loop"), panel("plane", "Motion in the plane"), panel("states", "Stick, slip, separation"),
         panel("history", "One period"), panel("spectrum", "Harmonics")));
   }
 
@@ -27,12 +27,15 @@ class Panels {
     this.title.textContent = `${app.model.results.length > 1 ? `${result.label}, at` : "At"} ${app.where()}`;
     this.drawPick(result);
     const law = view.contact ? result.element(view.point, view.contact) : null;
+    const plane = law || !view.contact ? null : result.plane(view.point, view.contact);
     const ported = law || !view.contact ? null : result.ported(view.point, view.contact);
-    this.loop.card.hidden = !(law || ported);
-    this.states.card.hidden = !law && !result.friction;
-    if (law || ported) this.drawLoop(law, ported);
-    if (result.friction) this.drawStates(result);
-    this.drawHistory(law, ported);
+    this.loop.card.hidden = !(law || plane || ported);
+    this.plane.card.hidden = !plane;
+    this.states.card.hidden = !result.friction && !result.planar;
+    if (plane) this.drawPlane(plane);
+    else if (law || ported) this.drawLoop(law, ported);
+    if (!this.states.card.hidden) this.drawStates(result);
+    this.drawHistory(law, ported, plane);
     this.drawSpectrum(law, ported);
   }
 
@@ -51,37 +54,63 @@ class Panels {
 
   drawLoop(law, ported) {
     const { app } = this, { view } = app, over = view.loop;
+    document.getElementById("loop-title").textContent = "Friction loop";
     fill(this.loop.tools, choice("Motion of the loop", { total: "over x + u", motion: "over x" }, over, (loop) => app.set({ loop })));
     const own = colourOf(app.model, "contact", view.contact, app.result), lines = law ? loopLines(law, over) : portedLoop(ported, app.result.orders, own);
     const label = over === "total" ? "Sliding motion x + u" : "Vibration x";
     const ranges = (axis) => rangeOf(lines.map((line) => line[axis]), { air: 0.07 });
     chart(this.loop.plot, { x: { label, units: this.units("dof"), range: ranges("x") }, y: { label: "Friction force", units: this.units("force"), range: ranges("y") },
       lines, height: 300, name: `loop of ${view.contact} at ${app.where()}`, marks: zeroLine });
-    const power = app.result.values("dissipated_power", view.contact), curve = app.result.curve("dissipated_power");
-    const energy = power ? (power[view.point] * PERIOD) / app.result.omegaAt(view.point) : NaN;
-    const says = [`${view.contact}`, power ? `power ${short(power[view.point])}${curve.after}` : "", power ? `energy a period ${short(energy)}${app.result.content.contacts.energy_units}` : "",
-      law ? `μ ${short(law.mu)}` : "its law is not stored: force and motion as the harmonics kept"];
-    this.loop.note.textContent = says.filter(Boolean).join(" · ");
+    this.loop.note.textContent = this.inWords(law ? `μ ${short(law.mu)}` : "its law is not stored: force and motion as the harmonics kept");
+  }
+
+  /** The contact at the cursor: its power, what it dissipates a period, and what else there is to say. */
+  inWords(more) {
+    const { view, result } = this.app, power = result.values("dissipated_power", view.contact), curve = result.curve("dissipated_power");
+    const energy = power ? (power[view.point] * PERIOD) / result.omegaAt(view.point) : NaN;
+    const says = [`${view.contact}`, power ? `power ${short(power[view.point])}${curve.after}` : "", power ? `energy a period ${short(energy)}${result.content.contacts.energy_units}` : "", more];
+    return says.filter(Boolean).join(" · ");
+  }
+
+  /** The friction force in the plane within the circle of its limit, and beside it the vibration. */
+  drawPlane(plane) {
+    const { app } = this, { view } = app, own = colourOf(app.model, "contact", view.contact, app.result), tau = times(0, PERIOD, 361);
+    const [low, high] = plane.limit, radii = high - low <= 1e-9 * high ? [high] : [low, high];
+    const path = (x, y) => [{ x, y, stroke: own, width: 2.2, name: view.contact, arrows: true }, { kind: "rings", x: [x[0]], y: [y[0]], stroke: own, fill: own, width: 1, name: "" }];
+    const circles = radii.map((r) => ({ x: tau.map((t) => r * Math.cos(t)), y: tau.map((t) => r * Math.sin(t)), stroke: colour("text-faint"), dash: [6, 4], width: 1.2, name: "friction limit μ N" }));
+    fill(this.loop.tools);
+    document.getElementById("loop-title").textContent = "Friction force in the plane";
+    this.drawPath(this.loop.plot, "Friction force", "force", [...circles, ...path(...plane.force)]);
+    this.drawPath(this.plane.plot, "Vibration", "dof", path(...plane.motion.map((X) => tau.map((t) => series(X, plane.orders, t)))));
+    this.loop.note.textContent = this.inWords(`μ ${short(plane.mu)} · dashed: limit μ N ${radii.map((r) => short(r)).join(" to ")} · dot: ωt = 0`);
+    this.plane.note.textContent = "dot: ωt = 0";
+  }
+
+  /** Lines in a plane, the same scale along both axes. */
+  drawPath(host, what, kind, lines) {
+    const height = 340, ranges = sameScale(lines, Math.max(host.clientWidth, 220) - 60, height - 60), units = this.units(kind);
+    const axis = (which, range) => ({ label: `${what}, ${which} direction`, units, range });
+    chart(host, { x: axis("first", ranges[0]), y: axis("second", ranges[1]), lines, height, name: `${what.toLowerCase()} of ${this.app.view.contact} at ${this.app.where()}`, marks: zeroLine });
   }
 
   drawStates(result) {
     const { app } = this, { view } = app;
-    const rows = result.contacts.map((name) => [name, result.element(view.point, name)]);
+    const rows = result.contacts.map((name) => [name, result.stated(view.point, name)]);
     strip(this.states.plot, view.all ? rows : rows.slice(0, MOST_ROWS), view.contact, (contact) => app.set({ contact }));
     const drawing = () => svgOfDrawing(this.states.plot.querySelector("svg"));
     const table = () => [["contact", "from [rad]", "to [rad]", "state"], ...rows.flatMap(([name, own]) => (own ? pieces(own).map(([a, b, state]) => [name, a, b, state]) : []))];
     saver(this.states.plot, () => `states at ${app.where()}`, { PNG: () => pngOfDrawing(drawing()), SVG: drawing, CSV: () => csvOf(table()) });
-    fill(this.states.note, stateKey(), statesInWords(view.contact, result.element(view.point, view.contact)));
+    fill(this.states.note, stateKey(result), statesInWords(view.contact, result.stated(view.point, view.contact)));
   }
 
-  drawHistory(law, ported) {
+  drawHistory(law, ported, plane) {
     const { app } = this, { view, result } = app, kinds = { dof: "motion" };
     if (law || ported) kinds.force = "friction force";
     if (law) kinds.normal = "normal load";
     const kind = kinds[view.history] ? view.history : "dof";
     fill(this.history.tools, chosenAmong("Quantity over one period", kinds, kind, (history) => app.set({ history })));
     const tau = times(0, PERIOD, 721), own = colourOf(app.model, "contact", view.contact, result);
-    const lines = kind === "dof" ? this.motions(tau) : forcesInTime(law, ported, kind, result.orders, own);
+    const lines = kind === "dof" ? this.motions(tau) : plane ? forcesInPlane(plane, own) : forcesInTime(law, ported, kind, result.orders, own);
     chart(this.history.plot, { x: { label: "Phase ωt [rad]", units: "", range: [0, PERIOD], ticks: TICKS },
       y: { label: kind === "dof" ? "Motion" : kinds[kind].replace(/^./, (c) => c.toUpperCase()), units: this.units(kind === "dof" ? "dof" : "force"), range: rangeOf(lines.map((line) => line.y), { air: 0.07 }) },
       lines, height: 300, name: `${kinds[kind]} at ${app.where()}`, marks: zeroLine });
@@ -157,6 +186,19 @@ function forcesInTime(law, ported, kind, orders, stroke) {
   if (kind === "normal") return [{ x: tau, y: tau.map((t) => law.kn * Math.max(series(law.Y, law.orders, t) - law.gap, 0)), stroke, name: "normal load" }];
   const limit = (sign) => ({ x: tau, y: tau.map((t) => sign * limitAt(law, t)), stroke: colour("text-faint"), dash: [2, 3], width: 1, name: sign > 0 ? "friction limit ± μ N" : "" });
   return [{ x: tau, y: tau.map((t) => frictionAt(law, t)), stroke, width: 2, name: "friction force" }, limit(1), limit(-1)];
+}
+
+/** Both friction forces of a plane over the period. */
+function forcesInPlane({ force }, stroke) {
+  const tau = times(0, PERIOD, force[0].length);
+  return force.map((y, i) => ({ x: tau, y, stroke, dash: i ? [7, 3] : undefined, width: 2, name: i ? "second direction, dashed" : "first direction" }));
+}
+
+/** Ranges of x and y that show all lines, one unit as long along both axes of a plot of so many pixels. */
+function sameScale(lines, width, height) {
+  const [x, y] = ["x", "y"].map((axis) => rangeOf(lines.map((line) => line[axis]), { air: 0.07 }));
+  const unit = Math.max((x[1] - x[0]) / width, (y[1] - y[0]) / height);
+  return [[x, width], [y, height]].map(([[low, high], length]) => [0.5 * (low + high - unit * length), 0.5 * (low + high + unit * length)]);
 }
 
 /** A choice where there is more than one option. */

@@ -1,7 +1,7 @@
 // Stick, slip and separation of all contacts over one period: a row each, told apart by colour, pattern and letter.
 
-const STATES = { "stick": ["stick", "●"], "slip+": ["slip-plus", "+"], "slip-": ["slip-minus", "−"], "separation": ["separation", "○"] };
-const STATE_WORDS = { "stick": "stick", "slip+": "slip +", "slip-": "slip −", "separation": "separation" };
+const STATES = { "stick": ["stick", "●"], "slip": ["slip-plus", "~"], "slip+": ["slip-plus", "+"], "slip-": ["slip-minus", "−"], "separation": ["separation", "○"] };
+const STATE_WORDS = { "stick": "stick", "slip": "slip", "slip+": "slip +", "slip-": "slip −", "separation": "separation" };
 
 function patterns() {
   const bar = (id, turn) => element("svg:pattern", { id: `pattern-${id}`, width: 7, height: 7, patternUnits: "userSpaceOnUse", patternTransform: `rotate(${turn})` },
@@ -54,8 +54,9 @@ function statesInWords(name, law) {
   return spans.length ? element("p", { class: "soft" }, `${name}: ${spans.slice(0, 12).join(", ")}${spans.length > 12 ? ` and ${spans.length - 12} more` : ""}`) : null;
 }
 
-/** What the colours mean. */
-function stateKey() {
-  return element("div", { class: "line-names" }, ...Object.keys(STATES).map((state) => element("span", { class: "line-name" },
+/** What the colours mean, of the states that contacts of a result may have: along a line, in a plane. */
+function stateKey(result) {
+  const of = { "slip": result.planar, "slip+": result.friction, "slip-": result.friction };
+  return element("div", { class: "line-names" }, ...Object.keys(STATES).filter((state) => of[state] !== null).map((state) => element("span", { class: "line-name" },
     element("svg:svg", { width: 26, height: 14, "aria-hidden": "true" }, element("svg:rect", { width: 26, height: 14, ...fillOf(state) })), `${STATES[state][1]} ${STATE_WORDS[state]}`)));
 }

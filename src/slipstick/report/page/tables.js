@@ -46,9 +46,9 @@ class Ranking {
 
   /** Fractions of the period in each state, as one bar with a word for those who do not see it. */
   shares(name) {
-    const law = this.app.result.element(this.app.view.point, name);
+    const law = this.app.result.stated(this.app.view.point, name);
     if (!law) return "–";
-    const parts = { "stick": 0, "slip+": 0, "slip-": 0, "separation": 0 };
+    const parts = { "stick": 0, "slip": 0, "slip+": 0, "slip-": 0, "separation": 0 };
     for (const [a, b, state] of law.states) parts[state] += (b - a) / PERIOD;
     const bar = element("svg:svg", { width: 120, height: 12, viewBox: "0 0 120 12", preserveAspectRatio: "none", role: "img", "aria-label": Object.entries(parts).filter(([, part]) => part > 0).map(([state, part]) => `${STATE_WORDS[state]} ${Math.round(100 * part)} %`).join(", ") });
     let left = 0;
