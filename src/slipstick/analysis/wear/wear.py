@@ -242,13 +242,17 @@ def depths(depth: Any, names: Sequence[str]) -> Array:
     return limits
 
 
+_MOST_STEPS = 100_000
+"""Equal steps: each is a steady motion and more."""
+
+
 def _method(method: Any, steps: Any) -> str:
     if not isinstance(method, str) or method not in METHODS:
         raise wrong("method", method, "one of " + ", ".join(f'"{name}"' for name in METHODS))
     if method in FIXED:
         if steps is None:
             raise InputError(Fault("steps", "is missing", remedy=f'give the number of equal steps of "{method}"'))
-        whole("steps", steps, 1)
+        whole("steps", steps, 1, _MOST_STEPS)
     elif steps is not None:
         raise InputError(Fault("steps", f'is for equal steps, but "{method}" chooses them', remedy="leave it out"))
     return method
