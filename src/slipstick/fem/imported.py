@@ -52,9 +52,14 @@ class ImportedModel:
     dependent, dependence
         Degrees of freedom which were removed because equations give them from the others, (n_dependent, 2): node label,
         direction; and how, sparse (n_dependent, n): their motion is ``dependence @ q``.
-    source, units, notes, warnings
-        The files read; what is known of the units; what was left out without effect; what is approximated or
-        suspicious, one sentence each.
+    source
+        The files read.
+    units
+        What is known of them.
+    notes
+        What was left out without effect, one sentence each.
+    warnings
+        What is approximated or suspicious, one sentence each.
     mesh, materials
         The mesh and its materials (by element set) where the file had one.
     speed

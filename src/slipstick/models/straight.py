@@ -41,7 +41,7 @@ def straight_contacts(
     Parameters
     ----------
     problem
-        With ``PlanarFrictionContact``s; other contacts stay as they are.
+        With contacts of ``PlanarFrictionContact``; others stay as they are.
     omega
         The first and the last frequency of interest, rad/s.
     contacts

@@ -57,8 +57,10 @@ class Identification:
 
     Attributes
     ----------
-    values, standard_errors
-        By the names of the parameters. An error is inf of what the measurement does not determine, nan at a bound.
+    values
+        By the names of the parameters.
+    standard_errors
+        Alike; inf of what the measurement does not determine, nan at a bound.
     correlations
         Of the errors, (parameter, other); nan where one of them is not determined.
     singular_values
@@ -75,14 +77,18 @@ class Identification:
         where no noise was given.
     several
         Points at which more than one motion is possible; the nearest to what was measured was taken.
-    converged, message
-        Whether the fit ended well, and how in words.
+    converged
+        Whether the fit ended well.
+    message
+        How it ended, in words.
     problem
         With the parameters that fit.
     dataset
         Measured and fitted numbers, values, errors, correlations and all else that is here.
-    evaluations, solutions
-        Residuals that were asked for, and motions that were solved for.
+    evaluations
+        Residuals that were asked for.
+    solutions
+        Motions that were solved for.
     starts
         Sum of squares that each start led to, the one of the result first.
     """
