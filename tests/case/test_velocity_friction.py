@@ -3,33 +3,14 @@
 from pathlib import Path
 
 import pytest
+from helpers.cases import oscillator
 
 import slipstick as ss
 from slipstick.case.script import python_script
 
-CASE = """format = 1
-harmonics = "0..5"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-harmonic = 1
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = MU
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = 9.0
-to = 9.5
-"""
+CASE = oscillator(
+    head='harmonics = "0..5"\n', load="harmonic = 1\n", rubbing="velocity = 10.0", response="from = 9.0\nto = 9.5\n"
+).replace("mu = 0.3", "mu = MU")
 LAWS = {
     "{ velocity_table = [[0, 0.4], [12, 0.3]] }": {"mu": [(0.0, 0.4), (12.0, 0.3)]},
     '{ mu_s = 0.4, mu_d = 0.3, v_s = 8.0, form = "cubic" }': {"mu_s": 0.4, "mu_d": 0.3, "v_s": 8.0, "form": "cubic"},

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.floquet import distance
 from test_planar_in_time import KN, KT, MU, Marched
 
 import slipstick as ss
@@ -24,16 +25,6 @@ pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarni
 def multipliers(branch: ss.Branch, point: int = 0) -> Array:
     found = branch.dataset["multiplier"].to_numpy()[point] @ [1.0, 1.0j]
     return found[np.isfinite(found)]
-
-
-def largest_distance(found: Array, wanted: Array, least: float = 1e-3) -> float:
-    """Of wanted multipliers above ``least`` from those found, each taken once."""
-    left, worst = list(found), 0.0
-    for m in sorted(wanted, key=lambda m: -abs(m)):
-        if abs(m) > least:
-            near = min(range(len(left)), key=lambda i: abs(left[i] - m))
-            worst = max(worst, abs(left.pop(near) - m))
-    return worst
 
 
 def random_system(seed: int, orders: int = 15) -> tuple[ss.Problem, float]:
@@ -125,7 +116,7 @@ def compared(seed: int, *, differences: bool) -> tuple[float, float, float]:
     off = np.abs(Phi - shot.differences(1e-6)).max() / np.abs(Phi).max() if differences else 0.0
     exact = np.linalg.eigvals(Phi)
     assert int(branch.dataset["unstable_multipliers"][0]) == np.sum(np.abs(exact) > 1.0 + 1e-6)
-    return check.relative_difference, largest_distance(multipliers(branch), exact), float(off)
+    return check.relative_difference, distance(multipliers(branch), exact), float(off)
 
 
 def test_points_and_multipliers_of_a_random_system() -> None:
@@ -209,7 +200,7 @@ def test_along_a_line_the_multipliers_are_those_of_the_element_of_one_direction(
     across = np.exp(np.roots([1.0, 0.4, 50.0]) * 2.0 * np.pi / 6.0)  # z alone, nothing of x and y in it
     exact = [m for m in multipliers(one) if np.abs(m - across).min() > 1e-9]
     assert len(exact) >= 3
-    assert largest_distance(multipliers(two), np.array(exact)) < 3e-6
+    assert distance(multipliers(two), np.array(exact)) < 3e-6
 
 
 def test_all_stuck_it_is_a_linear_system() -> None:
@@ -222,7 +213,7 @@ def test_all_stuck_it_is_a_linear_system() -> None:
     branch = ss.steady_response(problem, omega=5.0, stability=True)
     roots = np.concatenate([np.roots([1.0, 0.4, k]) for k in (140.0, 160.0)])
     assert len(multipliers(branch)) == 4
-    assert largest_distance(multipliers(branch), np.exp(roots * 2.0 * np.pi / 5.0)) < 1e-12
+    assert distance(multipliers(branch), np.exp(roots * 2.0 * np.pi / 5.0)) < 1e-12
     assert branch.check_in_time(0).relative_difference < 1e-9
 
 
@@ -241,7 +232,7 @@ def test_fast_rubbing_is_a_spring_and_a_dashpot_in_series_across() -> None:
     A = np.array([[0.0, 1.0, 0.0], [-60.0, -0.4, -1.0], [0.0, kt, -kt * v / (mu * load)]])
     exponents = np.concatenate([np.roots([1.0, 0.4, 40.0]), np.linalg.eigvals(A)])
     assert len(multipliers(branch)) == 5
-    assert largest_distance(multipliers(branch), np.exp(exponents * 2.0 * np.pi / 5.0), 0.0) < 1e-6
+    assert distance(multipliers(branch), np.exp(exponents * 2.0 * np.pi / 5.0), 0.0) < 1e-6
 
 
 def brake(contact: ss.PlanarFrictionContact | ss.FrictionContact, angle: float) -> ss.Problem:
@@ -268,7 +259,7 @@ def test_limit_cycles_are_those_of_one_direction_where_nothing_moves_across() ->
     assert hopf.value == pytest.approx(0.53125, abs=1e-9)
     assert float(two.dataset.omega[two.at(0.55)]) == pytest.approx(float(one.dataset.omega[one.at(0.55)]), abs=1e-8)
     in_plane = [m for m in multipliers(one, int(one.at(0.55))) if abs(m.imag) < 1e-6]
-    assert largest_distance(multipliers(two, int(two.at(0.55))), np.array(in_plane)) < 1e-6
+    assert distance(multipliers(two, int(two.at(0.55))), np.array(in_plane)) < 1e-6
 
 
 @pytest.mark.verify

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, frequency, numbers, path, shown, warn, whole, wrong
+from slipstick.results.foreign import foreign_dataset
 from slipstick.structure.modal_fit import ModalFit, Receptances, fit_modes
 from slipstick.typing import Array, ComplexArray, FrequencyRange
 
@@ -197,13 +198,7 @@ def _arrays(file: Path) -> Any:
     import xarray
 
     if file.suffix.lower() == ".nc":
-        try:
-            with xarray.open_dataset(file, engine="h5netcdf") as data:
-                return data.load()
-        except (OSError, ValueError) as error:
-            raise InputError(
-                Fault(str(file), "cannot be read as netCDF-4", remedy=str(error).splitlines()[0])
-            ) from None
+        return foreign_dataset(file)
     if file.suffix.lower() != ".npz":
         raise wrong("measured", str(file), _EXPECTED)
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -184,6 +184,23 @@ def named_shapes(load_shapes: Any, faults: list[Fault]) -> dict[str, Any]:
     except InputError as error:
         faults += error.faults
         return {}
+
+
+def shape_forces(load_shapes: Any, n: int, faults: list[Fault]) -> dict[str, Array]:
+    """Distributed loads as forces (n,) by name; zero where they are wrong, which is added to the faults."""
+    forces: dict[str, Array] = {}
+    for name, value in named_shapes(load_shapes, faults).items():
+        where = ("load shape", name)
+        wrong = number_faults(where, value)
+        forces[name] = np.zeros(n) if wrong else real(value)
+        faults += wrong or array_faults(where, forces[name], (n,))
+    return forces
+
+
+def damping_faults(loss_factor: Any, damping: Any) -> Iterator[Fault]:
+    """Faults of a loss factor and a factor on viscous damping: one number >= 0 each."""
+    for name, value in (("loss_factor", loss_factor), ("damping", damping)):
+        yield from number_faults(name, value) or array_faults(name, real(value), (), non_negative=True)
 
 
 def known_shapes(shapes: Sequence[str], available: Mapping[str, object]) -> None:

@@ -23,11 +23,12 @@ from slipstick.structure.checks import (
     array_faults,
     checked_names,
     complex_numbers,
+    damping_faults,
     directions,
     known_shapes,
-    named_shapes,
     number_faults,
     real,
+    shape_forces,
     symmetry_faults,
 )
 from slipstick.structure.dynamic import checked_values
@@ -154,14 +155,8 @@ class CyclicStructure:
             faults += wrong
             if pair is not None:
                 self._pairs[name] = pair
-        self._shapes: dict[str, Array] = {}
-        for name, value in named_shapes(load_shapes, faults).items():
-            where = ("load shape", name)
-            wrong = number_faults(where, value)
-            self._shapes[name] = np.zeros(n) if wrong else real(value)
-            faults += wrong or array_faults(where, self._shapes[name], (n,))
-        for name, number in (("loss_factor", loss_factor), ("damping", damping)):
-            faults += number_faults(name, number) or array_faults(name, real(number), (), non_negative=True)
+        self._shapes = shape_forces(load_shapes, n, faults)
+        faults += damping_faults(loss_factor, damping)
         self.aerodynamic, wrong = _influences(aerodynamic, n)
         faults += wrong
         if faults:

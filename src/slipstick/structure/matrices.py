@@ -14,13 +14,12 @@ from scipy.sparse import csc_array
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number
 from slipstick.structure.checks import (
-    array_faults,
     checked_names,
+    damping_faults,
     directions,
     known_shapes,
-    named_shapes,
-    number_faults,
     real,
+    shape_forces,
 )
 from slipstick.structure.complex_modes import ComplexModes, complex_modes, critical_modes
 from slipstick.structure.dynamic import SPEED, DynamicStiffness, checked_values
@@ -121,14 +120,8 @@ class MatrixStructure:
             {"gyroscopic": gyroscopic, "circulatory": circulatory}, speed, engine_order, n, dense=self._dense
         )
         faults += wrong
-        self._shapes: dict[str, Array] = {}
-        for name, value in named_shapes(load_shapes, faults).items():
-            where = ("load shape", name)
-            wrong = number_faults(where, value)
-            self._shapes[name] = np.zeros(n) if wrong else real(value)
-            faults += wrong or array_faults(where, self._shapes[name], (n,))
-        for name, value in (("loss_factor", loss_factor), ("damping", damping)):
-            faults += number_faults(name, value) or array_faults(name, real(value), (), non_negative=True)
+        self._shapes = shape_forces(load_shapes, n, faults)
+        faults += damping_faults(loss_factor, damping)
         if faults:
             raise InputError(faults)
         self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))

@@ -13,6 +13,7 @@ from slipstick.balance.parameters import FACTORS
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, wrong
+from slipstick.results.foreign import foreign_dataset
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
@@ -324,18 +325,10 @@ def _series(problem: Problem, tau: Array) -> Array:
 
 def read_file(problem: Problem, file: Path) -> xarray.Dataset:
     """A netCDF file as it is; a CSV file with the columns that are said in ``identify``."""
-    import xarray
-
     if not file.is_file():
         raise InputError(Fault("measured", f"there is no file {file}"))
     if file.suffix == ".nc":
-        try:
-            with xarray.open_dataset(file, engine="h5netcdf") as data:
-                return data.load()
-        except (OSError, ValueError) as error:
-            raise InputError(
-                Fault(str(file), "cannot be read as netCDF-4", remedy=str(error).splitlines()[0])
-            ) from None
+        return foreign_dataset(file)
     return _from_csv(problem, file)
 
 

@@ -295,18 +295,24 @@ class Stepper:
                 if guard is not None and (change is None or guard[0] < change[0]):
                     change = (guard[0], (guard[1], guard[2]))
             length = change[0] if change else left
-            immediate = immediate + 1 if length == 0.0 else 0
-            if immediate > 8 * len(self.states) + 8:
-                raise ChatteringError(
-                    f"time integration: the contact states keep changing at tau = {tau:.6g}; "
-                    "check the contact stiffnesses and friction coefficients"
-                )
+            immediate = self._immediate(immediate, length, tau)
             if length > 0.0:
                 yield self._advance(linear, tau + done * self.step, length, path)
             done = 1.0 if length == 1.0 - done else done + length
             if change:
                 at, now = change[1], tau + done * self.step
                 yield self._switch(linear, at, now) if isinstance(at, int) else self._next_regime(linear, *at, now)
+
+    def _immediate(self, before: int, length: float, tau: float) -> int:
+        """How many changes of state came at one instant, with one after a length; ChatteringError beyond some."""
+        if length > 0.0:
+            return 0
+        if before >= 8 * len(self.states) + 8:
+            raise ChatteringError(
+                f"time integration: the contact states keep changing at tau = {tau:.6g}; "
+                "check the contact stiffnesses and friction coefficients"
+            )
+        return before + 1
 
     def _advance(self, linear: LinearPiece, tau: float, length: float, path: Array | None) -> Piece:
         if path is not None:

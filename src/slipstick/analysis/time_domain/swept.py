@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipstick.analysis.time_domain.event_integrator import REACH, ChatteringError, Piece, StateChange, Stepper
+from slipstick.analysis.time_domain.event_integrator import REACH, Piece, StateChange, Stepper
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, LinearPiece, PiecewiseLinear
 from slipstick.typing import Array
 
@@ -167,12 +167,7 @@ class SweptStepper(Stepper):
             path = self._driven(linear, tau)
             change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
             length = change[0] if change else left
-            immediate = immediate + 1 if length == 0.0 else 0
-            if immediate > 8 * len(self.states) + 8:
-                raise ChatteringError(
-                    f"time integration: the contact states keep changing at tau = {tau:.6g}; "
-                    "check the contact stiffnesses and friction coefficients"
-                )
+            immediate = self._immediate(immediate, length, tau)
             if length > 0.0:
                 yield self._advance(linear, tau, length, path)
             tau = stop if length == left else tau + length * self.step

@@ -22,6 +22,15 @@ def whole_numbers(option: str, given: str) -> list[int]:
     return [int(word) for word in found]
 
 
+def write_diagram(axes: Any, path: Path, answer: Answer) -> None:
+    """A diagram in the format that the file's ending says, told."""
+    from slipstick.plots import save_figure
+
+    written = save_figure(axes, path.with_suffix(""), formats=(path.suffix.removeprefix(".") or "png",))
+    answer["figures"] = [str(each) for each in written]
+    say(f"figure in {', '.join(map(str, written))}")
+
+
 _SENSE = {1: "forward", -1: "backward", 0: "no whirl"}
 
 
@@ -44,7 +53,6 @@ def campbell(
     from slipstick.case.case import Case
     from slipstick.faults import in_radians
     from slipstick.plots import campbell as draw
-    from slipstick.plots import save_figure
     from slipstick.structure.campbell import campbell as diagram
 
     read = Case.from_file(case)
@@ -66,8 +74,5 @@ def campbell(
         )
     if not answer["crossings"]:
         say(f"no crossing between {first:g} and {last:g} rad/s")
-    path = output or Path(f"{read.name}-campbell.png")
-    written = save_figure(draw(found), path.with_suffix(""), formats=(path.suffix.removeprefix(".") or "png",))
-    answer["figures"] = [str(each) for each in written]
-    say(f"figure in {', '.join(map(str, written))}")
+    write_diagram(draw(found), output or Path(f"{read.name}-campbell.png"), answer)
     return DONE

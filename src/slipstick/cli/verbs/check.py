@@ -215,21 +215,19 @@ def _request(case: Case, problem: Problem) -> None:
         say("the support moves: all motion, in results and figures too, is relative to it")
 
 
-_ALONG = {"tangential": "slides along", "second": "and"}
-
-
 def _contacts(problem: Problem) -> None:
     for pair in problem.contacts:
         for k, name in enumerate(pair.elements):
-            ports = {port: pair.direction(port, k) for port in pair.contact.ports}
-            along = [f"{_ALONG.get(port, port)} {_cosines(cosines)}" for port, cosines in ports.items() if cosines]
+            ports = {port: _cosines(pair.direction(port, k)) for port in pair.contact.ports}
+            surface = " and ".join(filter(None, (ports.pop(port, "") for port in ("tangential", "second"))))
+            along = [f"slides along {surface}"] if surface else []
+            along += [f"{port} {cosines}" for port, cosines in ports.items() if cosines]
             law, units = pair.contact, problem.units
             numbers = [
                 f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(law.unit(quantity))}"
                 for quantity in _told(pair, k)
             ]
-            told = ", ".join([*along, *numbers, _motion(pair, k, units)]).replace(f", {_ALONG['second']} ", " and ")
-            say(f"contact '{name}': {told}")
+            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
 
 
 def _stiffness(problem: Problem) -> None:

@@ -12,7 +12,7 @@ from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.campbell import whole_numbers
+from slipstick.cli.verbs.campbell import whole_numbers, write_diagram
 from slipstick.errors import InputError
 
 _WAVES = {1: "wave with the pattern", -1: "wave against the pattern", 0: "standing wave"}
@@ -33,7 +33,6 @@ def interference(
     """Frequencies of a disc without contacts by nodal diameter, and resonances with engine orders (SAFE diagram)."""
     from slipstick.case.case import Case
     from slipstick.plots import interference as draw
-    from slipstick.plots import save_figure
     from slipstick.structure.interference import interference as diagram
 
     read = Case.from_file(case)
@@ -51,8 +50,5 @@ def interference(
         )
     if not rows:
         say("no engine order meets a frequency of its nodal diameter")
-    path = output or Path(f"{read.name}-interference.png")
-    written = save_figure(draw(found), path.with_suffix(""), formats=(path.suffix.removeprefix(".") or "png",))
-    answer["figures"] = [str(each) for each in written]
-    say(f"figure in {', '.join(map(str, written))}")
+    write_diagram(draw(found), output or Path(f"{read.name}-interference.png"), answer)
     return DONE
