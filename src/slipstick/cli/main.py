@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from slipstick.cli.terminal import guard
 from slipstick.cli.verb import app
 
 VERBS = (
@@ -47,4 +48,5 @@ def main() -> None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         elif hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
+    guard.command = sys.argv[1:]
     app(prog_name="slipstick")

@@ -7,7 +7,7 @@ import signal
 import sys
 import unicodedata
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 
@@ -15,6 +15,9 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.runs.failures import internal_sentence, os_sentence
 
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
+
+command: Sequence[str] | None = None
+"""The arguments of the command line, where this process is one and so can begin again."""
 
 
 def plain(text: str) -> str:
@@ -52,9 +55,9 @@ def warn_user(sentence: str) -> None:
 def prepare_kernel(tell: Callable[[str], None]) -> None:
     """Load the compiled contact kernel; where it must be compiled first, say so before and after."""
     from slipstick.balance.kernel.compilation import compile_all
-    from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
+    from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled, is_interpreted
 
-    if is_compiled():
+    if is_interpreted() or is_compiled():
         return
     tell(f"compiling the contact kernel, once on this machine, {COMPILE_TIME} ...")
     seconds = compile_all()

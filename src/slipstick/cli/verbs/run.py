@@ -82,9 +82,11 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, options: R
         If the case has faults or its results cannot be written, before anything is computed.
     """
     from slipstick.case.case import Case
+    from slipstick.cli.terminal.first_run import start_interpreted
     from slipstick.runs.run import CaseRun
 
     case = Case.from_file(path, options.tell)
+    start_interpreted(case, options.tell)
     told = print_warnings(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-results"),
