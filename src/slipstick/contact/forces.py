@@ -13,7 +13,7 @@ import numpy as np
 from slipstick.contact.law import Interval
 from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Numbers
 
 if TYPE_CHECKING:
     from slipstick.contact.kernel.tuples import States
@@ -62,7 +62,7 @@ class ContactForces:
         "with no constant rubbing velocity, where ``Fx`` holds the middle (THEORY.md section 3).",
     )
 
-    def __init__(self, vectors: Array, matrices: Array, scalars: Array, v: Array, inputs: tuple[Any, ...]) -> None:
+    def __init__(self, vectors: Array, matrices: Array, scalars: Array, v: Numbers, inputs: tuple[Any, ...]) -> None:
         self._vectors, self._matrices, self._scalars = vectors, matrices, scalars
         self.omega: float | None = None
         self._v, self._inputs = v, inputs
@@ -213,6 +213,13 @@ def element_forces(
     X, Y, par = _batch(X, Y, (v, kt, mu, kn, gap))
     outputs, _ = _evaluate(harmonics, X, Y, par)
     return ContactForces(*outputs, par[:, 0], (harmonics, X, Y, par, False))
+
+
+def one_element_forces(harmonics: Harmonics, X: Array, Y: Array, parameters: Array) -> ContactForces:
+    """The same of a single element: motion (L,), ``v, kt, mu, kn, gap`` (5,), results without a leading axis."""
+    X, Y, par = X[None], Y[None], parameters[None]
+    (vectors, matrices, scalars), _ = _evaluate(harmonics, X, Y, par)
+    return ContactForces(vectors[0], matrices[0], scalars[0], parameters[0], (harmonics, X, Y, par, True))
 
 
 def element_states(
