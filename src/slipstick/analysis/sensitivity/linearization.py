@@ -57,7 +57,9 @@ class Linearization:
         self.at = balanced(balance, x, self.detail, balance.compliance(omega, inputs.structure))
         self.jacobian = self.at.jacobian
         self._far = self._to_far()
-        self._G = balance.layout.excitation(self.detail.forces, inputs.P)
+        self._G = self.at.G
+        if balance.springs is not None:  # those of the balance are less the forces of its springs
+            self._G = balance.layout.excitation(self.detail.forces, inputs.P)
 
     @property
     def lost(self) -> bool:
