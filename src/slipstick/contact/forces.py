@@ -144,7 +144,11 @@ def _evaluate(
     out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
     intervals = _room(count, kernel.most_intervals(tables.top)) if states else kernel.no_room
     work = ((X, Y, par), tuple(tables), out, intervals)
-    for e in shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work)):
+    if count < SERIAL:
+        ended = [kernel.run_elements(0, count, *work)]
+    else:
+        ended = shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work))
+    for e in ended:
         if e != kernel.done:
             raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
     return out, intervals
@@ -243,5 +247,8 @@ def _batch(X: Array, Y: Array, parameters: tuple[Array, ...]) -> tuple[Array, Ar
     par = np.empty((len(X), len(parameters)))
     for i, value in enumerate(parameters):
         par[:, i] = value
-    X, Y = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in (X, Y))
-    return X, Y, par
+    return _fitting(X), _fitting(Y), par
+
+
+def _fitting(array: Array) -> Array:
+    return array if array.flags.carray else np.require(array, float, ["C", "W"])

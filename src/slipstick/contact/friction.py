@@ -196,6 +196,9 @@ def _coefficients(name: str, value: Reals, size: int) -> Array:
     return array
 
 
+_AT_REST = RubbingMotion()
+
+
 def contact_forces(
     contact: FrictionContact,
     harmonics: Orders,
@@ -248,7 +251,7 @@ def contact_forces(
             "ask the law: contact.respond(motion, values), slipstick.contact.law.Motion has the motion of all ports"
         )
         raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
-    rubbing = RubbingMotion() if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
+    rubbing = _AT_REST if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)
     U, N = rubbing.coefficients(harmonics), rubbing.normal_coefficients(harmonics)
