@@ -1,5 +1,7 @@
 """Seconds and work of response curves after warm-up: oscillator (150 points) and reduced blade (200 points).
 
+And what is asked of a curve besides, over the curve itself: derivatives by all parameters, stability, its peak tracked.
+
 OMP_NUM_THREADS=1 python benchmarks/curves.py
 """
 
@@ -56,6 +58,32 @@ def measure(repeats: int = 5) -> list[Row]:
     return [_row(*found) for found in zip(CURVES, times.T, branches, strict=True)]
 
 
+def besides(repeats: int = 5) -> list[Row]:
+    """Seconds of what is asked of a curve besides, and how many curves they are."""
+    rows: list[Row] = []
+    for name, parameter in (("oscillator, v = 10", "damper.mu"), ("blade 100 %, v = 1", "*.mu")):
+        build, span = CURVES[name]
+        problem = build()
+        follow = partial(ss.forced_response, problem, omega=span)
+        branch = follow()
+        dof = problem.outputs[0]
+        peaks = partial(ss.track_peak, problem, parameter, (0.2, 0.4), dof=dof, omega=span)
+        calls = {
+            f"derivatives by {branch.sensitivity(dof=dof, points=0).sizes['parameter']} parameters": partial(
+                branch.sensitivity, dof=dof
+            ),
+            "the curve with stability": partial(ss.forced_response, problem, omega=span, stability=True),
+            f"the peak at {len(peaks())} points": peaks,
+        }
+        with one_thread():
+            times = interleaved([follow, *calls.values()], repeats)
+        rows += [
+            {"curve": name, "besides": what, "s": float(t.min()), "curves": float(t.min() / times[:, 0].min())}
+            for what, t in zip(calls, times.T[1:], strict=True)
+        ]
+    return rows
+
+
 def _row(name: str, t: np.ndarray, branch: ss.Branch) -> Row:
     peak = max(branch.peaks(), key=lambda p: p[1], default=(float("nan"), float("nan")))
     points, counters = len(branch), branch.dataset.attrs
@@ -67,5 +95,5 @@ def _row(name: str, t: np.ndarray, branch: ss.Branch) -> Row:
 
 
 if __name__ == "__main__":
-    for row in measure():
+    for row in [*measure(), *besides()]:
         print("  ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()))

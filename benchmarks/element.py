@@ -19,6 +19,7 @@ import aft_runs
 import numpy as np
 from clocks import interleaved, one_thread
 
+import slipstick as ss
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.trig.harmonics import Harmonics
 
@@ -162,10 +163,38 @@ def by_regime(n: int = 10, repeats: int = 15) -> list[Row]:
     ]  # fmt: skip
 
 
+def one_by_one(n: int = 10, repeats: int = 15) -> list[Row]:
+    """Microseconds of one element: by the public call, which checks what it is given, and by what it stands on."""
+    h, rng = Harmonics(range(n + 1)), np.random.default_rng(0)
+    contact, rubbing = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0), ss.RubbingMotion(velocity=10.0)
+    X, Y = rng.normal(size=(2, h.size))
+    of_batch = {name: np.array([value]) for name, value in contact.values.items()}
+
+    def public() -> None:
+        for _ in range(COUNT):
+            ss.contact_forces(contact, h, X, Y, omega=4.25, rubbing=rubbing)
+
+    def inside() -> None:
+        for _ in range(COUNT):
+            element_forces(h, X[None], Y[None], v=np.array([10.0 / 4.25]), **of_batch)
+
+    with one_thread():
+        times = interleaved([public, inside], repeats)
+    return [
+        {
+            "call": name,
+            "harmonics": n,
+            "us": float(1e6 * t.min() / COUNT),
+            "us, median": 1e6 * float(np.median(t)) / COUNT,
+        }
+        for name, t in zip(("ss.contact_forces", "element_forces"), times.T, strict=True)
+    ]
+
+
 if __name__ == "__main__":
     for number in map(int, sys.argv[1:] or HARMONICS):
         found = measure(number)
         for line in [*found, *equal_accuracy(found)]:
             print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in line.items()))
-    for line in by_regime():
+    for line in [*by_regime(), *one_by_one()]:
         print(line)

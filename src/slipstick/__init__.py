@@ -124,7 +124,8 @@ def __getattr__(name: str) -> Any:
         close = get_close_matches(name, _PUBLIC, n=1)
         hint = f"; did you mean '{close[0]}'?" if close else ""
         raise AttributeError(f"module 'slipstick' has no attribute '{name}'{hint}")
-    return getattr(import_module(_PUBLIC[name]), name)
+    value = globals()[name] = getattr(import_module(_PUBLIC[name]), name)
+    return value
 
 
 def __dir__() -> list[str]:

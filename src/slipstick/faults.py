@@ -210,7 +210,7 @@ def numbers(name: Name, value: object, expected: str = "finite real numbers") ->
     if array.dtype.kind not in "iuf":
         raise wrong(name, value, expected)
     copy = array.astype(float)
-    if not np.abs(copy).max(initial=0.0) <= LARGEST:
+    if not np.vdot(copy, copy) <= LARGEST**2 and not np.abs(copy).max(initial=0.0) <= LARGEST:
         raise wrong(name, value, _below_largest(expected) if np.all(np.isfinite(array)) else expected)
     return copy
 

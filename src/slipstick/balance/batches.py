@@ -56,7 +56,7 @@ class Batch:
     numbers: tuple[int, ...]
     ports: tuple[Port, ...]
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Number of elements."""
         return len(self.members)

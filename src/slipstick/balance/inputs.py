@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,11 @@ class ContactInputs:
     def slides(self) -> NDArray[np.bool_]:
         """Where there is a constant velocity, (n_ports, n)."""
         return np.asarray((self.velocity != 0) | (self.velocity_per_omega != 0))
+
+    @cached_property
+    def at_speed(self) -> bool:
+        """Whether there is any that does not grow with the frequency alone."""
+        return bool(self.velocity.any())
 
     def speed(self, omega: float | Array) -> Array:
         """Constant velocity along each port at a fundamental frequency (rad/s), (n_ports, n), length/time."""

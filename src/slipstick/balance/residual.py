@@ -187,7 +187,7 @@ def by_omega(solution: Detail) -> list[dict[int, Array]]:
     slopes = []
     for response, contact_inputs in zip(solution.responses, solution.inputs.batches, strict=True):
         slope = dict(response.by_omega)
-        if response.by_drift and contact_inputs.velocity.any():
+        if response.by_drift and contact_inputs.at_speed:
             rate = contact_inputs.velocity / -(solution.omega**2)
             for (i, j), tangent in response.by_drift.items():
                 part = rate[j][:, None] * tangent

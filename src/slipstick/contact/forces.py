@@ -13,7 +13,7 @@ import numpy as np
 from slipstick.contact.law import Interval
 from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Numbers
 
 if TYPE_CHECKING:
     from slipstick.contact.kernel.tuples import States
@@ -62,7 +62,7 @@ class ContactForces:
         "with no constant rubbing velocity, where ``Fx`` holds the middle (THEORY.md section 3).",
     )
 
-    def __init__(self, vectors: Array, matrices: Array, scalars: Array, v: Array, inputs: tuple[Any, ...]) -> None:
+    def __init__(self, vectors: Array, matrices: Array, scalars: Array, v: Numbers, inputs: tuple[Any, ...]) -> None:
         self._vectors, self._matrices, self._scalars = vectors, matrices, scalars
         self.omega: float | None = None
         self._v, self._inputs = v, inputs
@@ -144,7 +144,11 @@ def _evaluate(
     out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
     intervals = _room(count, kernel.most_intervals(tables.top)) if states else kernel.no_room
     work = ((X, Y, par), tuple(tables), out, intervals)
-    for e in shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work)):
+    if count < SERIAL:
+        ended = [kernel.run_elements(0, count, *work)]
+    else:
+        ended = shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work))
+    for e in ended:
         if e != kernel.done:
             raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
     return out, intervals
@@ -215,6 +219,13 @@ def element_forces(
     return ContactForces(*outputs, par[:, 0], (harmonics, X, Y, par, False))
 
 
+def one_element_forces(harmonics: Harmonics, X: Array, Y: Array, parameters: Array) -> ContactForces:
+    """The same of a single element: motion (L,), ``v, kt, mu, kn, gap`` (5,), results without a leading axis."""
+    X, Y, par = X[None], Y[None], parameters[None]
+    (vectors, matrices, scalars), _ = _evaluate(harmonics, X, Y, par)
+    return ContactForces(vectors[0], matrices[0], scalars[0], parameters[0], (harmonics, X, Y, par, True))
+
+
 def element_states(
     harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
 ) -> list[list[Interval]]:
@@ -236,5 +247,8 @@ def _batch(X: Array, Y: Array, parameters: tuple[Array, ...]) -> tuple[Array, Ar
     par = np.empty((len(X), len(parameters)))
     for i, value in enumerate(parameters):
         par[:, i] = value
-    X, Y = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in (X, Y))
-    return X, Y, par
+    return _fitting(X), _fitting(Y), par
+
+
+def _fitting(array: Array) -> Array:
+    return array if array.flags.carray else np.require(array, float, ["C", "W"])

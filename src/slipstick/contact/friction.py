@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.contact.forces import ContactForces, element_forces, one_element_forces
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.law import default
 from slipstick.contact.rubbing import RubbingMotion
@@ -196,6 +196,9 @@ def _coefficients(name: str, value: Reals, size: int) -> Array:
     return array
 
 
+_AT_REST = RubbingMotion()
+
+
 def contact_forces(
     contact: FrictionContact,
     harmonics: Orders,
@@ -248,15 +251,30 @@ def contact_forces(
             "ask the law: contact.respond(motion, values), slipstick.contact.law.Motion has the motion of all ports"
         )
         raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
-    rubbing = RubbingMotion() if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
+    rubbing = _AT_REST if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)
     U, N = rubbing.coefficients(harmonics), rubbing.normal_coefficients(harmonics)
-    speeds = (rubbing.velocity, rubbing.velocity_per_omega)
-    parts = [np.asarray(p, dtype=float) for p in (*speeds, contact.kt, contact.mu, contact.kn, contact.gap)]
-    lead = (X.shape[:-1], Y.shape[:-1], U.shape[:-1], N.shape[:-1], *(p.shape for p in parts))
+    parts = velocity, swept, kt, mu, kn, gap = (
+        rubbing.velocity, rubbing.velocity_per_omega, contact.kt, contact.mu, contact.kn, contact.gap
+    )  # fmt: skip
+    lead = [array.shape[:-1] for array in (X, Y, U, N)]
+    lead += [part.shape for part in parts if isinstance(part, np.ndarray)]
+    v = velocity / omega
+    if any(lead):
+        many = (*_elements(lead), harmonics.size)
+        X, Y = np.broadcast_to(X + U, many), np.broadcast_to(Y + N, many)
+        f = element_forces(harmonics, X, Y, v=v + swept, kt=kt, mu=mu, kn=kn, gap=gap)
+    else:
+        f = one_element_forces(harmonics, X + U, Y + N, np.array((v + swept, kt, mu, kn, gap)))
+    f.omega, f._v = omega, v
+    return f
+
+
+def _elements(lead: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
+    """Number of elements, as the shape of an array, of what is given for one or for all of them."""
     try:
-        shape = np.broadcast_shapes(*lead) if any(lead) else ()
+        return np.broadcast_shapes(*lead)
     except ValueError:
         raise InputError(
             Fault(
@@ -265,16 +283,3 @@ def contact_forces(
                 remedy=f"found {[s for s in lead if s]} in X, Y, U, parameters",
             )
         ) from None
-    many = (*(shape or (1,)), harmonics.size)
-    velocity, swept, kt, mu, kn, gap = parts  # single numbers fit all elements
-    moved = (m[None] if not shape else m if m.shape == many else np.broadcast_to(m, many) for m in (X + U, Y + N))
-    f = element_forces(harmonics, *moved, v=velocity / omega + swept, kt=kt, mu=mu, kn=kn, gap=gap)
-    f.omega, f._v = float(omega), np.broadcast_to(velocity / omega, f.work.shape)
-    return f if shape else _single(f)
-
-
-def _single(f: ContactForces) -> ContactForces:
-    values = vars(f)
-    values.update({name: value[0] for name, value in values.items() if isinstance(value, np.ndarray)})
-    f._inputs = (*f._inputs[:-1], True)
-    return f

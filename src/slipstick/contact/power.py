@@ -40,7 +40,7 @@ class Power:
                 )
         return self.motion.omega * total
 
-    @property
+    @cached_property
     def by_motion(self) -> dict[int, Array]:
         """``j -> dEdot/dQ_j`` (n, L)."""
         omega, drift = self.motion.omega, self.motion.drift
@@ -57,7 +57,7 @@ class Power:
             add_to(slopes, j, part)
         return slopes
 
-    @property
+    @cached_property
     def by_velocity(self) -> Array:
         """By the velocity along each port in length/time, (n_ports, n)."""
         slopes = np.zeros_like(self.motion.drift)

@@ -216,6 +216,8 @@ def _split(name: str) -> tuple[str, int]:
 def _coefficients(
     harmonics: Harmonics, cos: Mapping[int, Numbers], sin: Mapping[int, Numbers], factor: int
 ) -> NDArray[np.float64]:
+    if not cos and not sin:
+        return np.zeros(harmonics.size)
     shape = np.broadcast_shapes(*(np.shape(v) for v in (*cos.values(), *sin.values())), ())
     out = np.zeros((*shape, harmonics.size))
     for part, values in (("c", cos), ("s", sin)):

@@ -15,6 +15,9 @@ from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
+_UPHILL = 60
+"""Steps to the top at most."""
+
 
 @inlined
 def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: Array, s: Array) -> tuple[float, float]:
@@ -70,6 +73,43 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
             basis(time[r], grid, c, s)
             for j in range(grid.n):
                 change[r] += dX[r, 2 * j + 1] * c[j] + dX[r, 2 * j + 2] * s[j]
+
+
+@compiled(allocates=True)
+def _uphill(X: Array, start: float, tables: Any, out: Array) -> None:
+    """Time, deviation and its second derivative (3,) of the extreme of a row ``X`` (L,) that a time lies below.
+
+    By Newton's method, in steps of half a radian of the highest order at most.
+    """
+    grid = Grid(*tables)
+    pc, ps = np.zeros(grid.orders.size), np.zeros(grid.orders.size)
+    c, s = np.empty(grid.orders.size), np.empty(grid.orders.size)
+    for j in range(grid.n):
+        pc[j], ps[j] = X[2 * j + 1], X[2 * j + 2]
+    p, reach, t = Polynomial(0.0, pc, ps), 1.0 / grid.top, start
+    basis(t, grid, c, s)
+    v, slope, curvature = values(p, grid.orders, c, s)
+    side = 1.0 if v >= 0.0 else -1.0
+    for _ in range(_UPHILL):
+        rise, bent = side * slope, side * curvature
+        step = -rise / bent if bent < 0.0 else reach * np.sign(rise)
+        t += min(max(step, -reach), reach)
+        basis(t, grid, c, s)
+        v, slope, curvature = values(p, grid.orders, c, s)
+        if abs(step) < 1e-14:
+            break
+    out[0], out[1], out[2] = t, v, curvature
+
+
+def extreme_above(harmonics: Harmonics, X: Array, time: float) -> tuple[float, float, float]:
+    """Time, deviation from the mean and its second derivative of the extreme of ``X`` (L,) that ``time`` lies below.
+
+    Where there is none, of where the way uphill ended.
+    """
+    row, out = X if X.flags.carray else np.require(X, float, ["C", "W"]), np.empty(3)
+    _uphill(row, time, tuple(grid(harmonics)), out)
+    t, value, curvature = out.tolist()
+    return t, value, curvature
 
 
 def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:

@@ -59,12 +59,12 @@ class Harmonics:
         """The harmonics given, or those with the orders given."""
         return orders if isinstance(orders, Harmonics) else cls(orders)
 
-    @property
+    @cached_property
     def n(self) -> int:
         """Number of nonzero orders."""
         return len(self.orders) - 1
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of coefficients ``L = 2 n + 1``."""
         return 2 * self.n + 1

@@ -8,6 +8,7 @@ import slipstick as ss
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
+from slipstick.balance.states import at_states, power_along
 from slipstick.results.record import Outputs
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -89,4 +90,31 @@ def test_powers(heat):
     by_omega = difference(
         lambda w: float(weights @ Linearization(cold, x, w, hot).powers()[0].power.value), OMEGA, 1e-4
     )
-    assert here.power_change(own, weights, FREQUENCY) == pytest.approx(by_omega, rel=1e-6)
+    assert weights @ own.power.omega == pytest.approx(by_omega, rel=1e-6)
+
+
+@pytest.mark.parametrize(("dof", "heat", "anchored"), CASES)
+def test_the_gradient_over_the_inputs_is_the_transpose_of_pushing(dof, heat, anchored):
+    """Of numbers on all forces, and of weighted powers at fixed states besides, along every kind of parameter."""
+    problem, outputs, x = setting(dof, heat, anchored)
+    here = Linearization(outputs, x, OMEGA, problem.inputs)
+    pairs = rng.standard_normal(
+        (outputs.balance.n_ports + outputs.balance.n_loads, 2 * outputs.balance.orders.size + 2)
+    )
+    pairs[:, 1], weights, (powered,) = 0.0, rng.uniform(1.0, 2.0, 3), here.powers()
+    psi = np.ascontiguousarray(pairs).view(complex)
+    every = {(0, name) for name in ("velocity", "velocity_per_omega", "motion", *problem.inputs.batches[0].values)}
+    gradient = here.inputs_pulled(psi, [(powered, weights)], every)
+    for name in ("c1.kn", "c2.velocity", "c0.normal_load", "load.d4.phase", "friction", "load"):
+        direction = parameter_path(problem, name).at(problem.parameter(name))[1]
+        products = direction.map(lambda _, along, slope: along * slope, gradient)
+        along = sum(float(array.sum()) for array in arrays_of(products))
+        dpower = power_along(powered, at_states(here.detail.states, direction))
+        expected = float(np.sum((psi.conj() * here.pushed(Move(inputs=direction))).real) + weights @ dpower)
+        assert along == pytest.approx(expected, rel=1e-10), name
+
+
+def arrays_of(inputs):
+    for batch in inputs.batches:
+        yield from (*batch.values.values(), batch.velocity, batch.velocity_per_omega, batch.motion)
+    yield inputs.P

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -27,8 +28,6 @@ _SAME = 1e-6
 """Times (rad) that are one."""
 FLAT = 1e-6
 """Slope over the sizes of its terms above which a point is no smooth peak."""
-_UPHILL = 60
-"""Steps to the top at most, each of half a radian of the highest harmonic or less."""
 
 
 @dataclass(frozen=True)
@@ -50,19 +49,10 @@ class Extreme:
     @classmethod
     def near(cls, harmonics: Harmonics, U: Array, time: float) -> Extreme:
         """The one that a time lies below, by Newton's method uphill; the largest where there is none."""
-        slope, curvature = harmonics.derivative(U), harmonics.derivative(harmonics.derivative(U))
-        t, reach = time, 0.5 / max(1, harmonics.highest)
-        side = 1.0 if harmonics.H_minus(t)[1:] @ U[1:] >= 0.0 else -1.0
-        for _ in range(_UPHILL):
-            H = harmonics.H_minus(t)
-            rise, bent = side * float(H @ slope), side * float(H @ curvature)
-            step = -rise / bent if bent < 0.0 else reach * float(np.sign(rise))
-            t += min(max(step, -reach), reach)
-            if abs(step) < 1e-14:
-                break
-        H = harmonics.H_minus(t)
-        value = float(H[1:] @ U[1:])
-        if value * float(H @ curvature) >= 0.0:
+        from slipstick.trig.extremes import extreme_above
+
+        t, value, curvature = extreme_above(harmonics, U, time)
+        if value * curvature >= 0.0:
             return cls.largest(harmonics, U)
         return cls(harmonics, abs(value), t % (2.0 * np.pi), float(np.sign(value)))
 
@@ -76,8 +66,8 @@ class Extreme:
         return max(self._others(U), key=lambda other: other.value, default=None)
 
     def _others(self, U: Array) -> Iterator[Extreme]:
-        times = np.arange(16 * max(1, self.harmonics.highest)) * (np.pi / (8 * max(1, self.harmonics.highest)))
-        size = np.abs(self.harmonics.H_minus(times)[:, 1:] @ U[1:])
+        times, H = _waves(self.harmonics)
+        size = np.abs(H @ U[1:])
         for k in np.flatnonzero((size >= np.roll(size, 1)) & (size >= np.roll(size, -1))):
             other = Extreme.near(self.harmonics, U, float(times[k]))
             if abs(np.remainder(other.time - self.time + np.pi, 2.0 * np.pi) - np.pi) > _SAME:
@@ -91,19 +81,32 @@ class Extreme:
         return H
 
 
+@lru_cache(maxsize=16)
+def _waves(harmonics: Harmonics) -> tuple[Array, Array]:
+    """Times (k,) near to each other over a period, and ``H_-`` without the mean there, (k, 2 n)."""
+    count = 8 * max(1, harmonics.highest)
+    times = np.arange(2 * count) * (np.pi / count)
+    return times, harmonics.H_minus(times)[:, 1:]
+
+
 class StateSpace:
     """The states ``(X, w, s)`` of a problem with one output: a parameter moves along its path, if there is one."""
 
     def __init__(self, outputs: Outputs, inputs: Inputs, path: Path | None = None) -> None:
         self.outputs, self.inputs, self.path = outputs, inputs, path
+        self._latest: tuple[float, Inputs] | None = None
 
     def at(self, x: Array, omega: float, value: float, near: Array | None = None) -> Linearization:
         """The balance linearised at a state."""
         return Linearization(self.outputs, x, omega, self.at_value(value), near)
 
     def at_value(self, value: float) -> Inputs:
-        """Inputs at a value of the parameter."""
-        return self.inputs if self.path is None else self.path.at(value)[0]
+        """Inputs at a value of the parameter, the latest of which are remembered."""
+        if self.path is None:
+            return self.inputs
+        if self._latest is None or self._latest[0] != value:
+            self._latest = value, self.path.at(value)[0]
+        return self._latest[1]
 
     def along(self, value: float) -> Move:
         """The direction of the parameter."""

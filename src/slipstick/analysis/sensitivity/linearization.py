@@ -7,7 +7,7 @@ linear functional of both, and to the forces (``columns_pulled``), where paramet
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,12 +15,16 @@ import numpy as np
 from slipstick.balance.compliance import Compliance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import balanced, by_inputs, by_omega, detail, force_rates
-from slipstick.balance.states import BatchPower, Powered, add_force_changes, at_states, power_along, power_rows
+from slipstick.balance.states import BatchPower, Powered, add_force_changes, at_states, power_along
 from slipstick.contact.law import add_to
 from slipstick.contact.power import Power
 from slipstick.results.record import Outputs
+from slipstick.state.contact_state import Carried
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
+
+Moved = Collection[tuple[int, str]]
+"""Arrays of the inputs: number of the batch with "velocity", "velocity_per_omega", "motion" or a parameter."""
 
 
 class Move(NamedTuple):
@@ -53,7 +57,9 @@ class Linearization:
         self.at = balanced(balance, x, self.detail, balance.compliance(omega, inputs.structure))
         self.jacobian = self.at.jacobian
         self._far = self._to_far()
-        self._G = balance.layout.excitation(self.detail.forces, inputs.P)
+        self._G = self.at.G
+        if balance.springs is not None:  # those of the balance are less the forces of its springs
+            self._G = balance.layout.excitation(self.detail.forces, inputs.P)
 
     @property
     def lost(self) -> bool:
@@ -143,6 +149,49 @@ class Linearization:
             pulled -= self._far.transposed(_pairs(self.outputs.transposed(h)[1]))
         return pulled
 
+    def inputs_pulled(self, psi: ComplexArray, powers: Iterable[tuple[Powered, Array]], moved: Moved) -> Inputs:
+        """Gradient over the inputs of numbers ``psi`` (n_columns, n + 1) on the forces less the loads, states included.
+
+        ``powers`` are those of batches at fixed states with weights (n,), whose sum is added. All at fixed motion, and
+        zero for arrays that are not ``moved``.
+        """
+        b, omega = self.balance, self.omega
+        by_port = b.layout.spread(b.layout.real(psi[: b.n_ports]))
+        weighted = [*powers, *((state, state.gain.T @ self._on_state(state, by_port)) for state in self.detail.states)]
+        gradient = self.detail.inputs.only()
+        gradient.P[:] = -b.layout.real(psi[b.n_ports :]).reshape(gradient.P.shape)
+        for k, (response, on, total) in enumerate(zip(self.detail.responses, by_port, gradient.batches, strict=True)):
+            powers_here = [(state.power, weights) for state, weights in weighted if state.batch == k]
+            for name in (name for name in total.values if (k, name) in moved):
+                slopes = response.by_parameter(name)
+                total.values[name][:] = sum(np.einsum("cl,cl->c", slopes[i], F) for i, F in on.items() if i in slopes)
+                for power, weights in powers_here:
+                    total.values[name][:] += weights * power.by_parameter(name)
+            if (k, "velocity") in moved or (k, "velocity_per_omega") in moved:
+                drift = total.velocity_per_omega
+                for (i, j), tangent in response.by_drift.items():
+                    if i in on:
+                        drift[j] += np.einsum("cl,cl->c", tangent, on[i])
+                for power, weights in powers_here:
+                    drift += omega * weights * power.by_velocity
+                total.velocity[:] = drift / omega
+            if (k, "motion") in moved:
+                for (i, j), tangent in response.by_motion.items():
+                    if i in on:
+                        total.motion[j] += np.einsum("cij,ci->cj", tangent, on[i])
+                for power, weights in powers_here:
+                    for j, tangent in power.by_motion.items():
+                        total.motion[j] += weights[:, None] * tangent
+        return at_states(self.detail.states, gradient)
+
+    def _on_state(self, state: Carried, by_port: Sequence[Mapping[int, Array]]) -> Array:
+        """Numbers on the forces at the ports of each batch as numbers (n,) on the values of a state."""
+        on_state = np.zeros(self.balance.batches[state.batch].count)
+        for i, force in state.force_by_value.items():
+            if i in by_port[state.batch]:
+                on_state += np.einsum("cl,cl->c", force, by_port[state.batch][i])
+        return on_state
+
     def forces_pulled(self, psi: ComplexArray) -> Array:
         """``(dF/dX)^T psi`` (N,) of numbers (n_ports, n + 1) on the forces at the ports, contact states included."""
         b = self.balance
@@ -154,11 +203,7 @@ class Linearization:
                     out[port.rows] += np.einsum("cij,ci->cj", tangent, by_port[i])[port.members]
         pulled = out.reshape(-1)
         for state in self.detail.states:
-            on_state = np.zeros(b.batches[state.batch].count)
-            for i, force in state.force_by_value.items():
-                if i in by_batch[state.batch]:
-                    on_state += np.einsum("cl,cl->c", force, by_batch[state.batch][i])
-            pulled += (state.gain.T @ on_state) @ power_rows(b, state)
+            pulled += self.power_pulled(state, state.gain.T @ self._on_state(state, by_batch))
         return pulled
 
     def _to_far(self, along: Mapping[str, float] | None = None) -> Compliance | None:
@@ -180,14 +225,13 @@ class Linearization:
                 known[k] = BatchPower(k, Power(batch.law, motion, response))
         return [known[k] for k in range(len(self.balance.batches))]
 
-    def power_change(self, state: Powered, weights: Array, direction: Move) -> float:
-        """Change of weighted powers at fixed motion and states."""
-        return float(weights @ self._power_rate(state, direction))
-
     def power_pulled(self, state: Powered, weights: Array) -> Array:
         """Gradient (N,) of weighted powers over the unknowns at fixed states."""
-        pulled: Array = weights @ power_rows(self.balance, state)
-        return pulled
+        pulled, batch = np.zeros((self.balance.n_ports, self.balance.L)), self.balance.batches[state.batch]
+        for j, tangent in state.power.by_motion.items():
+            port = batch.ports[j]
+            pulled[port.rows] += (weights[:, None] * tangent)[port.members]
+        return pulled.reshape(-1)
 
     def _power_rate(self, state: Powered, direction: Move) -> Array:
         inputs = self._at_states(direction.inputs)

@@ -18,7 +18,7 @@ from slipstick.analysis.curve.record import one_thread
 from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.balance import Balance
-from slipstick.balance.inputs import Inputs
+from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.residual import terms
 from slipstick.balance.states import Powered
@@ -35,11 +35,12 @@ from slipstick.results.sensitivities import (
 )
 from slipstick.solve.norm import norm
 from slipstick.state.contact_state import Carried
-from slipstick.typing import Array, ComplexArray
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
 
 
@@ -89,12 +90,9 @@ class Sensitivities:
         parts = list(self._functionals(here))
         Z = here.jacobian.solve(np.column_stack([part.gradient for part in parts]), transposed=True).T
         directions = self._directions(float(self._along[point]))
-        sources = [_Sources.along(here, direction) for direction in directions]
-        rates = np.empty((len(parts), len(directions)))
-        for row, (part, z) in enumerate(zip(parts, Z, strict=True)):
-            rates[row] = _change(here, part, z, sources)
-        place = self._place_rates(here, point, directions, sources)
-        rows = np.where(_undecided(here, directions), np.nan, [*rates, place])
+        rates = directions.changes(here, list(zip(parts, Z, strict=True)))
+        place = self._place_rates(here, point, directions)
+        rows = np.where(directions.undecided(here), np.nan, [*rates, place])
         return PointDerivatives(rows[0], rows[1], rows[2], states=rows[3:-1], followed=rows[-1])
 
     def motion_at(self, point: int) -> Array:
@@ -104,8 +102,8 @@ class Sensitivities:
         if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
             return unknown
         directions = self._directions(float(self._along[point]))
-        rates = here.solutions(directions)[1][:, 0]
-        return np.where(_undecided(here, directions)[:, None], np.nan, rates)
+        rates = here.solutions(directions.moves)[1][:, 0]
+        return np.where(directions.undecided(here)[:, None], np.nan, rates)
 
     def _functionals(self, here: Linearization) -> Iterator[Functional]:
         """Amplitude, mean, power of all contacts, the largest of each contact state."""
@@ -129,11 +127,9 @@ class Sensitivities:
             pair = powers[state.batch], state.gain[int(np.argmax(state.values))]
             yield Functional(still, (pair,), here.power_pulled(*pair))
 
-    def _place_rates(
-        self, here: Linearization, point: int, directions: Sequence[Move], sources: Sequence[_Sources]
-    ) -> Array:
+    def _place_rates(self, here: Linearization, point: int, directions: Directions) -> Array:
         """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
-        rates, of = np.full(len(directions), np.nan), self._table["peak_dof"].to_numpy()
+        rates, of = np.full(len(directions.moves), np.nan), self._table["peak_dof"].to_numpy()
         if str(self._table["dof"].to_numpy()[of[point]]) != self.dof or of[point] < 0 or self._worn:
             return rates
         value = float(self._along[point])
@@ -149,9 +145,9 @@ class Sensitivities:
         steps = (over,) if self._path is None else tuple(surface.along(v) for v in beside.values)
         bent = bend @ slope.t + beside.along(*steps)
         still = Functional(np.zeros((1, self.balance.L)), (), bend)
-        turned = [self._directions(v) for v in beside.values]
+        turned = [self._directions(v).moves for v in beside.values]
         explicit = [beside.along(*sides) for sides in zip(*turned, strict=True)]
-        return -(_change(here, still, q, sources) + explicit) / bent
+        return -(directions.changes(here, [(still, q)])[0] + explicit) / bent
 
     def _linearized(self, point: int) -> Linearization:
         near = contact_states(self._table, self.balance, point)
@@ -176,16 +172,18 @@ class Sensitivities:
             here = corrected
         return here
 
-    def _directions(self, value: float) -> list[Move]:
+    def _directions(self, value: float) -> Directions:
         """Of the parameters, at a value of what the branch follows: some turn with it."""
         if self._path is None:
             return self._unchanged
-        problem = self.balance.problem.at_parameter(self._followed, value)
-        return [Move(inputs=direction_of(problem, name)) for name in self.parameters]
+        return self._directions_of(self.balance.problem.at_parameter(self._followed, value))
 
     @cached_property
-    def _unchanged(self) -> list[Move]:
-        return [Move(inputs=direction_of(self.balance.problem, name)) for name in self.parameters]
+    def _unchanged(self) -> Directions:
+        return self._directions_of(self.balance.problem)
+
+    def _directions_of(self, problem: Problem) -> Directions:
+        return Directions([direction_of(problem, name) for name in self.parameters])
 
 
 _SOLVED = 1e-10
@@ -193,43 +191,53 @@ _SOLVED = 1e-10
 _CORRECTIONS = 4
 
 
-def _undecided(here: Linearization, directions: Sequence[Move]) -> NDArray[np.bool_]:
-    """Which parameters set contacts in motion that are stuck at rest: their friction force then jumps."""
-    undecided = np.zeros(len(directions), dtype=bool)
-    for b, (batch, response) in enumerate(zip(here.balance.batches, here.detail.responses, strict=True)):
-        loose = batch.law.undecided(response)
-        for k, direction in enumerate(directions):
-            assert direction.inputs is not None
-            undecided[k] |= bool(np.any(direction.inputs.batches[b].slides & loose))
-    return undecided
+class Directions:
+    """Directions in the inputs, one for each of K parameters: most move a few numbers of all."""
+
+    def __init__(self, directions: Sequence[Inputs]) -> None:
+        from scipy.sparse import csr_array, vstack
+
+        self.moves = [Move(inputs=direction) for direction in directions]
+        self._flat = vstack([csr_array(_flat(direction)[None]) for direction in directions], format="csr")
+        self._moved = {
+            (k, name)
+            for direction in directions
+            for k, batch in enumerate(direction.batches)
+            for name, array in (*batch.values.items(), *((name, getattr(batch, name)) for name in SURFACE))
+            if array.any()
+        }
+        self._slides = [
+            np.array([direction.batches[k].slides for direction in directions])
+            for k in range(len(directions[0].batches))
+        ]
+
+    def changes(self, here: Linearization, parts: Sequence[tuple[Functional, Array]]) -> Array:
+        """Changes (n_parts, K) along the solutions of functionals with ``z`` (N,): ``h . U_s + power_s - z . R_s``."""
+        on_forces = ((here.columns_pulled(part.h, -z), part.powers) for part, z in parts)
+        gradients = [_flat(here.inputs_pulled(psi, powers, self._moved)) for psi, powers in on_forces]
+        rates: Array = (self._flat @ np.array(gradients).T).T
+        for k, move in enumerate(self.moves):
+            if move.inputs is not None and move.inputs.structure:
+                R, U = here.structural_change(move.inputs.structure)
+                rates[:, k] += [float(np.sum(part.h * U) - z @ R) for part, z in parts]
+        return rates
+
+    def undecided(self, here: Linearization) -> NDArray[np.bool_]:
+        """Which (K,) set contacts in motion that are stuck at rest: their friction force then jumps."""
+        undecided = np.zeros(len(self.moves), dtype=bool)
+        for batch, response, slides in zip(here.balance.batches, here.detail.responses, self._slides, strict=True):
+            loose = batch.law.undecided(response)
+            if np.any(loose):
+                undecided |= np.any(slides & loose, axis=(1, 2))
+        return undecided
 
 
-class _Sources(NamedTuple):
-    """What a direction does at fixed unknowns."""
-
-    direction: Move
-    pushed: ComplexArray
-    """To the forces less the loads on all columns."""
-    structural: tuple[Array, Array] | None
-    """To residual and outputs by the structure, which acts on no force."""
-
-    @classmethod
-    def along(cls, here: Linearization, direction: Move) -> _Sources:
-        assert direction.inputs is not None
-        structure = direction.inputs.structure
-        return cls(direction, here.pushed(direction), here.structural_change(structure) if structure else None)
-
-
-def _change(here: Linearization, part: Functional, z: Array, sources: Sequence[_Sources]) -> Array:
-    """Change of a functional along the solutions for each direction: ``h . U_s + power_s - z . R_s``."""
-    pulled = here.columns_pulled(part.h, -z).conj()
-    rates = np.array([float(np.sum((pulled * source.pushed).real)) for source in sources])
-    for k, source in enumerate(sources):
-        if source.structural is not None:
-            R, U = source.structural
-            rates[k] += float(np.sum(part.h * U) - z @ R)
-        rates[k] += sum(here.power_change(state, weights, source.direction) for state, weights in part.powers)
-    return rates
+def _flat(inputs: Inputs) -> Array:
+    """All numbers of contacts and loads in one row."""
+    arrays = [inputs.P]
+    for batch in inputs.batches:
+        arrays += [*batch.values.values(), *(getattr(batch, name) for name in SURFACE)]
+    return np.concatenate([array.ravel() for array in arrays])
 
 
 OF = ("amplitude", "displacement")

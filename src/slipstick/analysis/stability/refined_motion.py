@@ -23,6 +23,7 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
+    from slipstick.balance.inputs import Inputs
     from slipstick.balance.residual import Detail
 
 WIDER = 4
@@ -80,6 +81,7 @@ class Iteration:
         self.wide = Harmonics(range(max(1, WIDER * h.highest) + 1))
         self._kept = self._columns(h.orders)
         self._known: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
+        self._rubbing: tuple[Inputs, list[Array]] | None = None
 
     def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
         """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
@@ -104,8 +106,13 @@ class Iteration:
         for batch, motion in zip(balance.batches, motions, strict=True):
             for port, coefficients in zip(batch.ports, motion.Q, strict=True):
                 coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
-        rubbing = [np.array([self._spread(part) for part in inputs.motion]) for inputs in detail.inputs.batches]
-        return self._gathered(wide, detail, motions, rubbing, forces)
+        return self._gathered(wide, detail, motions, self._prescribed(detail.inputs), forces)
+
+    def _prescribed(self, inputs: Inputs) -> list[Array]:
+        """The rubbing motion of every batch, (n_ports, n, L'): most points of a branch have the same."""
+        if self._rubbing is None or self._rubbing[0] is not inputs:
+            self._rubbing = inputs, [np.array([self._spread(part) for part in b.motion]) for b in inputs.batches]
+        return self._rubbing[1]
 
     def _motions(self, x: Array, detail: Detail) -> list[Motion]:
         batches = detail.inputs.batches
