@@ -347,6 +347,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.models.modal_analysis,
         {"measured": TESTED, "modes": 1, "range": (3.0, 9.0), "quantity": "displacement"},
     ),
+    "tabulated_structure": (
+        lambda: ss.models.tabulated_structure,
+        {
+            "measured": TESTED, "static": [[0.025]], "beyond": "line", "smooth": False, "range": (3.0, 9.0),
+            "quantity": "displacement",
+        },
+    ),
     "identify": (
         lambda: ss.identify,
         {

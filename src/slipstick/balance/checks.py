@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from math import isfinite
+from math import inf, isfinite
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -286,6 +286,21 @@ def range_faults(start: float, stop: float, *, name: str = "frequency range", po
     if positive and min(start, stop) <= 0:
         return [Fault(name, found=f"{start:g} to {stop:g}", expected="frequencies > 0 in rad/s")]
     return []
+
+
+def reach_faults(problem: Problem, ends: Sequence[float]) -> list[Fault]:
+    """Faults of frequencies whose harmonics a structure does not answer: one known by a table, see its ``covers``."""
+    low, high = getattr(problem.structure, "covers", (0.0, inf))
+    orders = [m for m in problem.harmonics.orders if m]
+    if not orders:
+        return []
+    first, last = min(ends) * orders[0], max(ends) * orders[-1]
+    if first >= low and last <= high:
+        return []
+    asked = f"harmonics {orders[0]} to {orders[-1]} ask for the receptance from {first:.6g} to {last:.6g} rad/s"
+    expected = f"frequencies of the structure's table, {low:.6g} to {high:.6g} rad/s"
+    remedy = 'fewer harmonics, a smaller range, a longer table, or beyond="line"'
+    return [Fault("frequency range", asked, expected=expected, remedy=remedy)]
 
 
 def requested_faults(requested: Sequence[float], start: float, stop: float) -> list[Fault]:

@@ -1,4 +1,4 @@
-"""``[structure] kind = "measured"``: modes fitted to measured frequency response functions."""
+"""``[structure] kind = "measured"``: measured frequency response functions, modes fitted to them or as they are."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pydantic import Field
 from slipstick.case.requests import Frequencies
 from slipstick.case.script_text import KeysToWrite, call, here
 from slipstick.case.source import inside
-from slipstick.case.structure import Body, Described, StructureKind, Tell
+from slipstick.case.structure import Body, Described, StructureKind, Tell, within
 from slipstick.case.table import Table
 from slipstick.case.validation import ReadTable
-from slipstick.errors import SlipstickWarning
+from slipstick.errors import Fault, InputError, SlipstickWarning
 from slipstick.faults import Gathering
 
 
@@ -27,35 +27,62 @@ class MeasuredTable(Table):
     range: Frequencies | None = Field(
         default=None, description='two frequencies between which they are fitted, such as ["20 Hz", "400 Hz"]'
     )
+    fit: Literal["modes", "tabulated"] = Field(
+        default="modes", description='"modes", or "tabulated": splines through the lines of the table'
+    )
+    static: list[list[float]] | None = Field(
+        default=None, description="rows of numbers, the compliance at rest of a tabulated structure"
+    )
+    beyond: Literal["refuse", "line"] | None = Field(
+        default=None, description='"refuse" or "line", what is done about frequencies outside the table'
+    )
+    smooth: bool | None = Field(default=None, description="true or false, whether noise is taken off the table")
     quantity: Literal["displacement", "velocity", "acceleration"] | None = Field(
         default=None, description="what was measured, where the file does not say"
     )
 
 
-def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
-    from slipstick.models.modal_test import modal_analysis
+_TABULATED = ("static", "beyond", "smooth")
 
-    name = row.get("file")
+
+def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
+    from slipstick.models.modal_test import modal_analysis, tabulated_structure
+    from slipstick.structure.tabulated import TabulatedStructure
+
+    name, tabulated = row.get("file"), row.get("fit") == "tabulated"
     path = None if name is None else gathering.inside(("file",), inside, folder, name)
-    if path is None or not row.complete:
+    chosen = {key: given for key in ("modes", *_TABULATED) if (given := row.get(key)) is not None}
+    astray = [key for key in chosen if (key == "modes") == tabulated]
+    other = "modes" if tabulated else "tabulated"
+    gathering.faults += [Fault(key, "is given", expected=f'fit = "{other}" beside it') for key in astray]
+    if path is None or astray or not row.complete:
         return Described(made=True)
     table = row.table
+    make = tabulated_structure if tabulated else modal_analysis
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)  # told with the whole case
-        fit = gathering.inside(
-            ("file",), modal_analysis, path, modes=table.modes, range=table.range, quantity=table.quantity
-        )
+        fit = None
+        try:
+            fit = make(path, range=table.range, quantity=table.quantity, **chosen)
+        except InputError as error:
+            gathering.faults += [within(fault, tuple(MeasuredTable.model_fields)) for fault in error.faults]
     if fit is None:
         return Described(made=True)
+    if isinstance(fit, TabulatedStructure):
+        tell(f"  {fit.summary().splitlines()[0]}")
+        return Described(body=Body(structure=fit, fit=fit), dofs=fit.dofs, made=True)
     tell(f"  {fit.structure.omega.size} modes fitted to {100 * fit.error:.2g} %")
     return Described(body=Body(structure=fit.structure, fit=fit), dofs=fit.structure.dofs, made=True)
 
 
 def _script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    file, arguments = here(keys.take("file")), keys.rest("modes", "quantity")
+    tabulated = keys.take("fit") == "tabulated"
+    file, arguments = here(keys.take("file")), keys.rest("modes", "quantity", *_TABULATED)
     span = keys.take("range")
     if span is not None:
         arguments["range"] = repr(tuple(span))
+    if tabulated:
+        return [f"structure = {call('ss.models.tabulated_structure', file, **arguments)}"]
     return [f"structure = {call('ss.models.modal_analysis', file, **arguments)}.structure"]
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from slipstick.structure.disc import Disc
     from slipstick.structure.modal_fit import ModalFit
     from slipstick.structure.protocol import Structure
+    from slipstick.structure.tabulated import TabulatedStructure
 
 Tell = Callable[[str], None]
 CACHE = "slipstick-cache"
@@ -42,7 +43,7 @@ class Body:
     ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
     ``sector``: the reduced finite element sector whose wave the structure is.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
-    the same. ``seconds``: what it took to make or to read it. ``fit``: the modal analysis of a test that it comes from.
+    the same. ``seconds``: what it took to make or to read it. ``fit``: the modal analysis of a test, or its table.
     """
 
     structure: Structure
@@ -52,7 +53,7 @@ class Body:
     seconds: float = 0.0
     disc: Disc | None = None
     sector: ReducedSector | None = None
-    fit: ModalFit | None = None
+    fit: ModalFit | TabulatedStructure | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:

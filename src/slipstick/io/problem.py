@@ -36,6 +36,7 @@ from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.reduction.sector import SectorModes
 from slipstick.structure.skin import Skin
+from slipstick.structure.tabulated import TabulatedStructure
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray
 from slipstick.units import Units
@@ -72,6 +73,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "wave": (TravellingWave, lambda s: s.arguments),
     "disc": (Disc, lambda s: s.arguments),
     "free": (FreeStructure, lambda s: s.arguments),
+    "tabulated receptances": (TabulatedStructure, lambda s: s.arguments),
     "load shape": (LoadShape, _by_fields),
     "skin": (Skin, _by_fields),
     "contact": (ContactPair, _by_fields),

@@ -14,6 +14,7 @@ _PUBLIC = {
     "craig_bampton": "slipstick.structure.reduction.craig_bampton",
     "free_structure": "slipstick.structure.free",
     "modal_analysis": "slipstick.models.modal_test",
+    "tabulated_structure": "slipstick.models.modal_test",
     "interference": "slipstick.structure.interference",
     "jeffcott_rotor": "slipstick.models.rotor",
     "Bearing": "slipstick.models.rotor",
@@ -37,6 +38,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
     from slipstick.models.modal_test import modal_analysis as modal_analysis
+    from slipstick.models.modal_test import tabulated_structure as tabulated_structure
     from slipstick.models.parametric_sector import bladed_sector as bladed_sector
     from slipstick.models.rotor import Bearing as Bearing
     from slipstick.models.rotor import Disc as Disc

@@ -1,17 +1,19 @@
-"""Measured frequency response functions, of universal files, tables and arrays, and the modes that fit them."""
+"""Measured frequency response functions, of universal files, tables and arrays: as they are, or the modes that fit."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, frequency, numbers, path, shown, warn, whole, wrong
+from slipstick.faults import Gathering, frequency, numbers, one, path, shown, warn, whole, wrong
 from slipstick.results.foreign import foreign_dataset
-from slipstick.structure.modal_fit import ModalFit, Receptances, fit_modes
+from slipstick.structure.modal_fit import ModalFit, Receptances, fit_modes, reciprocal
+from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_of, smoothed
 from slipstick.typing import Array, ComplexArray, FrequencyRange
 
 QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -94,18 +96,106 @@ def modal_analysis(
     ends = None if range is None else checks.take(_range, range)
     checks.end()
     assert table is not None
-    if ends is not None:
-        within = (table.omega >= ends[0]) & (table.omega <= ends[1])
-        table = Receptances(
-            dofs=table.dofs, omega=table.omega[within], values=table.values[within], rows=table.rows,
-            columns=table.columns,
-        )  # fmt: skip
+    table = _within(table, ends)
     least = 4 * (2 if count is None else count + 1)
     if table.omega.size < least:
         raise InputError(Fault("receptances", f"{table.omega.size} frequencies", expected=f"at least {least}"))
     found = fit_modes(table, count)
     warn(found.warnings)
     return found
+
+
+def tabulated_structure(
+    measured: Any,
+    *,
+    static: Any = None,
+    beyond: Beyond = "refuse",
+    smooth: bool = True,
+    range: FrequencyRange | None = None,
+    quantity: str | None = None,
+) -> TabulatedStructure:
+    """A structure from measured frequency response functions as they are: cubic splines through the lines, no modes.
+
+    Parameters
+    ----------
+    measured, quantity
+        As for ``modal_analysis``.
+    static
+        Compliance at rest (n_dofs, n_dofs), length/force, which harmonic 0 needs; dofs in the order in which they are
+        measured (``structure.dofs``). By default it follows from the lowest lines: up to twice the lowest frequency
+        ``(a + b w^2) / (1 + d w^2)`` is fitted.
+    beyond
+        What is done about frequencies outside the table: "refuse" them, or go on with a "line": above it the mass line
+        ``(a + b / w^2) / (1 + d / w^2)`` of its last fifth, from its last value on; below it the line to rest.
+    smooth
+        Take noise off first, by smoothing splines as far from the table as the noise that its fourth differences show
+        (``noise``); a table without noise stays as it is. Left in it makes small false peaks, and curves with more
+        points.
+    range
+        Frequencies between which the table is used, rad/s or with a unit, ``("20 Hz", "400 Hz")``; by default all.
+
+    Returns
+    -------
+    TabulatedStructure
+        At all measured dofs. ``error`` is the root mean square, ``worst`` the largest of what a spline through every
+        second line is off at the others (relative): an upper bound of the error of interpolation.
+        ``static_error``, ``line_error`` and ``summary()`` say the rest.
+
+    Receptances are needed up to the highest harmonic of the highest frequency, between all points that contacts, loads
+    and outputs are at; reciprocity fills in what was measured the other way. What asks for motion in time (stability,
+    ``transient``, ``check_in_time``) or for modes is refused: a table has no states.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be read, and where the lowest lines do not tell the static compliance.
+
+    Warns
+    -----
+    SlipstickWarning
+        For functions that are not reciprocal or not passive, for a coarse table, for a static compliance that is
+        uncertain, and for lines beyond the table.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> omega = np.linspace(2.0, 50.0, 2000)
+    >>> table = 1.0 / (40.0 + 0.4j * omega - omega**2)
+    >>> data = xr.Dataset({"receptance": (("omega", "output", "input"), table[:, None, None])},
+    ...                   coords={"omega": omega, "output": ["x"], "input": ["x"]})
+    >>> structure = tabulated_structure(data)
+    >>> structure.error < 1e-4, abs(structure.static[0, 0] * 40.0 - 1.0) < 1e-3
+    (True, True)
+    """
+    checks = Gathering()
+    table = checks.take(read_receptances, measured, quantity)
+    ends = None if range is None else checks.take(_range, range)
+    checks.take(one, "smooth", smooth, bool, "True or False")
+    checks.end()
+    assert table is not None
+    table = _within(table, ends)
+    if table.omega.size < FEWEST:
+        raise InputError(Fault("receptances", f"{table.omega.size} frequencies", expected=f"at least {FEWEST}"))
+    mean = reciprocal(table)
+    noise = 0.0
+    if smooth:
+        values = smoothed(mean.omega, mean.values)
+        noise = 0.0 if np.array_equal(values, mean.values) else float(np.median(noise_of(mean.values)))
+        mean = replace(mean, values=values)
+    whole_table = full_table(mean.values, mean.rows, mean.columns, len(table.dofs))
+    found = TabulatedStructure(
+        omega=table.omega, real=whole_table.real, imaginary=whole_table.imag, dofs=table.dofs, static=static,
+        beyond=beyond, noise=noise, notes=tuple(table.warnings("rad/s")),
+    )  # fmt: skip
+    warn(found.warnings)
+    return found
+
+
+def _within(table: Receptances, ends: tuple[float, float] | None) -> Receptances:
+    if ends is None:
+        return table
+    inside = (table.omega >= ends[0]) & (table.omega <= ends[1])
+    return replace(table, omega=table.omega[inside], values=table.values[inside])
 
 
 def _range(value: Any) -> tuple[float, float]:

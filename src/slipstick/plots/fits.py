@@ -19,10 +19,13 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
     """Draw the ``dataset`` of an identification: circles are measured, lines with dots are fitted.
 
     Of several coefficients the root of the sum of their squares is drawn, without the mean, over the frequency; over
-    the number of the point where that is one.
+    the number of the point where that is one. The two numbers of a backbone are drawn over its amplitude (peaks: over
+    the number of the point), each over the largest that was measured.
     """
     if not hasattr(fitted, "data_vars") or not {"measured", "fitted", "omega"} <= set(fitted.variables):
         raise wrong("fitted", shown(fitted), "the dataset of ss.identify(...)")
+    if "quantity" in fitted.dims:
+        return _backbone(fitted, ax)
     measured, found = (_sizes(fitted, name) for name in ("measured", "fitted"))
     omega, unit = fitted["omega"].to_numpy(), str(fitted["omega"].attrs.get("units", "rad/s"))
     over, label = (omega, f"frequency [{unit}]") if np.ptp(omega) > 0.0 else (np.arange(1, omega.size + 1), "point")
@@ -34,6 +37,24 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
         colour = COLOURS[k % len(COLOURS)]
         axes.plot(over[order], found[order, k], ".-", color=colour, linewidth=0.8, markersize=4, label=f"{name} fitted")
         axes.plot(over, measured[:, k], "o", color=colour, fillstyle="none", label=f"{name} measured")
+    legend(axes)
+    return axes
+
+
+def _backbone(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:
+    measured, found = (np.asarray(fitted[name].to_numpy(), dtype=float) for name in ("measured", "fitted"))
+    over, label = np.arange(1.0, len(measured) + 1.0), "point"
+    if "modal_amplitude" in fitted.variables:
+        over = np.asarray(fitted["modal_amplitude"].to_numpy(), dtype=float)
+        label = f"amplitude of the mode [{fitted['modal_amplitude'].attrs.get('units', '1')}]"
+    axes, order = styled(ax, label, "over the largest measured"), np.argsort(over, kind="stable")
+    for k, name in enumerate(fitted["quantity"].to_numpy()):
+        if not np.isfinite(measured[:, k]).any():
+            continue
+        size, colour = float(np.nanmax(np.abs(measured[:, k]))) or 1.0, COLOURS[k % len(COLOURS)]
+        axes.plot(over[order], found[order, k] / size, ".-", color=colour, linewidth=0.8, markersize=4,
+                  label=f"{name} fitted")  # fmt: skip
+        axes.plot(over, measured[:, k] / size, "o", color=colour, fillstyle="none", label=f"{name} measured")
     legend(axes)
     return axes
 

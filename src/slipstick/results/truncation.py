@@ -88,6 +88,13 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
     """
     balance, n = outputs.balance, len(x)
     h, wide = balance.harmonics, with_further(balance.harmonics)
+    told = omega * wide.highest <= getattr(balance.receptance, "highest", np.inf)
+    if not told.all():  # a table of receptances ends there: not known
+        out = np.full(n, np.nan)
+        if told.any():
+            some = [point for point, inside in zip(points, told, strict=True) if inside]
+            out[told] = truncation(outputs, some, x[told], motion[told], omega[told])
+        return out
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
     kept = [0, *_columns(wide, h)]
     new, structures = _columns(wide, further), [p.detail.inputs.structure for p in points]

@@ -25,7 +25,7 @@ _WORTH = 0.7
 _MOST_MODES = 60
 _BEYOND = 1.5
 """A mode may lie so many times above the highest frequency: it is seen by what it adds below."""
-_FLOOR = 0.02
+FLOOR = 0.02
 """Errors are judged relative to the receptance, and to this share of its size where that is small."""
 _RECIPROCAL = 0.05
 _ACTIVE = 0.02
@@ -75,7 +75,7 @@ class Receptances:
             if off > _RECIPROCAL:
                 yield (
                     f"reciprocity: {self.name(k)} and the other way round differ by {100 * off:.2g} %; "
-                    "their mean is fitted"
+                    "their mean is taken"
                 )
         for k in np.flatnonzero(self.driving).tolist():
             active = self.values[:, k].imag > _ACTIVE * np.abs(self.values[:, k])
@@ -136,8 +136,8 @@ def fit_modes(measured: Receptances, modes: int | None = None, *, unit: str = "r
         remedy = "measure the response at a point that is excited, in its direction"
         raise InputError(Fault("receptances", "no driving point is among them", remedy=remedy))
     notes = list(measured.warnings(unit))
-    mean = _reciprocal(measured)
-    weight = 1.0 / (np.abs(mean.values) + _FLOOR * np.sqrt(np.mean(np.abs(mean.values) ** 2, axis=0)))
+    mean = reciprocal(measured)
+    weight = 1.0 / (np.abs(mean.values) + FLOOR * np.sqrt(np.mean(np.abs(mean.values) ** 2, axis=0)))
     projection = _Projection(mean, weight)
     poles = _poles(projection, modes)
     bare = _Projection(mean, weight, residual=False)
@@ -162,7 +162,7 @@ def fit_modes(measured: Receptances, modes: int | None = None, *, unit: str = "r
     )  # fmt: skip
 
 
-def _reciprocal(measured: Receptances) -> Receptances:
+def reciprocal(measured: Receptances) -> Receptances:
     """With the mean of what was measured both ways, each pair once."""
     groups: dict[tuple[int, int], list[int]] = {}
     for k, (i, j) in enumerate(zip(measured.rows.tolist(), measured.columns.tolist(), strict=True)):
@@ -266,7 +266,7 @@ def _poles(projection: _Projection, modes: int | None) -> Poles:
     """As many as are asked for, or as leave clearly less."""
     w = projection.measured.omega
     size = np.sqrt(np.sum(np.abs(projection.measured.values) ** 2, axis=1))
-    peaks = _peaks(w, size)
+    peaks = resonances(w, size)
     if modes is not None:
         peaks = sorted(peaks, key=lambda peak: -peak[2])[:modes]
     if not peaks and modes is None:
@@ -298,7 +298,7 @@ def _plausible(projection: _Projection, poles: Poles) -> bool:
     return bool(np.all(within & (poles[1] > 0.0) & (poles[1] < 0.5)))
 
 
-def _peaks(w: Array, size: Array) -> list[tuple[float, float, float]]:
+def resonances(w: Array, size: Array) -> list[tuple[float, float, float]]:
     """Frequency, damping ratio by the half-power width, and prominence of the resonances seen."""
     from scipy.signal import find_peaks
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from math import inf
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
@@ -14,6 +15,7 @@ from slipstick.balance.balance import Balance
 from slipstick.balance.checks import (
     peak_faults,
     range_faults,
+    reach_faults,
     requested_faults,
     requested_frequencies,
     requested_values,
@@ -166,7 +168,10 @@ class Checks(Gathering):
         """The same of frequencies, rad/s."""
         points = self.take(requested_frequencies, requested, self.units) or ()
         with self:
-            return self._between(two_frequencies(span, self.units), points, "frequency range", positive=True), points
+            ends = self._between(two_frequencies(span, self.units), points, "frequency range", positive=True)
+            if ends is not None and self.problem is not None:
+                self.faults += reach_faults(self.problem, ends)
+            return ends, points
         return None, points
 
     def _between(
@@ -245,6 +250,12 @@ def common_arguments(
 def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
     from slipstick.analysis.stability.floquet import StabilityWatch
 
+    if getattr(balance.problem.structure, "covers", (0.0, inf))[1] < inf:
+        remedy = (
+            'fit modes to it (ss.models.modal_analysis), or say beyond="line": then it is counted from the receptance'
+        )
+        found = "the structure is a table of receptances: it has no states, and ends where disturbances are asked for"
+        raise InputError(Fault("stability", found, remedy=remedy))
     return StabilityWatch(balance, full=judged == "full")
 
 

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from slipstick.analysis.curve.request import followed_problem
 from slipstick.analysis.identification.measured import (
+    QUANTITIES,
+    Backbone,
     Loops,
     Measured,
     Vibration,
@@ -164,7 +166,7 @@ def identify(
     starts: int = 1,
     seed: int = 0,
 ) -> Identification:
-    """Fit named parameters to what was measured: frequency responses, stepped levels, or hysteresis loops.
+    """Fit named parameters to what was measured: frequency responses, loops, backbones, time series.
 
     Parameters
     ----------
@@ -186,15 +188,29 @@ def identify(
         parameter is what was set at each point: ``displacement(load, omega, dof, coefficient)`` was measured at several
         levels of the load, "load.x.amplitude" likewise. Points may also lie along one dimension ``point``: the dataset
         of a branch will do. nan is what was not measured. A variable ``noise`` has the standard deviations of the
-        numbers: each is weighted by one over it. The columns of a .csv file are ``omega`` (or ``frequency``, Hz), names
-        of dofs for amplitudes ("x"), or with a coefficient ("x.c1"), and parameters; or ``loop``, ``displacement``,
-        ``force``.
+        numbers: each is weighted by one over it.
+
+        - ``peak_omega`` and ``peak_amplitude`` of one dof (either may be missing): where the response peaks, over what
+          was set, such as ``load``;
+        - ``omega`` and ``modal_damping`` (either may be missing) over ``modal_amplitude``, of harmonic 1 at one dof: a
+          nonlinear mode, of the number ``mode``;
+        - ``displacement(time, dof)`` with ``omega``: a steady vibration, whose last periods are taken (t = 0 is that of
+          the loads), with ``force(time)`` too a loop; without ``omega`` a free decay, which gives the frequency and the
+          damping of the nonlinear mode ``mode`` over its amplitude.
+
+        The two numbers of a backbone are each compared by their own size; their noise is in ``peak_omega_noise`` and
+        ``peak_amplitude_noise``, ``omega_noise`` and ``modal_damping_noise``.
+
+        The columns of a .csv file are ``omega`` (or ``frequency``, Hz), names of dofs for amplitudes ("x"), or with a
+        coefficient ("x.c1"), and parameters; or ``loop``, ``displacement``, ``force``; or ``peak_omega`` (or
+        ``peak_frequency``, Hz), ``modal_amplitude`` and the others; or ``time``, s, with names of dofs.
     parameters
         Values to begin at by names as of ``parameter_response``; names alone begin at the problem's values.
     bounds
         Lowest and highest value by name; what cannot be negative is not, without.
     noise
-        Standard deviation of every measured number; by default the dataset's, else it is estimated from what is left.
+        Standard deviation of every measured number (of a backbone over the size of the quantity); by default the
+        dataset's, else it is estimated from what is left.
     starts
         How many starts: the one given, and others spread over the bounds, which all parameters need then. The best end
         is the result.
@@ -205,6 +221,8 @@ def identify(
     -------
     Identification
         With values, standard errors, correlations, and what the measurement cannot separate.
+
+    Jacobians are exact; those of nonlinear modes take derivatives of the residual by parameters as differences.
 
     Where several motions are possible at one frequency, as beyond a fold, the curve is followed and the motion nearest
     to what was measured is meant. The choice is made again at the parameters found, until it stays.
@@ -277,12 +295,17 @@ class _Request:
         """What each of them is divided by: its noise, else the size of them all."""
         if self.noise is not None:
             return np.asarray(self.noise[self.used])
+        if isinstance(self.measured, Backbone):
+            return np.asarray(self.measured.sizes[self.used])
         size = float(np.sqrt(np.mean(self.data**2))) or 1.0
         return np.full(self.data.shape, size)
 
     def misfit(self, left: Array) -> float:
         """Root mean square of weighted residuals without their weights, over that of what was measured."""
-        return float(np.sqrt(np.mean((left * self.scale) ** 2))) / (float(np.sqrt(np.mean(self.data**2))) or 1.0)
+        wrong, size = left * self.scale, self.data
+        if isinstance(self.measured, Backbone):  # frequencies and amplitudes, each by its own size
+            wrong, size = (part / self.measured.sizes[self.used] for part in (wrong, size))
+        return float(np.sqrt(np.mean(wrong**2))) / (float(np.sqrt(np.mean(size**2))) or 1.0)
 
     def predictor(self) -> Predictor:
         """A fresh one."""
@@ -316,7 +339,11 @@ def _request(problem: Any, measured: Any, parameters: Any, bounds: Any, noise: A
             )  # fmt: skip
     checks.end()
     assert table is not None
-    spread = table.noise if noise is None else np.full(table.values.shape, noise)
+    spread = table.noise
+    if noise is not None:
+        spread = np.full(table.values.shape, noise)
+        if isinstance(table, Backbone):
+            spread = spread * table.sizes
     if spread is not None and np.any(spread[np.isfinite(spread)] <= 0.0):
         raise InputError(Fault(("measured", "noise"), "0 or less", expected="standard deviations > 0"))
     request = _Request(
@@ -610,6 +637,11 @@ def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Data
     if isinstance(measured, Loops):
         dims, unit, what = ("point", "coefficient"), "force", f"force of {measured.contact}"
         coords["coefficient"] = coefficients
+    elif isinstance(measured, Backbone):
+        dims, unit, what = ("point", "quantity"), "1", f"backbone of {measured.dof}"
+        coords["quantity"] = list(QUANTITIES[measured.kind])
+        if measured.amplitude.size:
+            coords["modal_amplitude"] = ("point", measured.amplitude, {"units": label("length")})
     else:
         assert isinstance(measured, Vibration)
         coords["dof"] = list(measured.dofs)

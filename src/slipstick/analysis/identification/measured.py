@@ -1,4 +1,4 @@
-"""What was measured, as arrays: steady vibration at some frequencies and levels, or hysteresis loops of a contact."""
+"""What was measured, as arrays: steady vibration at some frequencies and levels, loops of a contact, or backbones."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from slipstick.balance.parameters import FACTORS
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, wrong
+from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, whole, wrong
 from slipstick.results.foreign import foreign_dataset
 from slipstick.typing import Array, IntArray
 
@@ -23,9 +23,13 @@ FREQUENCY_UNITS = {"Hz": 2.0 * np.pi, "rpm": 2.0 * np.pi / 60.0}
 """Units of a measured frequency other than rad/s."""
 
 _EXPECTED = (
-    "an xarray.Dataset with omega and displacement(omega, dof, coefficient) or amplitude(omega, dof), or with "
-    "displacement and force over the tau of loops, or the path of a .nc or .csv file with these"
+    "an xarray.Dataset with omega and displacement(omega, dof, coefficient) or amplitude(omega, dof), displacement "
+    "and force over the tau of loops, with peak_omega and peak_amplitude, with modal_amplitude, omega and "
+    "modal_damping, or with displacement(time, dof), or the path of a .nc or .csv file with these"
 )
+
+QUANTITIES = {"peak": ("omega", "amplitude"), "mode": ("omega", "damping ratio")}
+"""Numbers of one point of a backbone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,9 +54,7 @@ class Vibration:
     @property
     def groups(self) -> list[IntArray]:
         """Numbers of the points at which the same conditions were set."""
-        rows = np.array([*self.conditions.values()]).T.reshape(self.omega.size, -1)
-        which = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
-        return [np.flatnonzero(which == g) for g in range(int(which.max()) + 1)]
+        return _groups(self.conditions, self.omega.size)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +72,56 @@ class Loops:
     noise: Array | None
 
 
-Measured = Vibration | Loops
+@dataclass(frozen=True, kw_only=True)
+class Backbone:
+    """Peaks of the response at n conditions, or n points of a nonlinear mode; of one dof."""
+
+    kind: str
+    """A key of ``QUANTITIES``."""
+    dof: str
+    omega: Array
+    """Near which frequency each is (n,), rad/s."""
+    conditions: Mapping[str, Array]
+    values: Array
+    """Frequency, and amplitude or damping ratio (n, 2); nan where nothing was measured."""
+    noise: Array | None
+    mode: int = 1
+    """Number of the mode, from 1."""
+    amplitude: Array
+    """Of harmonic 1 in a mode (n,): at which its frequency and damping are told; empty for peaks."""
+
+    @property
+    def groups(self) -> list[IntArray]:
+        """Numbers of the points at which the same conditions were set."""
+        return _groups(self.conditions, self.omega.size)
+
+    @property
+    def sizes(self) -> Array:
+        """Root mean square of each quantity, at every point (n, 2)."""
+        there = np.isfinite(self.values)
+        squares = np.sum(np.where(there, self.values, 0.0) ** 2, axis=0)
+        size = np.sqrt(squares / np.maximum(there.sum(axis=0), 1))
+        return np.broadcast_to(np.where(size > 0.0, size, 1.0), self.values.shape)
+
+
+def _groups(conditions: Mapping[str, Array], count: int) -> list[IntArray]:
+    rows = np.array([*conditions.values()]).T.reshape(count, -1)
+    which = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+    return [np.flatnonzero(which == g) for g in range(int(which.max()) + 1)]
+
+
+def conditions_at(
+    problem: Problem, names: Sequence[str], p: Array, conditions: Mapping[str, Array], point: int
+) -> Problem:
+    """The problem with parameters ``p``, and what was set at a point."""
+    for name, value in zip(names, p, strict=True):
+        problem = problem.at_parameter(name, float(value))
+    for name, values in conditions.items():
+        problem = problem.at_parameter(name, float(values[point]))
+    return problem
+
+
+Measured = Vibration | Loops | Backbone
 
 
 def read_measured(problem: Problem, measured: Any) -> Measured:
@@ -79,6 +130,14 @@ def read_measured(problem: Problem, measured: Any) -> Measured:
         measured = read_file(problem, path("measured", measured))
     if not hasattr(measured, "data_vars"):
         raise wrong("measured", measured, _EXPECTED)
+    if "time" in measured.dims or "time" in measured.variables:
+        from slipstick.analysis.identification.series import periodic_or_decaying
+
+        measured = periodic_or_decaying(problem, measured)
+    if "peak_omega" in measured or "peak_amplitude" in measured:
+        return _peaks(problem, measured)
+    if "modal_amplitude" in measured:
+        return _mode(problem, measured)
     if "force" in measured:
         return _loops(problem, measured)
     if "displacement" in measured or "amplitude" in measured:
@@ -129,6 +188,96 @@ def _vibration(problem: Problem, data: xarray.Dataset) -> Vibration:
     if not np.any(np.isfinite(array)):
         raise InputError(Fault(("measured", name), "holds no numbers"))
     return Vibration(omega=omega, conditions=conditions, dofs=dofs, values=array, noise=noise)
+
+
+def _peaks(problem: Problem, data: xarray.Dataset) -> Backbone:
+    import xarray
+
+    given = [name for name in ("peak_omega", "peak_amplitude") if name in data]
+    dof = _one_dof(problem, data, given[-1])
+    columns = xarray.broadcast(*(_of_dof(data[name], dof) for name in given))
+    lead = columns[0].dims
+    one = columns[0] if lead else columns[0].expand_dims("point")
+    lead = one.dims
+    values = np.full((one.size, 2), np.nan)
+    for name, column in zip(given, columns, strict=True):
+        factor = FREQUENCY_UNITS.get(str(data[name].attrs.get("units", "")), 1.0) if name == "peak_omega" else 1.0
+        values[:, int(name == "peak_amplitude")] = factor * np.asarray(column.values, dtype=float).reshape(-1)
+    _positive(values, ("peak_omega", "peak_amplitude"))
+    if not np.isfinite(values[:, 0]).any():
+        raise InputError(Fault(("measured", "peak_omega"), "is missing", remedy="give the frequencies of the peaks"))
+    omega = np.where(np.isfinite(values[:, 0]), values[:, 0], np.nanmean(values[:, 0]))
+    noise = _noise_of(data, ("peak_omega_noise", "peak_amplitude_noise"), one, dof, values)
+    return Backbone(
+        kind="peak", dof=dof, omega=omega, conditions=_conditions(problem, data, lead, one), values=values,
+        noise=noise, amplitude=np.zeros(0),
+    )  # fmt: skip
+
+
+def _mode(problem: Problem, data: xarray.Dataset) -> Backbone:
+    import xarray
+
+    given = [name for name in ("omega", "modal_damping") if name in data.variables]
+    if not given:
+        raise InputError(Fault(("measured", "omega"), "is missing", remedy="give omega, modal_damping, or both"))
+    dof = _one_dof(problem, data, "modal_amplitude")
+    dof = str(data.attrs.get("mode_of", dof)) if "dof" not in data["modal_amplitude"].coords else dof
+    arrays = [data[name].reset_coords(drop=True) for name in ("modal_amplitude", *given)]
+    size, *columns = xarray.broadcast(*(array.drop_vars(list(array.coords)) for array in arrays))
+    amplitude, values = np.asarray(size.values, dtype=float).reshape(-1), np.full((size.size, 2), np.nan)
+    for name, column in zip(given, columns, strict=True):
+        factor = FREQUENCY_UNITS.get(str(data[name].attrs.get("units", "")), 1.0) if name == "omega" else 1.0
+        values[:, int(name == "modal_damping")] = factor * np.asarray(column.values, dtype=float).reshape(-1)
+    if not np.all(np.isfinite(amplitude) & (amplitude > 0.0)):
+        raise wrong(("measured", "modal_amplitude"), float(np.nanmin(amplitude)), "amplitudes > 0")
+    number = data["mode"].values if "mode" in data.variables else data.attrs.get("mode", 1)
+    mode = int(whole(("measured", "mode"), int(np.ravel(number)[0]), 1))
+    natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
+    near = float(natural[mode - 1]) if mode <= natural.size else 1.0
+    lead = size.dims
+    noise = _noise_of(data, ("omega_noise", "modal_damping_noise"), size, dof, values)
+    return Backbone(
+        kind="mode", dof=dof, omega=np.where(np.isfinite(values[:, 0]), values[:, 0], near),
+        conditions=_conditions(problem, data, lead, size), values=values, noise=noise, mode=mode, amplitude=amplitude,
+    )  # fmt: skip
+
+
+def _positive(values: Array, names: Sequence[str]) -> None:
+    for name, column in zip(names, values.T, strict=True):
+        if np.any(column <= 0.0):
+            raise wrong(("measured", name), float(np.nanmin(column)), "numbers > 0")
+
+
+def _noise_of(data: xarray.Dataset, names: Sequence[str], one: Any, dof: str, values: Array) -> Array | None:
+    """Standard deviations (n, 2) where they are given; of what has none of its own nothing is fitted."""
+    if not any(name in data for name in names):
+        return None
+    out = np.full(values.shape, np.nan)
+    for k, name in enumerate(names):
+        if name in data:
+            out[:, k] = np.asarray(_of_dof(data[name], dof).broadcast_like(one).values, dtype=float).reshape(-1)
+        elif np.isfinite(values[:, k]).any():
+            raise InputError(Fault(("measured", name), "is missing", remedy="give the noise of both, or of neither"))
+    return out
+
+
+def _of_dof(variable: xarray.DataArray, dof: str) -> xarray.DataArray:
+    return variable.sel(dof=dof) if "dof" in variable.dims else variable
+
+
+def _one_dof(problem: Problem, data: xarray.Dataset, name: str) -> str:
+    """The dof that a backbone is of."""
+    if "dof" in data[name].dims and data.sizes["dof"] > 1:
+        raise InputError(
+            Fault(("measured", name), f"{data.sizes['dof']} dofs", expected="one", remedy='select it, .sel(dof="x")')
+        )
+    own = str(np.ravel(data["dof"].values)[0]) if "dof" in data.variables else ""
+    dof = own or str(data.attrs.get("dof", "")) or (problem.outputs or ("",))[0]
+    if dof not in problem.structure.dofs:
+        raise InputError(
+            Fault(("measured", "dof"), f"there is no dof {shown(dof)}", remedy=suggestion(dof, problem.structure.dofs))
+        )
+    return dof
 
 
 def _standing(values: Array, n: int, last: int, places: list[int] | None, L: int) -> Array:
@@ -355,8 +504,12 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
     column = dict(zip(head, np.array(rows).T, strict=True))
     if "frequency" in column:
         column["omega"] = 2.0 * np.pi * column.pop("frequency")
-    if "force" in column:
+    if "peak_frequency" in column:
+        column["peak_omega"] = 2.0 * np.pi * column.pop("peak_frequency")
+    if "force" in column and "time" not in column:
         return _loops_of(column)
+    if "time" in column or "peak_omega" in column or "modal_amplitude" in column:
+        return _along(column, problem)
     point: dict[str, Any] = {}
     amplitudes, coefficients = {}, {}
     known = _labels(problem)
@@ -383,6 +536,27 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
         raise InputError(Fault(str(file), "has no column of a dof", remedy=suggestion("", problem.structure.dofs)))
     table = np.array([*amplitudes.values()]).T
     return xarray.Dataset({"amplitude": (("point", "dof"), table), **point}, coords={"dof": list(amplitudes)})
+
+
+def _along(column: Mapping[str, Array], problem: Problem) -> xarray.Dataset:
+    """Time series, or the points of a backbone, one below the other."""
+    import xarray
+
+    if "time" not in column:
+        return xarray.Dataset({name: ("point", values) for name, values in column.items()})
+    data: dict[str, Any] = {}
+    dofs = [name for name in column if name in problem.structure.dofs]
+    for name, values in column.items():
+        if name in ("force", "displacement", "normal_displacement"):
+            data[name] = ("time", values)
+        elif name not in ("time", *dofs):
+            if np.ptp(values):
+                raise InputError(Fault(name, "changes during the series", expected="the same in every line"))
+            data[name] = float(values[0])
+    if dofs:
+        data["displacement"] = (("time", "dof"), np.column_stack([column[name] for name in dofs]))
+        return xarray.Dataset(data, coords={"time": column["time"], "dof": dofs})
+    return xarray.Dataset(data, coords={"time": column["time"]})
 
 
 def _loops_of(column: Mapping[str, Array]) -> xarray.Dataset:

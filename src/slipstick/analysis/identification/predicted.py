@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.analysis.curve.response import forced_response
 from slipstick.analysis.curve.steady import steady_response
-from slipstick.analysis.identification.measured import Loops, Measured, Vibration
+from slipstick.analysis.identification.measured import Backbone, Loops, Measured, Vibration
 from slipstick.analysis.peaks.gradient import Extreme
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
@@ -58,6 +58,10 @@ def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> 
     """The one for what was measured."""
     if isinstance(measured, Loops):
         return LoopPredictor(problem, names, measured)
+    if isinstance(measured, Backbone):
+        from slipstick.analysis.identification.backbones import ModePredictor, PeakPredictor
+
+        return (PeakPredictor if measured.kind == "peak" else ModePredictor)(problem, names, measured)
     return VibrationPredictor(problem, names, measured)
 
 

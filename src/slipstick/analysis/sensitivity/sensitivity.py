@@ -99,6 +99,8 @@ class Sensitivities:
         """Of all coefficients of the output at one point, (n_parameters, L)."""
         here = self._linearized(point)
         unknown = np.full((len(self.parameters), self.balance.L), np.nan)
+        if not self.parameters:
+            return unknown
         if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
             return unknown
         directions = self._directions(float(self._along[point]))

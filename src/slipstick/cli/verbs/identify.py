@@ -41,7 +41,7 @@ def identify(
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     report: Report = True,
 ) -> int:
-    """Fit the parameters of the table "identify" to measured vibration or hysteresis loops."""
+    """Fit the parameters of the table "identify" to measured vibration, loops, backbones or time series."""
     from slipstick.analysis.identification.identification import identify
     from slipstick.report.writing import write_fit_report
 
