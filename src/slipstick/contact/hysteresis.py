@@ -97,7 +97,8 @@ class IwanContact(Hysteresis):
     Stiffness per yield displacement is spread as ``phi^chi`` from 0 to a largest one, where a last spring has ``beta``
     times the stiffness of all the others [D. J. Segalman, J. Appl. Mech. 72 (2005) 752, eq. 20 to 26]. Each slider is
     answered by the exact friction element. A bin has the stiffness and the limit that the distribution has there, so
-    ``kt`` and ``limit`` are exact whatever the number of bins.
+    ``kt`` and ``limit`` are exact whatever the number of bins. In time it is these sliders, each with its own sticks
+    and slips.
 
     Parameters
     ----------
@@ -148,8 +149,8 @@ class IwanContact(Hysteresis):
         """Whether the last spring has a stiffness."""
         return bool(np.any(np.asarray(self.values["beta"]) > 0.0))
 
-    def spread(self, values: Mapping[str, Any]) -> tuple[Array, Array]:
-        """Stiffness and limit of the sliders, (n, sliders + 1) each; of real or complex parameters (n,)."""
+    def slider_parameters(self, values: Mapping[str, Any]) -> tuple[Array, Array]:
+        """Stiffness and limit of the sliders, (n, count) each; of real or complex parameters (n,)."""
         kt, limit, chi, beta = (np.asarray(values[name])[:, None] for name in ("kt", "limit", "chi", "beta"))
         edges = np.arange(self.sliders + 1) / self.sliders
         # of phi over the largest one: shares of the stiffness and of the first moment
@@ -159,36 +160,39 @@ class IwanContact(Hysteresis):
         moment = (chi + 1.0) / (chi + 2.0) * np.diff(np.exp((chi + 2.0) * logs), axis=1)
         largest = limit * (1.0 + beta) / (kt * (beta + (chi + 1.0) / (chi + 2.0)))
         k, moments = kt / (1.0 + beta) * stiffness, kt / (1.0 + beta) * largest * moment
+        if not self._last:
+            return k, moments
         last = kt * beta / (1.0 + beta)
         return np.concatenate([k, last], axis=1), np.concatenate([moments, last * largest], axis=1)
 
     def _single(self, motion: Motion, values: Mapping[str, Array]) -> tuple[Motion, dict[str, Array]]:
         """Every contact as its sliders: friction contacts with mu = 1 and kn = 1."""
-        k, limits = (part[:, : self._count].reshape(-1) for part in self.spread(values))
-        X = np.repeat(motion.Q[0], self._count, axis=0)
-        v, one = np.repeat(motion.drift[0], self._count), np.ones(k.size)
+        k, limits = (part.reshape(-1) for part in self.slider_parameters(values))
+        X = np.repeat(motion.Q[0], self.slider_count, axis=0)
+        v, one = np.repeat(motion.drift[0], self.slider_count), np.ones(k.size)
         omega = np.asarray(motion.omega)
         wide = motion._replace(
             Q=(X, np.zeros_like(X)), drift=np.stack([v, 0.0 * v]),
-            omega=np.repeat(omega, self._count) if omega.ndim else motion.omega, swept=0.0,
+            omega=np.repeat(omega, self.slider_count) if omega.ndim else motion.omega, swept=0.0,
         )  # fmt: skip
         return wide, {"kt": k, "mu": one, "kn": one, "gap": -limits}
 
-    @property
-    def _count(self) -> int:
+    @default
+    def slider_count(self) -> int:
+        """With the last spring, where it has a stiffness."""
         return self.sliders + self._last
 
     def _total(self, of_sliders: Array) -> Array:
-        return np.asarray(of_sliders.reshape(-1, self._count, *of_sliders.shape[1:]).sum(axis=1))
+        return np.asarray(of_sliders.reshape(-1, self.slider_count, *of_sliders.shape[1:]).sum(axis=1))
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces of n elements with all derivatives, exact for the sliders there are."""
         found = _SLIDER.respond(*self._single(motion, values))
 
         def by_parameter(name: str) -> ByPort:
-            k, limits = self.spread({**values, name: values[name] + 1j * _STEP})
+            k, limits = self.slider_parameters({**values, name: values[name] + 1j * _STEP})
             by_k, by_gap = (found.by_parameter(part)[0] for part in ("kt", "gap"))
-            dk, dlimit = (part.imag[:, : self._count].reshape(-1, 1) / _STEP for part in (k, limits))
+            dk, dlimit = (part.imag.reshape(-1, 1) / _STEP for part in (k, limits))
             return {0: self._total(by_k * dk - by_gap * dlimit)}
 
         return Response(

@@ -166,6 +166,8 @@ class Law(ABC):
         Names of what an element remembers beside its motion: the unknowns of ``rate``, such as ("z",).
     regimes
         How it runs in time if it switches between regimes that are each smooth; ``rate`` is not asked then.
+    slider_count
+        How many friction contacts side by side it is, as Iwan's joint; ``rate`` is not asked then.
     coulomb
         Whether it is dry friction with the limit ``mu N`` at any velocity: between surfaces that do not move on their
         own it takes energy out, and under a constant normal load mu and the load are one parameter.
@@ -302,7 +304,7 @@ class Law(ABC):
     @default
     def in_time(self) -> bool:
         """Whether ``rate``, or ``regimes``, tells the law in time."""
-        if self.regimes is not None:
+        if self.regimes is not None or self.slider_count:
             return True
         still = np.zeros((len(self.ports), 1, 1))
         values = {name: np.ravel(np.asarray(value, dtype=float))[:1, None] for name, value in self.values.items()}
@@ -313,6 +315,18 @@ class Law(ABC):
     def rate_remedy(self) -> str:
         """What to do where it is wanted in time and does not tell its ``rate``."""
         return "give the law the method rate (slipstick.contact.law.Law)"
+
+    @default
+    def slider_count(self) -> int:
+        """How many friction contacts side by side along its first port it is; ``slider_parameters`` tells them."""
+        return 0
+
+    def slider_parameters(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Stiffness and limit (n, slider_count) of the sliders of n elements.
+
+        In time, and for multipliers, it is these: contacts that stick and slip one by one.
+        """
+        raise NotImplementedError
 
     @default
     def slips_at_once(self) -> bool:

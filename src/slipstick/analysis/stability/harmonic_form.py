@@ -144,11 +144,11 @@ def harmonic_form(
         stick, slip, closed = _windows(at, code[:, 0], harmonics.highest)
         whole = total == 1 and code[0, 0] == STICK
         if x >= 0:
-            fixed[x, :, x, :] = contacts.kt[i] * (np.eye(K) if whole else stick)
+            fixed[x, :, x, :] += contacts.kt[i] * (np.eye(K) if whole else stick)
         if x >= 0 and y >= 0:
-            fixed[x, :, y, :] = contacts.mu[i] * contacts.kn[i] * slip
+            fixed[x, :, y, :] += contacts.mu[i] * contacts.kn[i] * slip
         if y >= 0:
-            fixed[y, :, y, :] = contacts.kn[i] * closed
+            fixed[y, :, y, :] += contacts.kn[i] * closed
         neutral += int(whole and contacts.kt[i] > 0)
         if not whole:
             sticks += [

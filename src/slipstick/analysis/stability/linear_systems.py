@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics, dynamics
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
+from slipstick.analysis.time_domain.piecewise_model import slider_values
 from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
@@ -25,9 +26,17 @@ def friction_batch(balance: Balance) -> int | None:
     return next((k for k, batch in enumerate(balance.batches) if is_friction(batch.law)), None)
 
 
-def friction_values(detail: Detail, batch: int | None) -> Mapping[str, Array]:
-    """Parameters (n,) of the friction contacts at a point."""
-    return dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else detail.responses[batch].values
+def friction_values(balance: Balance, detail: Detail) -> Mapping[str, Array]:
+    """Parameters (n,) of the friction contacts at a point, then of the sliders that others consist of."""
+    batch = friction_batch(balance)
+    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else detail.responses[batch].values
+    more = [slider_values(balance.batches[k].law, detail.responses[k].values) for k in slider_batches(balance)]
+    return {name: np.concatenate([own[name], *(one[name] for one in more)]) for name in ("kt", "mu", "kn", "gap")}
+
+
+def slider_batches(balance: Balance) -> list[int]:
+    """Numbers of the batches whose contacts consist of sliders: they stand behind the friction contacts."""
+    return [k for k, batch in enumerate(balance.batches) if batch.law.slider_count]
 
 
 def port_numbers(balance: Balance, k: int) -> IntArray:
@@ -56,11 +65,15 @@ class LinearSystems:
     def __init__(self, balance: Balance, *, full: bool, damping_at: float | None = None) -> None:
         self._balance, self._full = balance, full
         self._damping: dict[str, Any] = {} if damping_at is None else {"damping_at": damping_at}
-        self._batch = friction_batch(balance)
-        rows = [np.concatenate([*port_numbers(balance, k)]) for k, b in enumerate(balance.batches) if k != self._batch]
+        self._batch, sliders = friction_batch(balance), slider_batches(balance)
+        others = [k for k in range(len(balance.batches)) if k not in (self._batch, *sliders)]
+        rows = [np.concatenate([*port_numbers(balance, k)]) for k in others]
         self.law_ports = np.concatenate([np.zeros(0, dtype=int), *rows])
         none = np.zeros((2, 0), dtype=int)
-        self._ports: IntArray = none if self._batch is None else port_numbers(balance, self._batch)
+        own: IntArray = none if self._batch is None else port_numbers(balance, self._batch)
+        joints = [np.repeat(port_numbers(balance, k)[0], balance.batches[k].law.slider_count) for k in sliders]
+        with_joints = np.concatenate([own[0], *joints])
+        self._ports = np.stack([with_joints, np.append(own[1], np.full(len(with_joints) - len(own[1]), -1))])
         self._structures: dict[tuple[tuple[str, float], ...], Dynamics] = {}
         self._key: object = None
         self._known: Dynamics | None = None
@@ -73,7 +86,7 @@ class LinearSystems:
 
     def contacts(self, detail: Detail) -> FrictionPorts:
         """The contacts with the parameters of a point."""
-        values = friction_values(detail, self._batch)
+        values = friction_values(self._balance, detail)
         return FrictionPorts(
             tangential=self._ports[0], normal=self._ports[1], kt=values["kt"], mu=values["mu"], kn=values["kn"],
             n_ports=self._balance.n_ports,

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
-from slipstick.analysis.time_domain.piecewise_model import law_in_time
+from slipstick.analysis.time_domain.piecewise_model import HELD_PARAMETERS, law_in_time, slider_values
+from slipstick.contact.forces import element_forces
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Motion
 from slipstick.results.truncation import moved
@@ -33,6 +34,8 @@ WIDER = 4
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SmoothMotion:
     """Motion and forces of n friction contacts in many harmonics, (n, L') each; the rubbing motion is included.
+
+    Behind them stand the sliders that contacts of other laws consist of.
 
     Those of contacts of other laws stand in ``laws``, with (P, L') motions and forces, in its order.
     """
@@ -122,19 +125,20 @@ class Iteration:
         self, h: Harmonics, detail: Detail, motions: Sequence[Motion], rubbing: Sequence[Array],
         forces: Sequence[tuple[Array, ...]],
     ) -> SmoothMotion:  # fmt: skip
-        friction: dict[str, Any] = {
-            "X": (none := np.zeros((0, h.size))), "Y": none, "rubbing": (none, none), "force": (none, none),
-            "values": {name: np.zeros(0) for name in ("v", "kt", "mu", "kn", "gap")},
-        }  # fmt: skip
+        none = np.zeros((0, h.size))
+        friction = [(none, none, none, none, none, none, dict.fromkeys(("v", *HELD_PARAMETERS), np.zeros(0)))]
         laws, rows = [], [(none, none, none, np.zeros(0))]
         for k, (batch, motion) in enumerate(zip(self._balance.batches, motions, strict=True)):
             values = detail.responses[k].values
             if is_friction(batch.law):
-                X, Y = motion.Q
-                friction = {
-                    "X": X, "Y": Y, "rubbing": (rubbing[k][0], rubbing[k][1]), "force": (forces[k][0], forces[k][1]),
-                    "values": {**values, "v": motion.drift[0]},
-                }  # fmt: skip
+                own = {**values, "v": motion.drift[0]}
+                friction.insert(1, (*motion.Q, rubbing[k][0], rubbing[k][1], forces[k][0], forces[k][1], own))
+            elif count := batch.law.slider_count:
+                X, moved = (np.repeat(part, count, axis=0) for part in (motion.Q[0], rubbing[k][0]))
+                own = {**slider_values(batch.law, values), "v": np.repeat(motion.drift[0], count)}
+                still = np.zeros_like(X)
+                f = element_forces(h, X, still, **own)
+                friction.append((X, still, moved, still, f.Fx, f.Fy, own))
             else:
                 laws.append(law_in_time(batch, values, detail.inputs.batches[k].speed(detail.omega)))
                 rows.append(
@@ -146,9 +150,12 @@ class Iteration:
                     )
                 )
         moved, prescribed, force, drift = (np.concatenate(part) for part in zip(*rows, strict=True))
+        *motion_and_force, each = zip(*friction, strict=True)
+        X, Y, u, u_normal, fx, fy = (np.concatenate(part) for part in motion_and_force)
         return SmoothMotion(
-            harmonics=h, omega=detail.omega, laws=LawsInTime(laws), law_motion=moved, law_rubbing=prescribed,
-            law_force=force, law_drift=drift, **friction,
+            harmonics=h, omega=detail.omega, X=X, Y=Y, rubbing=(u, u_normal), force=(fx, fy),
+            values={name: np.concatenate([own[name] for own in each]) for name in each[0]}, laws=LawsInTime(laws),
+            law_motion=moved, law_rubbing=prescribed, law_force=force, law_drift=drift,
         )  # fmt: skip
 
     def _further(self, x: Array, detail: Detail) -> tuple[Array, NDArray[np.intp]]:

@@ -220,9 +220,11 @@ class StickStarts:
         m, c, piece = self._motion, self._contacts, self._combinations(before)
         slope, R = _slope(m.harmonics.m, change.time), self._combinations.dynamics.R
         rubbing, total, force = np.zeros((3, c.n_ports))
-        for out, along in ((rubbing, m.rubbing), (total, (m.X, m.Y)), (force, m.force)):
-            for ports, coefficients in zip((c.tangential, c.normal), along, strict=True):
-                out[ports[ports >= 0]] = (coefficients @ slope)[ports >= 0]
+        for ports, *along in zip((c.tangential, c.normal), m.rubbing, (m.X, m.Y), m.force, strict=True):
+            there = ports >= 0
+            moved, whole, pushed = ((coefficients @ slope)[there] for coefficients in along)
+            rubbing[ports[there]], total[ports[there]] = moved, whole
+            np.add.at(force, ports[there], pushed)
         smooth = total - rubbing + R @ force
         sliding = piece.E @ (c.kt * m.values["v"])
         rates = piece.relative @ (smooth - R @ (piece.D @ rubbing + sliding))

@@ -44,13 +44,14 @@ class FrictionPorts:
                 continue
             x, y = self.tangential[i], self.normal[i]
             if y >= 0:
-                D[y, y] = self.kn[i]
+                D[y, y] += self.kn[i]
             if x < 0:
                 continue
             if state == STICK:
-                D[x, x], E[x, i] = self.kt[i], 1.0
+                D[x, x] += self.kt[i]  # sliders side by side share a port
+                E[x, i] = 1.0
             elif y >= 0:
-                D[x, y] = (1.0 if state == SLIP_PLUS else -1.0) * self.mu[i] * self.kn[i]
+                D[x, y] += (1.0 if state == SLIP_PLUS else -1.0) * self.mu[i] * self.kn[i]
         return D, E
 
 
@@ -97,7 +98,7 @@ class Combinations:
         d, c = self.dynamics, self.contacts
         spring = np.zeros(c.n_ports)
         for ports, stiffness in ((c.tangential, c.kt), (c.normal, c.kn)):
-            spring[ports[ports >= 0]] = stiffness[ports >= 0]
+            np.add.at(spring, ports[ports >= 0], stiffness[ports >= 0])
         self.scale = float(np.sqrt(_size(d.K + (d.columns * spring) @ d.rows))) or 1.0
 
     def __call__(self, states: StateCodes) -> LinearisedStates:

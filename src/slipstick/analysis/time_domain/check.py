@@ -9,10 +9,10 @@ import numpy as np
 
 from slipstick.analysis.curve.steady import corrected
 from slipstick.analysis.time_domain.initial_state import HarmonicStart
-from slipstick.analysis.time_domain.piecewise_model import friction_elements, integration_faults
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, integration_faults, sticks_and_slips
 from slipstick.analysis.time_domain.transient import transient
 from slipstick.balance.reduction import worst_error
-from slipstick.contact.friction_law import FrictionLaw, is_friction
+from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.results.contacts import FRICTION_VARIABLES
 from slipstick.results.schema import is_self_excited
@@ -52,8 +52,9 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     between = "kind" in data and str(data["kind"].to_numpy()) == "interpolated"
     d = corrected(branch, point) if between else {str(name): array.to_numpy() for name, array in data.data_vars.items()}
     friction, none = friction_elements(problem), np.zeros((0, problem.harmonics.size))
-    tangential, normal = (d[f"contact_{port}"][friction] if friction.size else none for port in FrictionLaw.ports)
-    others = [b for b in problem.batches if not is_friction(b.law)]
+    still = np.zeros((len(problem.elements), problem.harmonics.size))
+    tangential, normal = (d.get(f"contact_{port}", still)[friction] for port in FrictionLaw.ports)
+    others = [b for b in problem.batches if not sticks_and_slips(b.law)]
     ports = np.concatenate([none, *(d[f"contact_{port}"][b.elements] for b in others for port in b.law.ports)])
     means = [d[f"{name}_force"][b.elements][:, 0] for b in others for name in b.law.force_names]
     start = HarmonicStart(

@@ -235,15 +235,24 @@ class Stepper:
             linear.cache["propagator"] = expm(linear.A * self.step)
         return linear.cache["propagator"]  # type: ignore[return-value]
 
-    def _margin_operator(self, linear: LinearPiece) -> tuple[Array, Array]:
-        """Rows giving the polynomials of all switching functions, and their absolute values for the rounding scale."""
+    def _margins(self, linear: LinearPiece, z: Array) -> Array:
+        """Polynomials (degree + 1, n) of all switching functions; their rows are kept of systems that come often."""
+        if int(linear.cache.get("uses", 0)) < _USES_BEFORE_PROPAGATOR:  # type: ignore[call-overload]
+            return np.asarray(self.powers(linear, z) @ linear.margins.T)
         if "margins" not in linear.cache:
             rows, A = [linear.margins], linear.A * self.step
             for k in range(1, self.degree + 1):
                 rows.append(rows[-1] @ A / k)
-            stacked = np.array(rows)
-            linear.cache["margins"] = (stacked.reshape(-1, len(A)), np.abs(stacked[:2]))
-        return linear.cache["margins"]  # type: ignore[return-value]
+            linear.cache["margins"] = np.array(rows).reshape(-1, len(A))
+        operator: Array = linear.cache["margins"]  # type: ignore[assignment]
+        return np.asarray((operator @ z).reshape(self.degree + 1, -1))
+
+    def _magnitude(self, linear: LinearPiece) -> Array:
+        """Magnitudes (2, n, size) of the rows that give switching functions and their rates, for their rounding."""
+        if "magnitude" not in linear.cache:
+            rates = linear.margins @ (linear.A * self.step)
+            linear.cache["magnitude"] = np.abs(np.array([linear.margins, rates]))
+        return linear.cache["magnitude"]  # type: ignore[return-value]
 
     def first_change(
         self, linear: LinearPiece, z: Array, length: float, path: Array | None = None
@@ -252,14 +261,13 @@ class Stepper:
 
         ``path`` is the polynomial of z where the system is not linear.
         """
-        operator, magnitude = self._margin_operator(linear)
         if path is None:
-            c = (operator @ z).reshape(self.degree + 1, -1)
+            c = self._margins(linear, z)
         else:
             c = path @ linear.margins.T
             if self.model.system.laws:  # right between Gauss nodes, not to rounding at the start
                 c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
-        scale = np.maximum(magnitude @ np.abs(z), 1e-300)
+        scale = np.maximum(self._magnitude(linear) @ np.abs(z), 1e-300)
         scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
         # at the start of a stick the limit is touched with zero slope: that root is the start itself, not a change

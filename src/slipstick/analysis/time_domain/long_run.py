@@ -17,10 +17,14 @@ from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, 
 from slipstick.analysis.time_domain.initial_state import start_at_rest
 from slipstick.analysis.time_domain.period_sums import Energy, PeriodSums
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
-from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, integration_faults
+from slipstick.analysis.time_domain.piecewise_model import (
+    friction_elements,
+    friction_system,
+    integration_faults,
+    sticks_and_slips,
+)
 from slipstick.analysis.time_domain.swept import SweptPiecewise, SweptStepper, SweptSystem, fewest_steps
 from slipstick.balance.problem import Problem
-from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault, InputError
 from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array
@@ -153,7 +157,9 @@ class LongRun:
         count = len(self.problem.elements)
         friction = friction_elements(self.problem)
         power, fractions = np.full(count, np.nan), np.full((count, 4), np.nan)
-        power[friction], fractions[friction] = sums.work / (end - begin), sums.fractions
+        power[friction], fractions[friction] = 0.0, sums.fractions
+        np.add.at(power, friction, sums.work / (end - begin))
+        fractions[np.bincount(friction, minlength=count) > 1] = np.nan
         for law, rows, *_ in system.laws.each:
             power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
         linear, z = stepper.model(stepper.states), stepper.z
@@ -195,7 +201,7 @@ def sweep_faults(problem: Problem, *, swept: bool) -> Iterator[Fault]:
     """What of a problem is not known in long integrations, and at a speed that grows."""
     yield from integration_faults(problem)
     for pair in problem.contacts:
-        if swept and not is_friction(pair.contact):
+        if swept and not sticks_and_slips(pair.contact):
             said = f"contact '{pair.name}' follows a law that is known at a constant speed alone"
             yield Fault("run_up", said, remedy="integrate at one speed, omega=9.0, periods=500")
     if swept and turning_with(problem.structure, 1.0) is not problem.structure:

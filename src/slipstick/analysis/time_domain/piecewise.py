@@ -363,31 +363,33 @@ class PiecewiseLinear:
         return linear
 
     def _add_switches(self, states: Combination, linear: LinearPiece) -> None:
-        s = self.system
+        s, varies, frictional = self.system, self.system.varies, self.frictional
         switches, rows = [], []
+        limits = s.mu[:, None] * linear.fy
+        limit_rates = limits @ linear.A
         for j, state in enumerate(states):
             opening = np.zeros(s.size)
             if s.has_normal[j]:
                 opening = linear.motion[s.n_contacts + self._normal_of[j]].copy()
             opening[s.n_dynamic :] += s.approach[j]
-            if state is State.SEPARATION and s.varies[j]:
+            if state is State.SEPARATION and varies[j]:
                 switches.append(Switch(contact=j, target=None))
                 rows.append(-opening)
             if state is State.SEPARATION:
                 continue
-            if s.varies[j]:
+            if varies[j]:
                 switches.append(Switch(contact=j, target=State.SEPARATION))
                 rows.append(opening)
-            if not self.frictional[j]:
+            if not frictional[j]:
                 continue
-            limit = s.mu[j] * linear.fy[j]
+            limit = limits[j]
             if state is State.STICK:
                 switches += [Switch(contact=j, target=State.SLIP_PLUS), Switch(contact=j, target=State.SLIP_MINUS)]
                 rows += [limit - linear.fx[j], limit + linear.fx[j]]
             else:
                 sign = 1.0 if state is State.SLIP_PLUS else -1.0
                 switches.append(Switch(contact=j, target=State.STICK))
-                rows.append(sign * s.kt[j] * linear.rate[j] - limit @ linear.A)
+                rows.append(sign * s.kt[j] * linear.rate[j] - limit_rates[j])
         linear.switches = tuple(switches)
         linear.margins = np.array(rows) if rows else linear.margins
 

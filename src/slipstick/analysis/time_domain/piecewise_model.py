@@ -10,6 +10,7 @@ import numpy as np
 from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise import FrictionSystem
 from slipstick.contact.friction_law import FrictionLaw, is_friction
+from slipstick.contact.law import Law
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
 from slipstick.structure.dynamic import turning_with
@@ -41,9 +42,10 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     members = [(pair, k) for pair in problem.contacts for k in range(len(pair))]
     friction = [members[e] for e in frictional]
     tangential = [pair.direction("tangential", k) or {} for pair, k in friction]
-    normal = [pair.direction("normal", k) for pair, k in friction]
+    normal = [pair.direction("normal", k) if is_friction(pair.contact) else None for pair, k in friction]
     has_normal = np.array([direction is not None for direction in normal], dtype=bool)
-    others = [(b, g) for b, g in zip(problem.batches, problem.inputs.batches, strict=True) if not is_friction(b.law)]
+    both = list(zip(problem.batches, problem.inputs.batches, strict=True))
+    others = [(b, g) for b, g in both if not sticks_and_slips(b.law)]
     ports = [
         problem.contacts[p].direction(port, k) or {} for b, _ in others for port in b.law.ports for p, k in b.members
     ]
@@ -57,24 +59,43 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     loads = driven.forces(problem.load_coefficients(), h.orders[1:], omega)
     rubbing, approach = np.zeros((2, len(members), h.size))
     velocity = np.zeros(len(members))
-    for batch, inputs in zip(problem.batches, problem.inputs.batches, strict=True):
+    for batch, inputs in both:
+        if sticks_and_slips(batch.law):
+            rubbing[batch.elements], velocity[batch.elements] = inputs.motion[0], inputs.speed(omega)[0]
         if is_friction(batch.law):
-            rubbing[batch.elements], approach[batch.elements] = inputs.motion
-            velocity[batch.elements] = inputs.speed(omega)[0]
+            approach[batch.elements] = inputs.motion[1]
     values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD_PARAMETERS}
+    values = {name: value[frictional] for name, value in values.items()}
+    for batch, inputs in both:
+        if batch.law.slider_count:
+            own = np.isin(frictional, batch.numbers)
+            for name, value in slider_values(batch.law, inputs.values).items():
+                values[name][own] = value
     return system_of(
         equations, omega, h, velocity=velocity[frictional], has_normal=has_normal, rubbing=rubbing[frictional],
-        approach=approach[frictional], loads=loads, **{name: value[frictional] for name, value in values.items()},
+        approach=approach[frictional], loads=loads, **values,
         laws=LawsInTime([law_in_time(b, held_values(b, g.values, held), g.speed(omega)) for b, g in others]),
         law_motion=np.concatenate([np.zeros((0, h.size)), *(g.motion.reshape(-1, h.size) for _, g in others)]),
         law_velocity=np.concatenate([np.zeros(0), *(g.speed(omega).reshape(-1) for _, g in others)]),
     )  # fmt: skip
 
 
+def sticks_and_slips(law: Law) -> bool:
+    """Whether contacts of a law are integrated as friction contacts: they are, or consist of them."""
+    return is_friction(law) or law.slider_count > 0
+
+
+def slider_values(law: Law, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Parameters (n count,) of the friction contacts that n elements of a law consist of."""
+    kt, limit = (part.reshape(-1) for part in law.slider_parameters(values))
+    return {"kt": kt, "mu": np.ones(kt.size), "kn": np.ones(kt.size), "gap": -limit}
+
+
 def friction_elements(problem: Problem) -> IntArray:
-    """Numbers of the friction contacts among all contacts."""
+    """Numbers among all contacts of the friction contacts, then of those that consist of them, once for each slider."""
     kinds = [is_friction(pair.contact) for pair in problem.contacts for _ in range(len(pair))]
-    return np.flatnonzero(kinds)
+    sliders = [np.repeat(b.numbers, b.law.slider_count).astype(int) for b in problem.batches]
+    return np.concatenate([np.flatnonzero(kinds), *sliders])
 
 
 def law_in_time(batch: Batch, values: Mapping[str, Array], velocity: Array) -> LawInTime:
@@ -127,7 +148,7 @@ def _typical_motion(equations: TimeEquations, laws: LawsInTime, loads: Array, mo
 def integration_faults(problem: Problem) -> Iterator[Fault]:
     """Contacts whose law is not told in time."""
     for pair in problem.contacts:
-        if not (is_friction(pair.contact) or pair.contact.in_time):
+        if not (sticks_and_slips(pair.contact) or pair.contact.in_time):
             what = f"contact '{pair.name}' follows a law that does not tell its rate in time"
             yield Fault("time integration", what, remedy=pair.contact.rate_remedy)
 

@@ -48,7 +48,8 @@ class TransientResult:
 
     Time series are given at every step and every change of state; coefficients, amplitude, mean, power and fractions
     belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2). Contacts of laws
-    other than friction have no friction force, normal force and fractions, which are nan; their power is known.
+    other than friction have no friction force, normal force and fractions, which are nan; their power is known. Of
+    those that consist of several sliders the friction force is known too, and no changes of state are told.
     """
 
     omega: float
@@ -234,10 +235,15 @@ def _result(
     def of_all(values: Array, axis: int = 0) -> Array:
         """Values of friction contacts among those of all contacts."""
         out = np.full([count if i == axis else n for i, n in enumerate(values.shape)], np.nan)
-        out[(slice(None),) * axis + (frictional,)] = values
+        there = (slice(None),) * axis
+        out[(*there, frictional)] = 0.0
+        np.add.at(out, (*there, frictional), values)  # sliders of one contact carry its force together
         return out
 
     work, fractions = of_all(last.work), of_all(last.fractions)
+    several = np.bincount(np.array(frictional, dtype=int), minlength=count) > 1
+    normal, normals = of_all(fy, 1), of_all(Fy)
+    fractions[several], normal[:, several], normals[several] = np.nan, np.nan, np.nan
     for law, rows, *_ in system.laws.each:
         work[law.elements] = last.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0)
     for own, time_in_regime in zip(system.laws.switching, last.time_in_regime, strict=True):
@@ -246,12 +252,13 @@ def _result(
             fractions[own.number, _COLUMNS[name]] += part
     return TransientResult(
         omega=system.omega, harmonics=harmonics, outputs=outputs, contacts=contacts,
-        time=time, displacement=motion[:, first:], friction_force=of_all(fx, 1), normal_force=of_all(fy, 1),
-        coefficients=X[first:], friction_coefficients=of_all(Fx), normal_coefficients=of_all(Fy),
+        time=time, displacement=motion[:, first:], friction_force=of_all(fx, 1), normal_force=normal,
+        coefficients=X[first:], friction_coefficients=of_all(Fx), normal_coefficients=normals,
         amplitude=np.maximum(high[first:] - mean, mean - low[first:]), mean=mean,
         power=system.omega * work, fractions=fractions,
         changes=tuple(
             named for k, r in enumerate(records) for c in r.changes
+            if c.contact >= system.n_contacts or not several[frictional[c.contact]]
             if (named := _named(c, k, system, contacts, frictional)).before != named.after
         ),
         periods=periods, change=change, converged=converged,
