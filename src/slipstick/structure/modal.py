@@ -16,9 +16,9 @@ from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import one, shown
 from slipstick.structure.checks import (
     REAL_MODES,
+    any_directions,
     array_faults,
     checked_names,
-    directions,
     known_shapes,
     named_shapes,
     number_faults,
@@ -117,6 +117,9 @@ class ModalStructure:
     >>> s.project([[1.0]], [[1.0]], ["pressure"]).static
     array([[0.02, 0.03]])
     """
+
+    sparse_directions = True
+    """Whether ``project`` takes sparse matrices of directions too."""
 
     def __init__(
         self,
@@ -413,7 +416,7 @@ class ModalStructure:
         """Modes at the rows, participations of the columns, static and second compliance."""
         known_shapes(shapes, self.shapes)
         n = len(self._dofs)
-        r, c = directions("rows", rows, n), directions("columns", columns, n)
+        r, c = any_directions("rows", rows, n), any_directions("columns", columns, n)
         chosen = [self.shapes[s] for s in shapes]
         left = r.T @ self.mode_shapes
         right = np.vstack([c.T @ self.mode_shapes, *(np.asarray(s.participation, dtype=float) for s in chosen)])
@@ -422,7 +425,7 @@ class ModalStructure:
         if self.second_residual is None and all(s.second_response is None for s in chosen):
             return left, right, static, None
         zero = np.zeros(n)
-        of_columns = np.zeros_like(c) if self.second_residual is None else self.second_residual @ c
+        of_columns = np.zeros(c.shape) if self.second_residual is None else self.second_residual @ c
         responses = [zero if s.second_response is None else np.asarray(s.second_response) for s in chosen]
         return left, right, static, r.T @ np.column_stack([of_columns, *responses])
 
