@@ -75,7 +75,8 @@ class Outputs:
 
     def __init__(self, balance: Balance, names: Sequence[str]) -> None:
         self.balance, self.names = balance, tuple(names)
-        ports, dofs = _ports_alone(balance.directions), {name: i for i, name in enumerate(balance.problem.structure.dofs)}
+        ports = _ports_alone(balance.directions)
+        dofs = {name: i for i, name in enumerate(balance.problem.structure.dofs)}
         self._ports = [ports.get(dofs[name]) for name in names]
         self.far = [i for i, port in enumerate(self._ports) if port is None]
         """Which of them are no contact ports."""
