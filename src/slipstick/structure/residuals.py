@@ -11,7 +11,7 @@ directions kept in the full model, ``phi_r`` and ``w_r`` the modes and ``a_r = B
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -94,12 +94,28 @@ class FullModel:
         What is kept of it, sparse, (n, n_keep).
     solver
         Name of the sparse solver; None: the best there is.
+    triangles
+        Whether K and M are given by their lower triangles, as they are stored.
     """
 
     K: Sparse
     M: Sparse
     directions: Sparse
     solver: str | None = None
+    triangles: InitVar[bool] = False
+
+    def __post_init__(self, triangles: bool) -> None:
+        for name in ("K", "M"):
+            matrix = sparse.csr_array(getattr(self, name))
+            if triangles:
+                matrix = sparse.csr_array(matrix + sparse.tril(matrix, -1).T)
+            object.__setattr__(self, name, matrix)
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal model is made from: matrices, not their factors."""
+        lower = {name: sparse.tril(getattr(self, name), format="csc") for name in ("K", "M")}
+        return {**lower, "directions": self.directions, "solver": self.solver, "triangles": True}
 
     @cached_property
     def factors(self) -> Factorisation:
@@ -130,6 +146,9 @@ class NearField:
 
     entries: Any
     share: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "entries", sparse.csr_array(self.entries))
 
     @property
     def own(self) -> Array:
