@@ -70,9 +70,7 @@ def test_residuals_solved_for_at_twenty_contacts():
         PLATE.problem(*PLATE.plate(*PLATE.GRIDS[20], modes=60, residuals=kind)) for kind in ("written", "solved")
     )
     written, solved = (
-        ss.steady_response(
-            problem.with_parameter("friction", 0.1), omega=1740.0, options={"jacobian": "iterative"}
-        )
+        ss.steady_response(problem.with_parameter("friction", 0.1), omega=1740.0, options={"jacobian": "iterative"})
         for problem in problems
     )
     same_kinds(written, solved, kind=None)
