@@ -174,7 +174,7 @@ def test_kept_dofs_without_a_surface(tmp_path: Path) -> None:
         ('= "z1"', '= "top"', "pressure.pressure: there is no surface 'top' in the model; there are x0"),
         ('"model.h5"', '"../model.h5"', "the path leaves the folder of the case"),
         ('"model.h5"', '"other.h5"', "there is no such file"),
-        ("contacts = 3", "contacts = 5000", "expected at most 1000 contacts"),
+        ("contacts = 3", "contacts = 50000", "expected at most 20000 contacts"),
         ("contacts = 3", "contacts = 500", "contacts: 500 nodes asked on a surface of"),
         ("contacts = 3", "contacts = []", "expected a number of contacts such as 8"),
         ("contacts = 3", "contacts = [1, 999999]", "999999"),

@@ -39,6 +39,59 @@ def test_ten_contacts_that_slip_and_lift_off():
     assert float(dense.dataset.slip_fraction.max()) > 0.05
 
 
+def kinds(n, span, points, **options):
+    """Curves with residuals written out and solved for."""
+    return [
+        ss.forced_response(
+            PLATE.problem(*PLATE.plate(*PLATE.GRIDS[n], modes=60, residuals=kind)), omega=span,
+            requested=np.linspace(*span, points + 2)[1:-1], options={"jacobian": "iterative", **options},
+        )
+        for kind in ("written", "solved")
+    ]  # fmt: skip
+
+
+def same_kinds(written, solved, size=1e-8, kind="requested"):
+    """The same motion and forces at the frequencies asked for."""
+    assert type(solved.problem.structure).__name__ == "SolvedModes"
+    asked = [
+        branch.dataset.isel(point=(branch.dataset.kind.values == kind) | (kind is None)) for branch in (written, solved)
+    ]
+    np.testing.assert_array_equal(asked[1].omega, asked[0].omega)
+    assert asked[0].sizes["point"] >= 1
+    for name in ("displacement", "contact_normal", "normal_force", "friction_force"):
+        one, other = asked[0][name].values, asked[1][name].values
+        np.testing.assert_allclose(other, one, rtol=0, atol=size * np.abs(one).max(), err_msg=name)
+    np.testing.assert_allclose(asked[1].truncation, asked[0].truncation, rtol=1e-3)
+
+
+def test_residuals_solved_for_at_twenty_contacts():
+    """Sensitivities too, which solve with the transposes."""
+    problems = (
+        PLATE.problem(*PLATE.plate(*PLATE.GRIDS[20], modes=60, residuals=kind)) for kind in ("written", "solved")
+    )
+    written, solved = (
+        ss.steady_response(problem.with_parameter("friction", 0.1), omega=1740.0, options={"jacobian": "iterative"})
+        for problem in problems
+    )
+    same_kinds(written, solved, kind=None)
+    assert float(written.dataset.slip_fraction.max()) > 0.02
+    names = ["c3.mu", "c7.kn", "loss_factor", "load"]
+    of = {"dof": "20n", "of": "displacement"}
+    one, other = (branch.sensitivity(names, **of)["displacement"].values for branch in (written, solved))
+    np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-7 * np.abs(one).max())
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(
+    "n, span, points", [(100, (1600.0, 1900.0), 9), (300, (1600.0, 1850.0), 5), (1000, (1640.0, 1700.0), 3)]
+)
+def test_residuals_solved_for_through_a_resonance(n, span, points):
+    written, solved = kinds(n, span, points)
+    same_kinds(written, solved)
+    assert float(written.dataset.slip_fraction.max()) > 0.02
+    assert float(written.dataset.separation_fraction.max()) > 0.3
+
+
 @pytest.mark.verify
 def test_fifty_contacts_give_the_same_curve():
     """Peaks below a hundredth of the highest are left out: one that is a 600th of the range wide is stepped over."""

@@ -57,6 +57,17 @@ def large() -> ss.Problem:
     return ss.Problem(structure, contacts=[contact()], loads=[ss.Load(dof="5", sin=1.0)], outputs=["x"])
 
 
+def solved() -> ss.Problem:
+    """A chain whose residuals are applied by solutions."""
+    n = 60
+    K = sparse.diags_array([np.full(n, 2.0), np.full(n - 1, -1.0), np.full(n - 1, -1.0)], offsets=[0, 1, -1])
+    structure = ss.reduce(
+        1e3 * K, sparse.eye_array(n), keep=["x", "7", "50"], dofs=["x", *map(str, range(1, n))], modes=9,
+        loss_factor=0.02, load_shapes={"all": np.ones(n)}, residuals="solved",
+    )  # fmt: skip
+    return ss.Problem(structure, contacts=[contact()], loads=[ss.Load(shape="all", sin=1.0)], outputs=["x", "50"])
+
+
 def heated(resistance: Any = 0.1) -> ss.Problem:
     thermal = ss.ThermalModel(
         curve={"damper": CURVE}, background={"damper": 25.0, "b": 30.0}, resistance=resistance,
@@ -69,6 +80,7 @@ PROBLEMS: dict[str, Callable[[], ss.Problem]] = {
     "matrices": oscillator,
     "modes": modal,
     "sparse": large,
+    "solved": solved,
     "heated": heated,
     "heated by name": lambda: heated({"damper": 0.2}),
     "influence": lambda: heated(np.array([[0.1, 0.02], [0.02, 0.1]])),
@@ -119,7 +131,7 @@ def test_problems_come_back_bit_for_bit(tmp_path: Path, make: Callable[[], ss.Pr
 
 
 @pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
-@pytest.mark.parametrize("name", ["modes", "influence"])
+@pytest.mark.parametrize("name", ["modes", "influence", "solved"])
 def test_a_loaded_problem_computes_the_same_branch(tmp_path: Path, name: str) -> None:
     branch = ss.forced_response(PROBLEMS[name](), omega=(4.0, 4.2))
     again = ss.load(branch.save(tmp_path / "r.nc"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.state.contact_state import Carried
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
+from slipstick.structure.residuals import own_compliance
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
 
@@ -42,6 +44,8 @@ class Balance:
         From the contact forces and loads to the contact ports.
     springs
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
+    linear_known
+        The linear motions asked for last, see ``balance.scaling.motions_at``.
     """
 
     def __init__(self, problem: Problem, *, backend: JacobianBackend | str = "auto") -> None:
@@ -51,6 +55,7 @@ class Balance:
         self.receptance = self.rows_to(self.directions)
         self._asked, self.backend = backend, backend_of(backend, self.receptance, self.size)
         self.springs: Array | None = None
+        self.linear_known: tuple[tuple[Any, ...], float, dict[str, Array]] | None = None
 
     def _take(self, problem: Problem) -> None:
         self.problem, self.states, self.layout = problem, problem.contact_states, PortLayout(problem)
@@ -61,6 +66,7 @@ class Balance:
     def narrowed(self, harmonics: Harmonics) -> Balance:
         """The same with some of the harmonics; the structure is not projected again."""
         narrow = copy(self)
+        narrow.linear_known = None
         narrow._take(replace(self.problem, harmonics=harmonics, told=None))
         if self.springs is None:
             narrow.backend = backend_of(self._asked, self.receptance, narrow.size)
@@ -69,6 +75,7 @@ class Balance:
     def holding(self) -> Balance:
         """The same with every contact state held where it is handed on."""
         held = copy(self)
+        held.linear_known = None
         held.states = tuple(state.held() for state in self.states)
         return held
 
@@ -96,7 +103,6 @@ class Balance:
         ``R = X + B (F - i k X - P)`` with ``B = A (1 + i k A)^-1`` has the same solutions as ``X + A (F - P)`` and goes
         smoothly through the resonances at which an undamped ``A`` is infinite.
         """
-        ports = np.arange(self.n_ports)
         compliance = self.backend.compliance(self.receptance, self.orders, omega, None)
         value = compliance.diagonal()[:, 1:]
         if not np.any(np.all(lossless(value, _UNDAMPED), axis=1)):
@@ -104,7 +110,7 @@ class Balance:
         if self._asked == "auto" and self.size <= MOST_UNKNOWNS["dense"]:
             self.backend = BACKENDS["dense"]
         if self.backend.name != "iterative":
-            static = np.abs(self.receptance.static[ports, ports])
+            static = np.abs(own_compliance(self.receptance.static))
             self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
 
     def compliance(

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.balance.contacts import dof_faults
 from slipstick.balance.loads import UNBALANCE, Load
 from slipstick.errors import Fault
+from slipstick.structure.checks import beside, dense
 from slipstick.structure.dynamic import turning_with
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import Factors
@@ -45,9 +46,12 @@ class LoadColumns:
         """The place of a load among them."""
         return self.places.index(load.place)
 
-    def receptance(self, structure: Structure, rows: Array, ports: Array) -> Receptance:
+    def receptance(self, structure: Structure, rows: Any, ports: Any) -> Receptance:
         """Receptance from contact ports (n_dofs, n_ports) and these loads to ``rows`` (n_dofs, n_rows)."""
-        plain = structure.project(rows, np.hstack([ports, self.vectors]), self.shapes)
+        columns = beside(ports, self.vectors)
+        if not getattr(structure, "sparse_directions", False):
+            rows, columns = dense(rows), dense(columns)
+        plain = structure.project(rows, columns, self.shapes)
         if not any(self.motions):
             return plain
         return BaseReceptance(plain, (None,) * ports.shape[1] + self.motions)

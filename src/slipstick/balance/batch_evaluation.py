@@ -9,6 +9,7 @@ from itertools import groupby
 import numpy as np
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
 from slipstick.contact.law import Motion, Response
 from slipstick.solve.norm import norm
@@ -17,6 +18,9 @@ from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
+
+_MANY = 2**18
+"""Entries of a receptance from which on its size is that of its factors."""
 
 
 def evaluated_together(balance: Balance) -> bool:
@@ -135,7 +139,7 @@ class Together:
         """``A (F - P)`` (n, n_ports, L)."""
         G, out = np.concatenate([self.forces, -self.loads], axis=1), np.empty_like(self.forces)
         for receptance, at in self._receptances():
-            out[at, :, 0] = G[at, :, 0] @ receptance.static.T
+            out[at, :, 0] = (receptance.static @ G[at, :, 0].T).T
             out[at, :, 1:] = applied(receptance, self._balance.orders, self._omega[at], G[at, :, 1:])
         return out
 
@@ -151,6 +155,13 @@ class Together:
 def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
     """``|A|`` times stiffnesses (n, n_ports), for each coefficient (n, n_ports, L)."""
     n, ports = stiffness.shape
+    if receptance.static.size > _MANY and getattr(receptance, "factors", None) is not None:
+        by_modes = [
+            FactoredCompliance(receptance.factors(orders, float(w))).reach(k)  # type: ignore[attr-defined]
+            for w, k in zip(omega, stiffness, strict=True)
+        ]
+        reached = np.array(by_modes).reshape(n, -1, 1 + orders.size)
+        return np.concatenate([reached[..., :1], np.repeat(reached[..., 1:], 2, axis=2)], axis=2)
     out = np.empty((n, ports, 1 + 2 * orders.size))
     out[..., 0] = stiffness @ np.abs(receptance.static[:, :ports]).T
     if orders.size:

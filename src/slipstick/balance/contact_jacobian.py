@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 MOST_APART = 264
 """Coefficients of modes that are held exactly: 24 modes with the harmonics 0 to 5."""
 
+_TOGETHER = 256
+"""Elements whose answers to all modes are held together."""
+
 _MATTERS = 0.03
 """A mode with less gain through all contacts is left out: it hardly moves an eigenvalue from 1."""
 
@@ -115,14 +118,15 @@ class Preconditioner:
         self._elements = elements
         apart = _modes_apart(elements, compliance)
         self._set_apart(apart, compliance)
-        self._inverse, self._moved, sign = [], [], 1
+        self._inverse, sign = [], 1
+        C = np.zeros((self._size, self._size))
         for batch in elements:
             D = _answered(compliance.local(batch.rows, apart), batch.local)
             sign *= int(np.prod(np.linalg.slogdet(D)[0]))
             inverse = np.asarray(np.linalg.inv(D), dtype=float)
             self._inverse.append(inverse)
-            self._moved.append(self._along_modes(batch, inverse))
-        C = self._weighted(self._modal([o.local @ m for o, m in zip(elements, self._moved, strict=True)]))
+            self._add_answer(batch, batch.local @ inverse, C)
+        C = self._weighted(C)
         C.reshape(-1)[:: len(C) + 1] += 1.0
         self._lu = lu_factor(C, check_finite=False)
         swaps = np.count_nonzero(self._lu[1] != np.arange(len(C)))
@@ -145,25 +149,36 @@ class Preconditioner:
             self._weights.append((tuple(places), f.weight[order, chosen].conj()))
         self._size = end
 
-    def _along_modes(self, elements: Elements, inverse: Array) -> Array:
-        """``D^-1 U`` (n, p L, q) of the elements."""
+    def _add_answer(self, elements: Elements, forces: Array, out: Array) -> None:
+        """Add the modal forces (q, q) that forces (n, p L, p L) of the elements answer to the motion of the modes."""
         n, p, L = elements.shape
-        columns = inverse.reshape(n, p * L, p, L)
-        out = np.empty((n, p * L, self._size))
-        for coefficient, at, left, _ in self._apart:
-            out[:, :, at] = columns[:, :, :, coefficient] @ elements.at_ports(left)
-        return out
-
-    def _modal(self, forces: Sequence[Array]) -> Array:
-        """Forces (n, p L, k) of the elements on the modes set apart, (q, k)."""
-        total = np.zeros((self._size, forces[0].shape[2] if forces else 1))
-        for elements, force in zip(self._elements, forces, strict=True):
-            n, p, L = elements.shape
-            F = force.reshape(n, p, L, -1)
+        for first in range(0, n, _TOGETHER):
+            rows, part = elements.rows[first : first + _TOGETHER], forces[first : first + _TOGETHER]
+            m, here = len(rows), rows >= 0
+            columns, answered = part.reshape(m, p * L, p, L), np.empty((m, p * L, self._size))
+            for coefficient, at, left, _ in self._apart:
+                answered[:, :, at] = columns[:, :, :, coefficient] @ (left[rows] * here[:, :, None])
+            by_coefficient = answered.reshape(m, p, L, -1)
             for coefficient, at, _, right in self._apart:
-                shapes = elements.at_ports(right).reshape(n * p, -1)
-                total[at] += shapes.T @ F[:, :, coefficient].reshape(n * p, -1)
-        return total
+                shapes = (right[rows] * here[:, :, None]).reshape(m * p, -1)
+                out[at] += shapes.T @ by_coefficient[:, :, coefficient].reshape(m * p, -1)
+
+    def _along_modes(self, elements: Elements, a: Array) -> Array:
+        """``U a``: motion (n, p L) of the elements along the modes (q,)."""
+        n, p, L = elements.shape
+        out = np.zeros((n, p, L))
+        for coefficient, at, left, _ in self._apart:
+            out[:, :, coefficient] = elements.at_ports((left @ a[at])[:, None])[:, :, 0]
+        return out.reshape(n, -1)
+
+    def _on_modes(self, elements: Elements, motion: Array) -> Array:
+        """``U^T`` times numbers (n, p L) of the elements, (q,)."""
+        X = np.zeros((len(self._apart[0].left) + 1 if self._apart else 1, elements.shape[2]))
+        elements.scatter(motion, X)
+        out = np.empty(self._size)
+        for coefficient, at, left, _ in self._apart:
+            out[at] = X[: len(left), coefficient] @ left
+        return out
 
     def _weighted(self, f: Array, *, transposed: bool = False) -> Array:
         """What modal forces (q, ...) move the modes by, or with the transpose."""
@@ -188,16 +203,18 @@ class Preconditioner:
         for coefficient, at, _, right in self._apart:
             f[at] = forces[:-1, coefficient] @ right
         a = lu_solve(self._lu, self._weighted(f), check_finite=False)
-        for elements, along, y in zip(self._elements, self._moved, moved, strict=True):
-            elements.scatter(y - along @ a, out)
+        for elements, inverse, y in zip(self._elements, self._inverse, moved, strict=True):
+            along = (inverse @ self._along_modes(elements, a)[:, :, None])[:, :, 0]
+            elements.scatter(y - along, out)
         return out
 
     def solve_transposed(self, X: Array) -> Array:
         """``P^-T X = D^-T (X - W^T C^-T U^T D^-T X)``, ``C = I + W D^-1 U``."""
         out, forces = np.zeros_like(X), np.zeros_like(X)
         t = np.zeros(self._size)
-        for elements, along in zip(self._elements, self._moved, strict=True):
-            t += elements.gather(X).ravel() @ along.reshape(-1, self._size)
+        for elements, inverse in zip(self._elements, self._inverse, strict=True):
+            along = (inverse.transpose(0, 2, 1) @ elements.gather(X)[:, :, None])[:, :, 0]
+            t += self._on_modes(elements, along)
         g = self._weighted(lu_solve(self._lu, t, trans=1, check_finite=False), transposed=True)
         for coefficient, at, _, right in self._apart:
             forces[:-1, coefficient] = right @ g[at]

@@ -30,7 +30,7 @@ def stiffness_shares(problem: Problem) -> tuple[Array, Array]:
     Of the friction contacts with a normal direction and a normal stiffness; empty for structures that are no modes.
     """
     structure: Any = problem.structure
-    modes, omega = (getattr(structure, name, None) for name in ("mode_shapes", "omega"))
+    own_compliance = getattr(structure, "own_compliance", None)
     springs = [
         (float(pair.values("kn")[k]), direction)
         for pair in problem.contacts
@@ -38,11 +38,9 @@ def stiffness_shares(problem: Problem) -> tuple[Array, Array]:
         for k in range(len(pair))
         if (direction := pair.direction("normal", k)) and pair.values("kn")[k] > 0.0
     ]
-    if modes is None or omega is None or not springs:
+    if own_compliance is None or not springs:
         return np.empty(0), np.empty(0)
-    normals = problem.direction_matrix(direction for _, direction in springs)
-    whole = np.einsum("ic,ij,jc->c", normals, structure.static_compliance, normals)
-    left_out = whole - np.sum(((normals.T @ modes) / omega) ** 2, axis=1)
+    whole, left_out = own_compliance(problem.direction_matrix(direction for _, direction in springs))
     there = left_out > _ROUNDING * whole
     kn = np.array([stiffness for stiffness, _ in springs])
     return 1.0 / (kn[there] * left_out[there]), left_out[there]

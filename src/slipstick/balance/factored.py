@@ -60,9 +60,8 @@ class FactoredCompliance:
         pairs = np.ascontiguousarray(G).view(float)  # real matrices times real numbers: half the work
         modal = (f.right[:count].T @ pairs).view(complex) * weight.conj().T
         out: ComplexArray = (f.left @ modal.view(float)).view(complex)
-        for part, share in zip(f.parts, part_weight, strict=True):
-            if share.any():
-                out += (part[:, :count] @ pairs).view(complex) * share.conj()
+        if part_weight.any():
+            out += f.parts.times(G, part_weight.conj())
         return coefficients(out)
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
@@ -70,8 +69,7 @@ class FactoredCompliance:
         f = self.factors
         pairs = np.ascontiguousarray(Z).view(float)
         out: ComplexArray = (f.right @ ((f.left.T @ pairs).view(complex) * f.weight.T).view(float)).view(complex)
-        for part, share in zip(f.parts, f.part_weight, strict=True):
-            out += (part.T @ pairs).view(complex) * share
+        out += f.parts.times_transposed(Z, f.part_weight)
         return out if f.columns is None else out * f.columns
 
     def diagonal(self) -> ComplexArray:
@@ -87,9 +85,7 @@ class FactoredCompliance:
         """``|A| forces`` of sizes (any, n + 1) that differ from order to order."""
         f, count = self.factors, len(forces)
         out = np.abs(f.left) @ (np.abs(f.weight).T * (np.abs(f.right[:count]).T @ forces))
-        for part, share in zip(f.parts, f.part_weight, strict=True):
-            out += (np.abs(part[:, :count]) @ forces) * np.abs(share)
-        return np.asarray(out)
+        return np.asarray(out + f.parts.reach(forces, np.abs(f.part_weight)))
 
     def local(self, rows: NDArray[np.intp], apart: NDArray[np.bool_]) -> ComplexArray:
         """``conj(A)`` between the ports of each element alone, (n, p, p, n + 1).
@@ -103,7 +99,7 @@ class FactoredCompliance:
         both = left[:, :, None, :] * right[:, None, :, :]
         n, p = rows.shape
         value = (both.reshape(n * p * p, -1) @ weight.T).reshape(n, p, p, -1)
-        for part, share in zip(f.parts, f.part_weight, strict=True):
-            entries = part[rows[:, :, None], rows[:, None, :]] * (here[:, :, None] & here[:, None, :])
-            value += entries[..., None] * share.conj()
+        present = here[:, :, None] & here[:, None, :]
+        for entries, share in zip(f.parts.entries(rows[:, :, None], rows[:, None, :]), f.part_weight, strict=True):
+            value += (entries * present)[..., None] * share.conj()
         return np.asarray(value, dtype=complex)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from math import gcd, pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from slipstick.balance.compliance import lossless
 from slipstick.balance.contacts import same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
+from slipstick.structure.residuals import load_compliance, own_compliance
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ _WIDE_GAP = 100.0
 def problem_warnings(
     problem: Problem,
     omega: Sequence[float] = (),
-    static: Array | None = None,
+    static: Any = None,
     *,
     steady: bool = False,
     free: bool = False,
@@ -77,7 +78,7 @@ def problem_warnings(
 
 
 def parameter_warnings(
-    problem: Problem, parameter: str, span: Sequence[float], omega: float, static: Array | None = None, *,
+    problem: Problem, parameter: str, span: Sequence[float], omega: float, static: Any = None, *,
     steady: bool = False,
 ) -> list[str]:  # fmt: skip
     """The same of a problem whose parameter is followed over a range at one frequency."""
@@ -89,11 +90,11 @@ def parameter_warnings(
     return [*sentences, *problem_warnings(inside, (omega, omega), static, steady=steady)]
 
 
-def _static(problem: Problem) -> Array:
+def _static(problem: Problem) -> Any:
     if not problem.contacts:
         return np.zeros((0, 0))
     ports = problem.direction_matrix(problem.port_directions)
-    return np.asarray(problem.load_columns.receptance(problem.structure, ports, ports).static, dtype=float)
+    return problem.load_columns.receptance(problem.structure, ports, ports).static
 
 
 def _may_feed(problem: Problem) -> bool:
@@ -212,12 +213,13 @@ def _approach(motion: Array) -> float:
     return float(motion[0] + np.abs(motion[1:]).sum())
 
 
-def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
+def _proportion_warnings(problem: Problem, static: Any) -> Iterator[str]:
     """Contact stiffnesses out of all proportion to the structure's own, and gaps that no load can close.
 
     A very soft normal spring under preload is the common way to a constant normal load, and no slip of the pen.
     """
-    compliance, springs = np.diag(static[:, : len(static)]), list(_springs(problem))
+    compliance, loaded, springs = own_compliance(static), load_compliance(static), list(_springs(problem))
+    loads = np.abs(problem.load_coefficients()).sum(axis=1)
     apart = {where for _, where, name, values in springs if name == "kn" and values["gap"] > 0}
     acting = len(apart) < len(problem.elements)
     for port, where, name, values in springs:
@@ -232,7 +234,7 @@ def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
             )
         gap = values.get("gap", 0.0)
         if name == "kn" and gap > 0:
-            reach = float(np.abs(static[port, len(static) :]) @ np.abs(problem.load_coefficients()).sum(axis=1))
+            reach = float(np.abs(loaded[port]) @ loads)
             reach += values["approach"]
             if not reach and not acting:
                 yield (
@@ -276,7 +278,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
         )
 
 
-def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Array) -> Iterator[str]:
+def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Any) -> Iterator[str]:
     factor = problem.load_order
     low, high = low * factor, high * factor
     if not problem.units.in_seconds or natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
@@ -296,9 +298,9 @@ def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, st
         )
 
 
-def _stuck_limit(problem: Problem, first: float, static: Array) -> float:
+def _stuck_limit(problem: Problem, first: float, static: Any) -> float:
     """Highest first natural frequency the contact stiffnesses can make, a crude bound by static compliance."""
-    compliance = np.diag(static[:, : len(static)])
+    compliance = own_compliance(static)
     stiffness = np.zeros(len(compliance))
     for port, _, name, values in _springs(problem):
         stiffness[port] = values[name]

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from slipstick.balance.base_motion import LoadColumns, load_columns
 from slipstick.balance.batches import Batch, batches_of
@@ -38,10 +39,15 @@ from slipstick.state.thermal.model import ThermalModel
 from slipstick.structure.dynamic import structure_values
 from slipstick.structure.protocol import Structure
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, Orders, Real
+from slipstick.typing import Array, Matrix, Orders, Real
 from slipstick.units import Units
 
 MOST_OUTPUTS = 100
+
+DENSE_DIRECTIONS = 2**18
+"""Entries (2 MB) up to which a matrix of directions is a dense array, as one of few columns is."""
+
+_FEW = 64
 
 _MEMBERS = ("dofs", "load_shapes", "natural_frequencies", "project", "time_equations")
 
@@ -245,8 +251,8 @@ class Problem:
         """Whether a support moves: all motion is then relative to it."""
         return any(load.base is not None for load in self.loads)
 
-    def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Array:
-        """Direction cosines on all dofs of the structure, (n_dofs, n_directions)."""
+    def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Matrix:
+        """Direction cosines on all dofs of the structure, (n_dofs, n_directions); sparse where there are many."""
         return direction_vectors(self.structure.dofs, list(directions))
 
     def parameter_target(self, name: str) -> Target:
@@ -322,10 +328,19 @@ def _ratio(period_ratio: Any) -> tuple[int, int]:
     return first, second
 
 
-def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, float]]) -> Array:
-    """Direction cosines as columns, (n_dofs, n_directions)."""
+def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, float]]) -> Any:
+    """Direction cosines as columns, (n_dofs, n_directions): a scipy sparse array above ``DENSE_DIRECTIONS`` entries."""
     place = {name: i for i, name in enumerate(dofs)}
-    columns = np.zeros((len(place), len(directions)))
+    shape = len(place), len(directions)
+    if shape[1] > _FEW and shape[0] * shape[1] > DENSE_DIRECTIONS:
+        entries = [
+            (place[name], column, cosine)
+            for column, cosines in enumerate(directions)
+            for name, cosine in cosines.items()
+        ]
+        rows, numbers, values = zip(*entries, strict=True)
+        return sparse.csc_array((np.array(values, dtype=float), (rows, numbers)), shape=shape)
+    columns = np.zeros(shape)
     for column, cosines in enumerate(directions):
         for name, cosine in cosines.items():
             columns[place[name], column] += cosine

@@ -41,8 +41,7 @@ class Scales:
 
 def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
     """Sizes at one frequency: linear responses, motion up to slip, rubbing motions."""
-    compliance = balance.compliance(omega, inputs.structure)
-    sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance, omega).values()]
+    sizes = [_norm(v) for v in motions_at(balance, inputs, omega).values()]
     for batch, contact_inputs in zip(balance.batches, inputs.batches, strict=True):
         sizes += [_largest(contact_inputs.motion[..., 1:]), _largest(batch.law.size(contact_inputs.values))]
     present = [size for size in sizes if np.isfinite(size) and size > 0]
@@ -61,6 +60,16 @@ def _largest(values: Array) -> float:
 
 def _norm(x: Array) -> float:
     return float(np.linalg.norm(x))
+
+
+def motions_at(balance: Balance, inputs: Inputs, omega: float) -> dict[str, Array]:
+    """``linear_motions`` at a frequency; the balance remembers the last ones, which several ask for in turn."""
+    key = inputs, balance.backend, balance.springs
+    known = balance.linear_known
+    if known is None or known[1] != omega or any(a is not b for a, b in zip(known[0], key, strict=True)):
+        found = linear_motions(balance, inputs, balance.compliance(omega, inputs.structure), omega)
+        balance.linear_known = known = key, omega, found
+    return {name: x.copy() for name, x in known[2].items()}
 
 
 def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float) -> dict[str, Array]:

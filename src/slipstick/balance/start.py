@@ -12,7 +12,7 @@ from slipstick.balance.balance import Balance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Line
 from slipstick.balance.problem import Problem
-from slipstick.balance.scaling import Scales, linear_motions, scales
+from slipstick.balance.scaling import Scales, motions_at, scales
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import Reason
@@ -105,8 +105,7 @@ class FirstPoint:
         guess = self.guess
         if guess is not None:
             yield "guess given", lambda: self._solve(guess)
-        compliance = self.balance.compliance(self.omega, self.inputs.structure)
-        motions = linear_motions(self.balance, self.inputs, compliance, self.omega)
+        motions = motions_at(self.balance, self.inputs, self.omega)
         linear = [(f"from the linear response, contacts {name}", x) for name, x in motions.items()]
         for name, x in linear[:1]:
             yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
@@ -182,8 +181,7 @@ class FirstPoint:
         return self._solve(last.x) if last is not None and last.parameter == 1.0 else None
 
     def _simple(self) -> Iterator[Strategy]:
-        compliance = self.balance.compliance(self.omega, self.inputs.structure)
-        motions = linear_motions(self.balance, self.inputs, compliance, self.omega)
+        motions = motions_at(self.balance, self.inputs, self.omega)
         for name, x in motions.items():
             yield name, lambda x=x: self._solve(x)  # type: ignore[misc]
 

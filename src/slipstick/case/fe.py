@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
     from slipstick.fem.materials import Material
 
-MOST_CONTACTS = 1000
+MOST_CONTACTS = 20_000
 """Each keeps three dofs, of which the reduction is a full matrix."""
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
@@ -167,6 +167,9 @@ class FeTable(ReductionTable):
         default=None, description="a number between 0 and 1, the relative error of the receptance"
     )
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
+    residuals: Literal["auto", "written", "solved"] = Field(
+        default="auto", description='"written", "solved" or "auto": how what the modes leave out is applied'
+    )
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
@@ -225,6 +228,7 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
             force=True,  # judged once range and harmonics are known
             cache=reduction_folder(folder),
             listener=hear,
+            residuals=table.residuals,
         ),
         force=table.force,
     )
@@ -276,7 +280,7 @@ def _fe_script(keys: KeysToWrite, _folder: Path) -> list[str]:
     up_to = keys.take("up_to")
     reduction = keys.rest(
         "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy",
-        "loss_factor", "damping_ratio", "force",
+        "loss_factor", "damping_ratio", "force", "residuals",
     )  # fmt: skip
     if up_to is not None:
         reduction["up_to"] = quantity_text(keys.raw["up_to"])

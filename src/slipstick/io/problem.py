@@ -35,7 +35,9 @@ from slipstick.structure.free import FreeStructure
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.reduction.sector import SectorModes
+from slipstick.structure.residuals import FullModel, NearField
 from slipstick.structure.skin import Skin
+from slipstick.structure.solved_modes import SolvedModes
 from slipstick.structure.tabulated import TabulatedStructure
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray
@@ -68,6 +70,9 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "problem": (Problem, _arguments),
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
+    "solved modes": (SolvedModes, lambda s: s.arguments),
+    "full model": (FullModel, lambda full: full.arguments),
+    "near field": (NearField, _by_fields),
     "sector": (CyclicStructure, lambda s: s.arguments),
     "reduced sector": (SectorModes, lambda s: s.arguments),
     "wave": (TravellingWave, lambda s: s.arguments),
@@ -139,7 +144,8 @@ def _plain(value: object, where: str, arrays: dict[str, StoredVariable]) -> Any:
         return {"array": name}
     if hasattr(value, "tocsc"):
         csc = value.tocsc()
-        return {"csc": [_plain(getattr(csc, p), f"{where}.{p}", arrays) for p in ("data", "indices", "indptr")]}
+        parts = [_plain(getattr(csc, p), f"{where}.{p}", arrays) for p in ("data", "indices", "indptr")]
+        return {"csc": parts} | ({} if csc.shape[0] == csc.shape[1] else {"rows": int(csc.shape[0])})
     if isinstance(value, Mapping):
         items = enumerate(value.items())
         return {"map": [[_plain(k, where, arrays), _plain(v, f"{where}.{i}", arrays)] for i, (k, v) in items]}
@@ -188,7 +194,7 @@ def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
     if "array" in plain:
         return arrays[plain["array"]]
     if "csc" in plain:
-        return _sparse(*(np.asarray(_made(part, arrays)) for part in plain["csc"]))
+        return _sparse(*(np.asarray(_made(part, arrays)) for part in plain["csc"]), rows=plain.get("rows"))
     if "map" in plain:
         return {_made(key, arrays): _made(value, arrays) for key, value in plain["map"]}
     arguments = {name: _made(value, arrays) for name, value in plain["arguments"].items()}
@@ -203,11 +209,12 @@ def _disc_dofs(sector: CyclicStructure) -> int:
     return sector.sectors * len(sector.dofs)
 
 
-def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:
-    """A square matrix of which nothing is believed that its arrays do not hold."""
+def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray, rows: int | None) -> Any:
+    """A matrix, square where ``rows`` are not told, of which nothing is believed that its arrays do not hold."""
     from scipy.sparse import csc_array
 
-    matrix = csc_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
+    columns = len(indptr) - 1
+    matrix = csc_array((data, indices, indptr), shape=(columns if rows is None else int(rows), columns))
     matrix.check_format(full_check=True)
     return matrix
 

@@ -37,7 +37,7 @@ from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, skin_rows, with_contacts
 from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
 from slipstick.structure.reduction.reduce import SkinRows, receptance_error, reduce_model
-from slipstick.structure.reduction.request import non_negative, tools
+from slipstick.structure.reduction.request import non_negative, residuals_kind, tools
 from slipstick.typing import Array, Matrix, Reals
 
 if TYPE_CHECKING:
@@ -124,6 +124,7 @@ def reduced_body(
     loss_factor: float = 0.0,
     damping_ratio: float = 0.0,
     force: bool = False,
+    residuals: str = "auto",
     cache: str | Path | None = None,
     listener: StageListener | None = None,
 ) -> ReducedBody:
@@ -154,6 +155,8 @@ def reduced_body(
         Hysteretic loss factor; ratio to critical damping.
     force
         Take a reduction that is too coarse for ``up_to``.
+    residuals
+        "written", "solved" or "auto": how what the modes leave out is applied, see ``reduce``.
     cache
         Folder in which reductions are kept; the same model and options are read from there.
 
@@ -185,6 +188,7 @@ def reduced_body(
     gathering.take(non_negative, "loss_factor", loss_factor)
     gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
     gathering.take(truth, "force", force)
+    gathering.take(residuals_kind, residuals)
     gathering.take(tools, None, cache, listener)
     gathering.end()
     _refuse(model, wanted)
@@ -207,6 +211,7 @@ def reduced_body(
         force=force,
         cache=cache,
         listener=listener,
+        residuals=residuals,
     )
     unused = tuple(_unused(model))
     warn(unused)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.batch_evaluation import Together
@@ -23,7 +24,7 @@ from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Reaction, Structures, moved, truncation
 from slipstick.solve.continuation import Step
 from slipstick.structure.dynamic import adjusted
-from slipstick.typing import AnyArray, Array
+from slipstick.typing import AnyArray, Array, Matrix
 
 _REMEMBERED = 8
 
@@ -74,11 +75,13 @@ class Outputs:
 
     def __init__(self, balance: Balance, names: Sequence[str]) -> None:
         self.balance, self.names = balance, tuple(names)
-        wanted = balance.problem.direction_matrix({name: 1.0} for name in names)
-        self._ports = [_same_direction(balance.directions, column) for column in wanted.T]
+        ports = _ports_alone(balance.directions)
+        dofs = {name: i for i, name in enumerate(balance.problem.structure.dofs)}
+        self._ports = [ports.get(dofs[name]) for name in names]
         self.far = [i for i, port in enumerate(self._ports) if port is None]
         """Which of them are no contact ports."""
-        self.receptance = balance.rows_to(wanted[:, self.far]) if self.far else None
+        wanted = balance.problem.direction_matrix({names[i]: 1.0} for i in self.far)
+        self.receptance = balance.rows_to(wanted) if self.far else None
         self._known: list[tuple[Step, tuple[Array, Array]]] = []
 
     def __len__(self) -> int:
@@ -167,13 +170,14 @@ class Outputs:
         return adjusted(self.receptance, values).static if depends else self.receptance.static
 
 
-def _same_direction(directions: Array, wanted: Array) -> tuple[int, float] | None:
-    """Port along which a dof moves, and its cosine."""
-    at = int(np.argmax(wanted))
-    for port, column in enumerate(directions.T):
-        if column[at] != 0 and np.count_nonzero(column) == 1:
-            return port, float(column[at])
-    return None
+def _ports_alone(directions: Matrix) -> dict[int, tuple[int, float]]:
+    """By dof the first port that is along it alone, and its cosine."""
+    columns = csc_array(directions)
+    columns.eliminate_zeros()
+    alone = np.flatnonzero(np.diff(columns.indptr) == 1)
+    places = columns.indptr[alone]
+    found = zip(columns.indices[places].tolist(), alone.tolist(), columns.data[places].tolist(), strict=True)
+    return {dof: (port, cosine) for dof, port, cosine in reversed(list(found))}
 
 
 class Recorder:

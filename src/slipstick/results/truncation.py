@@ -154,7 +154,7 @@ def _loaded(balance: Balance, F: Array) -> Array:
 
 def _answered(balance: Balance, F: Array, omega: Array, structures: Structures) -> Array:
     """``A F`` (n, N) for forces at the ports (n, n_ports, L), with the receptance that the Jacobian is made with."""
-    if balance.springs is None:
+    if balance.springs is None and isinstance(balance.receptance.static, np.ndarray):
         out = -moved(balance.receptance, balance.orders, _loaded(balance, F[..., 1:]), omega, structures)
         out[..., 0] = F[..., 0] @ balance.receptance.static[:, : balance.n_ports].T
         return out.reshape(len(F), -1)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, SMALLEST, Name, listed, shown, table
@@ -167,10 +168,28 @@ def checked_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[Fault]]:
     return names, []
 
 
+def dense(matrix: Any) -> Array:
+    """A matrix, dense or sparse, as an array."""
+    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix)
+
+
+def beside(*blocks: Any) -> Any:
+    """Matrices of as many rows side by side: sparse where one of them is, else an array."""
+    if any(sparse.issparse(block) for block in blocks):
+        return sparse.hstack([sparse.csc_array(block) for block in blocks], format="csc")
+    return np.hstack(blocks)
+
+
 def directions(name: str, value: Any, n_dofs: int) -> Array:
     """Direction vectors as a float array (n_dofs, k); raises InputError if they do not fit."""
-    array = np.asarray(value, dtype=float)
-    if array.ndim != 2 or array.shape[0] != n_dofs or not np.all(np.isfinite(array)):
+    return dense(any_directions(name, value, n_dofs))
+
+
+def any_directions(name: str, value: Any, n_dofs: int) -> Any:
+    """The same, sparse where they are given so, by columns."""
+    array = sparse.csc_array(value, dtype=float) if sparse.issparse(value) else np.asarray(value, dtype=float)
+    entries = array if isinstance(array, np.ndarray) else array.data
+    if array.ndim != 2 or array.shape[0] != n_dofs or not np.all(np.isfinite(entries)):
         raise InputError(
             Fault(name, found=f"shape {array.shape}", expected=f"({n_dofs}, number of directions), finite")
         )

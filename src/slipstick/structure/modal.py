@@ -16,9 +16,9 @@ from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import one, shown
 from slipstick.structure.checks import (
     REAL_MODES,
+    any_directions,
     array_faults,
     checked_names,
-    directions,
     known_shapes,
     named_shapes,
     number_faults,
@@ -118,6 +118,9 @@ class ModalStructure:
     array([[0.02, 0.03]])
     """
 
+    sparse_directions = True
+    """Whether ``project`` takes sparse matrices of directions too."""
+
     def __init__(
         self,
         *,
@@ -149,20 +152,23 @@ class ModalStructure:
         self.omega, self.mode_shapes = real(omega), real(mode_shapes)
         self.loss_factor, self._viscous = real(loss_factor), real(damping_ratio)
         self.damping = float(real(damping))
-        self.second_residual = None if second_residual is None else real(second_residual)
         self.shapes = {name: shape.real() for name, shape in shapes.items()}
-        compliance = None if static_compliance is None else real(static_compliance)
         self.skin = None if skin is None else one("skin", skin, Skin, "a structure.skin.Skin, or None")
         if self.skin is not None and not faults:
             faults += self.skin.faults(self.omega.size, len(self._dofs), tuple(self.shapes))
         if faults:
             raise InputError(faults)
+        self._take_compliance(*(None if part is None else real(part) for part in (static_compliance, second_residual)))
+        self.loss_factor = np.broadcast_to(self.loss_factor, self.omega.shape)
+        self._viscous = np.broadcast_to(self._viscous, self.omega.shape)
+
+    def _take_compliance(self, compliance: Array | None, second: Array | None) -> None:
+        """What is known beside the modes."""
+        self.second_residual = second
         self._modal_compliance = (self.mode_shapes / self.omega**2) @ self.mode_shapes.T
         self._knows_residual = compliance is not None
         self.static_compliance = self._modal_compliance if compliance is None else compliance
         self._check_residual()
-        self.loss_factor = np.broadcast_to(self.loss_factor, self.omega.shape)
-        self._viscous = np.broadcast_to(self._viscous, self.omega.shape)
 
     def _check_residual(self) -> None:
         """What the modes leave out can only add compliance."""
@@ -388,8 +394,7 @@ class ModalStructure:
             worst = int(np.argmin(new.omega))
             raise InputError(Fault(mode_name(worst, "omega"), f"{new.omega[worst]:g}", expected="a frequency > 0"))
         more = 1.0 / new.omega**2 - 1.0 / self.omega**2
-        new._modal_compliance = (self.mode_shapes / new.omega**2) @ self.mode_shapes.T
-        new.static_compliance = self.static_compliance + (self.mode_shapes * more) @ self.mode_shapes.T
+        new._follow_modes(more)
         new.shapes = {
             name: replace(
                 shape,
@@ -402,6 +407,20 @@ class ModalStructure:
             new.__dict__.pop(remembered, None)
         return new
 
+    def _follow_modes(self, more: Array) -> None:
+        """Static compliance for modes whose own have grown by ``more`` (n_modes,) times their squares."""
+        self._modal_compliance = (self.mode_shapes / self.omega**2) @ self.mode_shapes.T
+        self.static_compliance = self.static_compliance + (self.mode_shapes * more) @ self.mode_shapes.T
+
+    def own_compliance(self, along: Any) -> tuple[Array, Array]:
+        """Static compliances of directions (n_dofs, k) over themselves: whole, and of what the modes leave out, (k,).
+
+        Directions may be sparse.
+        """
+        columns = any_directions("directions", along, len(self._dofs))
+        whole = np.asarray((columns * (self.static_compliance @ columns)).sum(axis=0)).ravel()
+        return whole, whole - np.sum(((columns.T @ self.mode_shapes) / self.omega) ** 2, axis=1)
+
     @property
     def damping_ratio(self) -> Array:
         """Viscous damping ratios (n_modes,), the factor ``damping`` included."""
@@ -413,7 +432,7 @@ class ModalStructure:
         """Modes at the rows, participations of the columns, static and second compliance."""
         known_shapes(shapes, self.shapes)
         n = len(self._dofs)
-        r, c = directions("rows", rows, n), directions("columns", columns, n)
+        r, c = any_directions("rows", rows, n), any_directions("columns", columns, n)
         chosen = [self.shapes[s] for s in shapes]
         left = r.T @ self.mode_shapes
         right = np.vstack([c.T @ self.mode_shapes, *(np.asarray(s.participation, dtype=float) for s in chosen)])
@@ -422,7 +441,7 @@ class ModalStructure:
         if self.second_residual is None and all(s.second_response is None for s in chosen):
             return left, right, static, None
         zero = np.zeros(n)
-        of_columns = np.zeros_like(c) if self.second_residual is None else self.second_residual @ c
+        of_columns = np.zeros(c.shape) if self.second_residual is None else self.second_residual @ c
         responses = [zero if s.second_response is None else np.asarray(s.second_response) for s in chosen]
         return left, right, static, r.T @ np.column_stack([of_columns, *responses])
 

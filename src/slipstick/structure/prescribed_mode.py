@@ -16,6 +16,7 @@ from slipstick.errors import InputError
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.protocol import TimeEquations
 from slipstick.structure.receptance import Factors, SummedReceptance
+from slipstick.structure.residuals import WrittenResiduals
 from slipstick.typing import Array, ComplexArray
 
 MODE = "mode"
@@ -32,6 +33,8 @@ class PrescribedMode:
 
     ``scale`` is what the mode shape is divided by: its motion of amplitude 1 is 1 where the shape is ``scale``.
     """
+
+    sparse_directions = True
 
     def __init__(self, structure: ModalStructure, target: int, scale: float) -> None:
         self._structure, self.target, self.scale, self.xi = structure, target, scale, 0.0
@@ -141,7 +144,7 @@ class PrescribedReceptance(SummedReceptance):
             right=self._right,
             weight=np.vstack([static, np.hstack([D, by_mode])]),
             slope=np.vstack([0.0 * static, np.hstack([slope, 0.0 * by_mode])]),
-            parts=tuple(matrix for matrix, _ in self._parts),
+            parts=WrittenResiduals([matrix for matrix, _ in self._parts]),
             part_weight=np.hstack([first, part]) + 0j,
             part_slope=np.hstack([0.0 * first, part_slope]) + 0j,
         )

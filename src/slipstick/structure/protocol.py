@@ -74,7 +74,8 @@ class Structure(Protocol):
         """Receptance between direction vectors.
 
         ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) hold direction cosines; each name in ``shapes``
-        (load shapes) adds one more column at the end.
+        (load shapes) adds one more column at the end. A structure whose attribute ``sparse_directions`` is true may be
+        handed scipy sparse arrays where there are many.
         """
 
     def time_equations(

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipstick.structure.residuals import Residuals, WrittenResiduals
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 _LARGE = 2**25
@@ -58,7 +59,7 @@ class Factors:
     weight, slope
         Complex (k, n_modes): for each order, and their derivative.
     parts
-        Real matrices (n_rows, n_columns).
+        Real matrices (n_rows, n_columns), written out or not.
     part_weight, part_slope
         Complex (n_parts, k).
     columns, columns_slope
@@ -72,7 +73,7 @@ class Factors:
     right: Array
     weight: ComplexArray
     slope: ComplexArray
-    parts: tuple[Array, ...]
+    parts: Residuals
     part_weight: ComplexArray
     part_slope: ComplexArray
     columns: Array | None = None
@@ -112,7 +113,7 @@ class SummedReceptance(ABC):
         slope = self._summed(apart.slope, apart.parts, apart.part_slope)
         return value.reshape(shape), slope.reshape(shape)
 
-    def _summed(self, weight: ComplexArray, parts: tuple[Array, ...], part_weight: ComplexArray) -> ComplexArray:
+    def _summed(self, weight: ComplexArray, parts: Any, part_weight: ComplexArray) -> ComplexArray:
         """``left diag(weight) right^T`` and the parts (any, n_rows, n_columns), of all but the first weights."""
         if self._many:
             total = np.array([(self._left * each) @ self._right.T for each in weight[1:]])
@@ -120,7 +121,7 @@ class SummedReceptance(ABC):
             pairs = np.ascontiguousarray(weight[1:].T).view(float)
             shape = (len(weight) - 1, *self.static.shape[::-1])
             total = (self._products @ pairs).view(complex).T.reshape(shape).swapaxes(1, 2)
-        for part, each in zip(parts, part_weight, strict=True):
+        for part, each in zip(parts.matrices, part_weight, strict=True):
             total = total + each[1:, None, None] * part
         return np.asarray(total, dtype=complex)
 
@@ -183,9 +184,16 @@ class ModalReceptance(SummedReceptance):
             loss = stiffness.imag / stiffness.real
             if np.all(np.abs(loss - loss[0]) <= _ROUNDING * abs(loss[0])):
                 self._e = 1.0 + 1j * float(loss[0])
-        self._rest = np.zeros((2, *self._shape), dtype=complex)
-        for power, matrix in left_out:
-            self._rest[power] = matrix / (self._e or 1.0) ** (power + 1)
+        self.__dict__.pop("_rest", None)
+
+    @cached_property
+    def _rest(self) -> ComplexArray:
+        """Both residuals with the loss factor of the modes left out, made when a sum over all entries is asked for."""
+        rest = np.zeros((2, *self._shape), dtype=complex)
+        for power, matrix in enumerate(self._left_out):
+            if matrix is not None:
+                rest[power] = matrix / (self._e or 1.0) ** (power + 1)
+        return rest
 
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
         """What ``at`` tells of one frequency as a balance sums it: (2, n_columns, n_rows, 1 + k), order 0 first."""
@@ -233,9 +241,13 @@ class ModalReceptance(SummedReceptance):
         omega, ratio = old.copy(), self._viscous.imag / (2.0 * old)
         for (r, quantity), value in values.items():
             (omega if quantity == "omega" else ratio)[r] = value
-        self.static = self.static + (self._left * (1.0 / omega**2 - 1.0 / old**2)) @ self._right.T
+        self.static = self._static_with(omega, old)
         self._viscous = 2j * ratio * omega
         self._set_stiffness(omega**2 * (1.0 + 1j * loss))
+
+    def _static_with(self, omega: Array, old: Array) -> Array:
+        """Static compliance with other frequencies of the modes."""
+        return self.static + (self._left * (1.0 / omega**2 - 1.0 / old**2)) @ self._right.T
 
     def static_by_parameter(self, name: str) -> Array:
         """Derivative of ``static`` by a parameter, (n_rows, n_columns)."""
@@ -270,7 +282,7 @@ class ModalReceptance(SummedReceptance):
             right=self._right,
             weight=np.vstack([1.0 / self._stiffness.real + 0j, D]),
             slope=np.vstack([still, slope]),
-            parts=tuple(matrix for matrix, _ in left_out),
+            parts=WrittenResiduals([matrix for matrix, _ in left_out]),
             part_weight=np.hstack([static, powers]),
             part_slope=np.hstack([0.0 * static, part_slope]),
         )

@@ -99,12 +99,13 @@ class AtSkin:
     structure: ModalStructure
     skin: Skin
     basis: Array
+    sparse_directions = True
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance from directions ``columns`` (n_dofs, n_columns) and loads to the basis; ``rows`` do not matter.
 
         How what the modes leave out grows with frequency is not known at the skin.
         """
-        static = np.column_stack([self.skin.static @ np.asarray(columns), *(self.skin.loads[name] for name in shapes)])
+        static = np.column_stack([self.skin.static @ columns, *(self.skin.loads[name] for name in shapes)])
         left = self.basis.T @ self.skin.modes
         return self.structure.receptance_to(left, self.basis.T @ static, columns, shapes)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 REFUSED = 1e-2
 """Relative error of the receptance above which a reduction is refused."""
@@ -52,18 +52,23 @@ class ReceptanceSize:
     omega, shapes
         The modes kept, (n_modes,) and (n_dofs, n_modes).
     residual
-        Static compliance of the modes left out, (n_dofs, n_dofs).
+        Static compliance of the modes left out, (n_dofs, n_dofs), or columns of it, (n_dofs, n_sample).
+    sample
+        Which columns, (n_sample,); None: all.
     participation, load_residual
         Of loads: modal forces (n_loads, n_modes), static response of the modes left out (n_dofs, n_loads).
     """
 
     def __init__(
-        self, omega: Array, shapes: Array, residual: Array, participation: Array, load_residual: Array
-    ) -> None:
+        self, omega: Array, shapes: Array, residual: Array, participation: Array, load_residual: Array,
+        sample: IntArray | None = None,
+    ) -> None:  # fmt: skip
         self._squared, self._shapes = omega**2, shapes
         self._gram = shapes.T @ shapes
-        self._crossed = np.einsum("ir,ij,jr->r", shapes, residual, shapes, optimize=True)
-        self._residual = float(np.linalg.norm(residual))
+        share = 1.0 if sample is None else len(shapes) / len(sample)
+        columns = shapes if sample is None else shapes[sample]
+        self._crossed = share * np.sum(shapes * (residual @ columns), axis=0)
+        self._residual = float(np.sqrt(share) * np.linalg.norm(residual))
         self._loads = list(zip(participation, load_residual.T, strict=True))
 
     def at(self, frequency: ArrayLike) -> Array:
@@ -108,9 +113,11 @@ class Truncation:
     omega, mode_shapes
         The modes kept, (n_modes,) and (n_dofs, n_modes).
     static_compliance
-        Exact, (n_dofs, n_dofs).
+        Exact, (n_dofs, n_dofs); of a ``sample`` of dofs (n_sample,), their columns, (n_dofs, n_sample).
     second_residual
-        (n_dofs, n_dofs), or None.
+        Likewise, or None.
+    own
+        The diagonal of the static compliance, (n_dofs,), where there is a sample.
     participation, load_response, second_load_response
         Of loads: modal forces (n_loads, n_modes), exact static response and second residual (n_dofs, n_loads), the last
         one None where it is not known of all.
@@ -126,20 +133,24 @@ class Truncation:
         participation: Array | None = None,
         load_response: Array | None = None,
         second_load_response: Array | None = None,
+        sample: IntArray | None = None,
+        own: Array | None = None,
     ) -> None:
         self.last = float(omega.max())
-        diagonal = np.diag(static_compliance)
+        diagonal = np.diag(static_compliance) if own is None else own
         scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))[:, None]
         shapes, n, modes = mode_shapes * scale, *mode_shapes.shape
         participation = np.zeros((0, modes)) if participation is None else participation
         responses = np.zeros((n, 0)) if load_response is None else load_response
-        residual = scale * static_compliance * scale.T - (shapes / omega**2) @ shapes.T
+        here = slice(None) if sample is None else sample
+        residual = scale * static_compliance * scale[here].T - (shapes / omega**2) @ shapes[here].T
         load_residual = scale * responses - (shapes / omega**2) @ participation.T
-        self._size = ReceptanceSize(omega, shapes, residual, participation, load_residual)
-        self._residual = np.array([np.linalg.norm(residual), *np.linalg.norm(load_residual, axis=0)])
+        self._size = ReceptanceSize(omega, shapes, residual, participation, load_residual, sample)
+        share = 1.0 if sample is None else float(np.sqrt(n / len(sample)))
+        self._residual = np.array([share * np.linalg.norm(residual), *np.linalg.norm(load_residual, axis=0)])
         self._second = np.full(self._residual.shape, np.nan)
         if second_residual is not None:
-            self._second[0] = np.linalg.norm(scale * second_residual * scale.T)
+            self._second[0] = share * np.linalg.norm(scale * second_residual * scale[here].T)
         if second_load_response is not None:
             self._second[1:] = np.linalg.norm(scale * second_load_response, axis=0)
 
@@ -196,15 +207,23 @@ def band_error(size: ReceptanceSize, omega: Array, n_keep: int, *, top: float, m
     ``missing`` is what the receptance lacks at the top, ``second`` the second residual, both between directions and
     loads after them (n, n); ``omega`` the modes kept. Infinite where these end below the top.
     """
+    forms = [(_norms(form, n_keep), _most(form, n_keep)) for form in (missing, second)]
+    return band_error_of(size, omega, top=top, missing=forms[0], second=forms[1])
+
+
+def band_error_of(
+    size: ReceptanceSize, omega: Array, *, top: float, missing: tuple[Array, Array], second: tuple[Array, Array]
+) -> float:
+    """The same from norms: of each form between directions and from each load, and what can hide behind its terms."""
     last = float(omega.max())
     if last <= top:
         return float("inf")
     w = band(omega, 0.0, top)
     part = (top**2 - w**2) / (last**2 - w**2)
-    measured = (w / top)[:, None] ** 4 * (_norms(missing, n_keep) + part[:, None] * _most(missing, n_keep))
-    known = (w**4 / (last**2 - w**2))[:, None] * np.maximum(_norms(second, n_keep), _most(second, n_keep))
+    measured = (w / top)[:, None] ** 4 * (missing[0] + part[:, None] * missing[1])
+    known = (w**4 / (last**2 - w**2))[:, None] * np.maximum(*second)
     below = np.minimum(measured, known) / size.at(w)
-    return float(max(below.max(), (_norms(missing, n_keep) / size.at(top)).max()))
+    return float(max(below.max(), (missing[0] / size.at(top)).max()))
 
 
 def _norms(form: Array, n: int) -> Array:

@@ -14,6 +14,7 @@ from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import InputError
+from slipstick.structure.checks import dense
 from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array, IntArray
 
@@ -116,7 +117,7 @@ class LinearSystems:
         key = (*sorted(values.items()), *(() if own is structure else (("omega", omega),)))
         if key not in self._structures:
             changed = own.changed(**values) if values else own
-            directions, driven = self._balance.directions, self._balance.problem.load_columns
+            directions, driven = dense(self._balance.directions), self._balance.problem.load_columns
             columns = np.hstack([directions, driven.vectors])
             equations = changed.time_equations(directions, columns, driven.shapes, **self._damping)
             self._structures = {key: dynamics(equations)}

@@ -13,6 +13,7 @@ from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.contact.law import Law
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
+from slipstick.structure.checks import beside, dense
 from slipstick.structure.dynamic import turning_with
 from slipstick.structure.protocol import TimeEquations
 from slipstick.trig.harmonics import Harmonics
@@ -53,7 +54,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     driven = problem.load_columns
     outputs = problem.direction_matrix({name: 1.0} for name in problem.outputs or ())
     equations = turning_with(problem.structure, omega).time_equations(
-        np.hstack([contact, outputs]), np.hstack([contact, driven.vectors]), driven.shapes
+        dense(beside(contact, outputs)), dense(beside(contact, driven.vectors)), driven.shapes
     )
     h = problem.harmonics
     loads = driven.forces(problem.load_coefficients(), h.orders[1:], omega)

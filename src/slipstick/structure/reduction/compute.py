@@ -19,6 +19,7 @@ from slipstick.structure.matrix_checks import matrix_faults, name_of, scaled, sm
 from slipstick.structure.receptance import undamped
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.request import Accuracy
+from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, SolvedData, cheaper_solved, compute_solved
 from slipstick.structure.truncation import ReceptanceSize, Truncation, band_error
 from slipstick.typing import Array, Sparse
 
@@ -29,6 +30,9 @@ BAND_BY_DEFAULT = 10.0
 
 _TOGETHER = 256
 """Columns solved and multiplied at a time."""
+
+_HELD, _SLICE = 1024, 32
+"""Columns whose solutions are held together; more are solved for in slices."""
 
 _STORED = ("omega", "amplitudes", "static", "second", "residuals")
 """Arrays of the store that are the fields of their name."""
@@ -105,11 +109,13 @@ class Columns(NamedTuple):
     skin: Sparse | None = None
 
 
-def stored_data(path: Path, n_keep: int, n_loads: int, n_skin: int = 0) -> ReducedData | None:
+def stored_data(path: Path, n_keep: int, n_loads: int, n_skin: int = 0) -> ReducedData | SolvedData | None:
     """Read from the store; None when there is nothing or it does not fit."""
     arrays = reduction_store.read(path)
     if arrays is None:
         return None
+    if "near_indices" in arrays:
+        return SolvedData.of_arrays(arrays, n_keep, n_loads)
     try:
         estimate = float(arrays["error_estimate"])
         data = ReducedData(
@@ -129,9 +135,11 @@ def stored_data(path: Path, n_keep: int, n_loads: int, n_skin: int = 0) -> Reduc
     return data if all(array.shape == shape for array, shape in fitting) else None
 
 
-def store_path(folder: Path, K: Sparse, M: Sparse, columns: Columns, want: Accuracy, solver: str | None) -> Path:
+def store_path(
+    folder: Path, K: Sparse, M: Sparse, columns: Columns, want: Accuracy, solver: str | None, residuals: str
+) -> Path:
     """Where the reduction of exactly these matrices and wishes, made by this code, is kept."""
-    parameters = (asdict(want), solver, reduction_store.code_digest("solve", "structure"))
+    parameters = (asdict(want), solver, residuals, reduction_store.code_digest("solve", "structure"))
     parts = (columns.directions, sparse.csr_array(columns.loads), *(() if columns.skin is None else (columns.skin,)))
     key = reduction_store.content_key((K, M, *parts), parameters)
     return folder / f"reduction-{key}.npz"
@@ -145,21 +153,35 @@ def compute(
     dofs: Sequence[str] | None,
     want: Accuracy,
     solver: str | None,
+    residuals: str = "auto",
     listener: StageListener | None,
-) -> ReducedData:
-    """All of :class:`ReducedData`; the matrices are checked first."""
+) -> ReducedData | SolvedData:
+    """All of :class:`ReducedData`, or of :class:`SolvedData` with what it is solved by; the matrices are checked first.
+
+    ``residuals`` is the kind: "written", "solved", or "auto", the one that costs less.
+    """
     faults = matrix_faults(K, M, dofs)
     if faults:
         raise InputError(faults)
     clock, (directions, loads, skin) = _Clock(listener), columns
+    n_keep, iteration = directions.shape[1], None
+    if residuals == "solved" or (residuals == "auto" and n_keep > ALWAYS_WRITTEN):
+        clock.start("factorisation")
+        iteration = _iteration(K, M, solver, dofs, listener, None)
+        assert iteration.solve.factors is not None
+        if residuals == "solved" or cheaper_solved(n_keep, iteration.solve.factors.memory):
+            limits = MOST_BY_DEFAULT, MOST_MODES, BAND_BY_DEFAULT
+            solved = compute_solved(iteration, M, directions, loads, want, limits, clock.start)
+            _require_positive(solved)
+            return replace(solved, seconds=clock.stop(), factors=iteration.solve.factors)
     B = sparse.csc_array(sparse.hstack([directions, sparse.csc_array(loads)]))
-    n_keep = directions.shape[1]
     probe = None
     if want.modes is None and want.highest is not None:
         clock.start("direct solution at the highest frequency")
         probe = direct_receptance(K, M, B, want.highest, solver)
-    clock.start("factorisation")
-    iteration = _iteration(K, M, solver, dofs, listener, None if probe is None else probe.ordering)
+    if iteration is None:
+        clock.start("factorisation")
+        iteration = _iteration(K, M, solver, dofs, listener, None if probe is None else probe.ordering)
     clock.start("static solutions")
     static, second, seen = _static_solutions(iteration, M, B, skin)
     clock.start("modes")
@@ -188,13 +210,23 @@ def compute(
 def _static_solutions(
     iteration: BlockLanczos, M: Sparse, B: Sparse, skin: Sparse | None
 ) -> tuple[Array, Array, Array | None]:
-    """``B^T U``, ``U^T M U`` and the motion of the skin for ``U = K^-1 B``: besides U, slices of columns alone."""
-    slices = [slice(first, first + _TOGETHER) for first in range(0, B.shape[1], _TOGETHER)]
-    U = np.empty(B.shape)
-    for part in slices:
-        U[:, part] = iteration.solve(B[:, part].toarray())
-    second = np.hstack([U.T @ (M @ U[:, part]) for part in slices])
-    return B.T @ U, second, None if skin is None else np.asarray(skin.T @ U)
+    """``B^T U``, ``U^T M U`` and the motion of the skin for ``U = K^-1 B``.
+
+    Of many columns U is not held: slices of them are solved for once more, ``B^T K^-1 M U``.
+    """
+    if B.shape[1] <= _HELD:
+        U = np.empty(B.shape)
+        for first in range(0, B.shape[1], _TOGETHER):
+            U[:, first : first + _TOGETHER] = iteration.solve(B[:, first : first + _TOGETHER].toarray())
+        second = np.hstack([U.T @ (M @ U[:, i : i + _TOGETHER]) for i in range(0, B.shape[1], _TOGETHER)])
+        return B.T @ U, second, None if skin is None else np.asarray(skin.T @ U)
+    parts: list[tuple[Array, ...]] = []
+    for first in range(0, B.shape[1], _SLICE):
+        U = iteration.solve(B[:, first : first + _SLICE].toarray())
+        V = iteration.solve(np.asfortranarray(M @ U))
+        parts.append((B.T @ U, B.T @ V, *(() if skin is None else (skin.T @ U,))))
+    static, second, *seen = (np.hstack(each) for each in zip(*parts, strict=True))
+    return static, second, np.asarray(seen[0]) if seen else None
 
 
 def _grow(
@@ -292,7 +324,7 @@ def _singular_sentence(error: SingularMatrixError, dofs: Sequence[str] | None) -
     )
 
 
-def _require_positive(data: ReducedData) -> None:
+def _require_positive(data: ReducedData | SolvedData) -> None:
     if not (data.omega > 0.0).all():
         raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
 

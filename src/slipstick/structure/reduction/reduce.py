@@ -34,7 +34,10 @@ from slipstick.structure.reduction.compute import (
     stored_data,
 )
 from slipstick.structure.reduction.request import Damping, as_csr, checked_request, real_matrices
+from slipstick.structure.reduction.solved import SolvedData
+from slipstick.structure.residuals import FullModel
 from slipstick.structure.skin import Skin
+from slipstick.structure.solved_modes import SolvedModes
 from slipstick.structure.truncation import WARNED_REDUCTION, WorstError, band
 from slipstick.typing import Array, FrequencyRange, IntArray, Matrix, Reals
 
@@ -88,6 +91,7 @@ def reduce(
     solver: str | None = None,
     cache: str | Path | None = None,
     listener: StageListener | None = None,
+    residuals: str = "auto",
 ) -> ModalStructure:
     """Reduce sparse symmetric K, M (n, n) of a constrained structure to named directions: modes and static residual.
 
@@ -116,6 +120,12 @@ def reduce(
         One of ``slipstick.solve.linear.factorisation.available_solvers()``; the best one by default.
     cache
         Folder in which reductions are kept and found again by content; damping is not part of it.
+    residuals
+        How what the modes leave out is applied: "written" out as matrices (n_keep, n_keep), or "solved" for with the
+        factorised stiffness at each product: for thousands of directions, to rounding the same. "auto" takes what costs
+        less over the reduction and one curve, and "solved" where the matrices would fill more than 4 GB. The structure
+        is then a ``structure.solved_modes.SolvedModes``; where all entries of a receptance are needed (stability, dense
+        Jacobians), it writes them out for a few thousand contacts at most.
 
     Raises
     ------
@@ -158,6 +168,7 @@ def reduce(
         solver=solver,
         cache=cache,
         listener=listener,
+        residuals=residuals,
     )
     return reduction.structure
 
@@ -174,17 +185,31 @@ def reduce_model(K: Matrix, M: Matrix, *, skin: SkinRows | None = None, reach: f
     began = perf_counter()
     rows = None if skin is None else as_csr(skin.rows)
     columns = Columns(directions, loads, rows)
-    path = None if request.cache is None else store_path(Path(request.cache), K, M, columns, want, solver)
+    path = (
+        None
+        if request.cache is None
+        else store_path(Path(request.cache), K, M, columns, want, solver, request.residuals)
+    )
     n_skin = 0 if rows is None else rows.shape[1]
     data = None if path is None else stored_data(path, directions.shape[1], loads.shape[1], n_skin)
     reused = data is not None
     if data is None:
-        data = compute(K, M, columns, dofs=request.dofs, want=want, solver=solver, listener=request.listener)
+        data = compute(
+            K, M, columns, dofs=request.dofs, want=want, solver=solver, residuals=request.residuals,
+            listener=request.listener,
+        )  # fmt: skip
         if path is not None:
             reduction_store.write(path, data.arrays())
     else:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
-    structure = modal_structure(data, request.kept, request.load_names, request.damping, skin)
+    structure: ModalStructure
+    if isinstance(data, SolvedData):
+        full = FullModel(K=K, M=M, directions=directions, solver=solver)
+        structure = solved_structure(data, full, request.kept, request.load_names, request.damping)
+        if skin is not None:
+            warnings.warn(NO_SKIN, SlipstickWarning, stacklevel=3)
+    else:
+        structure = modal_structure(data, request.kept, request.load_names, request.damping, skin)
     error = data.error_estimate
     if request.frequency_range is not None:
         worst = _worst(structure, request.frequency_range, error)
@@ -275,6 +300,31 @@ def modal_structure(
         load_shapes=shapes,
         skin=None if skin is None else _skin(data, n, loads, skin),
     )
+
+
+NO_SKIN = (
+    "the motion of the skin is not kept of a reduction whose residuals are solved for: figures of the deflected body "
+    'cannot be drawn; give residuals = "written" where they are wanted'
+)
+
+
+def solved_structure(
+    data: SolvedData, full: FullModel, kept: tuple[str, ...], loads: tuple[str, ...], damping: Damping
+) -> SolvedModes:
+    """The structure of data whose residuals are applied by solutions with the full model."""
+    n, a = len(kept), data.amplitudes
+    if data.factors is not None:
+        full.__dict__["factors"] = data.factors
+    second = data.load_second[:n] - (a[:n] / data.omega**4) @ a[n:].T
+    shapes = {
+        name: LoadShape(participation=a[n + k], static_response=data.load_static[:n, k], second_response=second[:, k])
+        for k, name in enumerate(loads)
+    }
+    return SolvedModes(
+        omega=data.omega, mode_shapes=a[:n], dofs=kept, full=full, near=data.near, near_second=data.near_second,
+        sample=data.sample, sample_static=data.sample_static, sample_second=data.second_columns(),
+        loss_factor=damping.loss_factor, damping_ratio=damping.ratios(data.omega), load_shapes=shapes,
+    )  # fmt: skip
 
 
 def _skin(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:

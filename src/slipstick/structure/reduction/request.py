@@ -82,6 +82,11 @@ class Request:
     solver: str | None
     cache: str | Path | None
     listener: StageListener | None
+    residuals: str = "auto"
+
+
+RESIDUALS = ("auto", "written", "solved")
+"""How what the modes leave out is applied."""
 
 
 def checked_request(
@@ -101,6 +106,7 @@ def checked_request(
     solver: Any = None,
     cache: Any = None,
     listener: Any = None,
+    residuals: Any = "auto",
     reach: float = 0.0,
 ) -> Request:
     """The request for matrices of n rows; raises InputError with every fault. Arguments are those of ``reduce``."""
@@ -122,6 +128,7 @@ def checked_request(
     loads = faults.take(_shape_columns, n, shapes)
     faults.take(truth, "force", force)
     faults.take(tools, solver, cache, listener)
+    faults.take(residuals_kind, residuals)
     faults.end()
     assert kept is not None
     assert loads is not None
@@ -139,7 +146,15 @@ def checked_request(
         solver=solver,
         cache=cache,
         listener=listener,
+        residuals=residuals,
     )
+
+
+def residuals_kind(residuals: Any) -> str:
+    """One of ``RESIDUALS``."""
+    if not isinstance(residuals, str) or residuals not in RESIDUALS:
+        raise wrong("residuals", residuals, '"auto", "written" or "solved"')
+    return residuals
 
 
 def non_negative(name: str, value: Any) -> float | Array:

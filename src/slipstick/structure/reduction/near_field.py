@@ -1,0 +1,125 @@
+"""The near field of residuals that are never written out: entries between neighbours, by products with many at once.
+
+What the modes leave out falls off with distance. Directions that are far from each other share a *colour*; a product
+with all of one colour, each with a sign of its own, tells in every row the entry of the nearest of them (T. F. Coleman,
+J. J. More, SIAM J. Numer. Anal. 20, 187, 1983; J. M. Tang, Y. Saad, Numer. Linear Algebra Appl. 19, 485, 2012). Some
+columns, solved for exactly, tell how much there is beyond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from slipstick.structure.residuals import NearField
+from slipstick.typing import Array, IntArray, Sparse
+
+SAMPLE = 48
+"""Columns that are solved for exactly."""
+
+_HOPS = 8
+"""Rows of the matrix from a direction to the middle between it and the next, at most."""
+
+_REACH = 2
+"""Neighbours of neighbours are near."""
+
+_SEED = 20120602
+_TOGETHER = 32
+
+
+class Neighbours(NamedTuple):
+    """Which directions are near each other, sparse (n, n) with the diagonal, and a colour of each (n,)."""
+
+    near: Any
+    colours: IntArray
+
+
+def neighbours(K: Sparse, directions: Sparse) -> Neighbours:
+    """From the pattern of a matrix: cells of the rows that are nearest to each direction; cells that touch are near."""
+    B = sparse.csc_array(directions)
+    n = B.shape[1]
+    touching = _cells(sparse.csr_array(K), B)
+    own = sparse.csr_array(abs(B).T @ abs(B)) + sparse.eye_array(n, format="csr")
+    near = _pattern(touching + touching.T + own)
+    for _ in range(_REACH - 1):
+        near = _pattern(near @ near)
+    return Neighbours(near, _coloured(_pattern(near @ near)))
+
+
+def _pattern(matrix: Any) -> Any:
+    found = sparse.csr_array(matrix)
+    found.data = np.ones(found.nnz, dtype=np.float32)
+    found.sort_indices()
+    return found
+
+
+def _cells(K: Any, B: Any) -> Any:
+    """Which cells touch, (n, n): rows of K are given to the directions that they are nearest to."""
+    cell = np.full(K.shape[0], -1)
+    cell[B.indices] = np.repeat(np.arange(B.shape[1]), np.diff(B.indptr))
+    for _ in range(_HOPS):
+        lengths = np.diff(K.indptr)
+        free = np.flatnonzero((cell < 0) & (lengths > 0))
+        if not free.size:
+            break
+        part = K[free]
+        nearest = np.maximum.reduceat(cell[part.indices], part.indptr[:-1])
+        if nearest.max() < 0:
+            break
+        cell[free] = nearest
+    held = np.flatnonzero(cell >= 0)
+    owner = sparse.csr_array((np.ones(held.size, dtype=np.float32), (held, cell[held])), shape=(K.shape[0], B.shape[1]))
+    pattern = sparse.csr_array((np.ones(K.nnz, dtype=np.float32), K.indices, K.indptr), shape=K.shape)
+    return owner.T @ (pattern @ owner)
+
+
+def _coloured(conflicts: Any) -> IntArray:
+    """The first colour that no conflicting direction has, one after the other."""
+    colours = np.full(conflicts.shape[0], -1)
+    for i, (first, last) in enumerate(zip(conflicts.indptr[:-1], conflicts.indptr[1:], strict=True)):
+        taken = np.zeros(last - first + 1, dtype=bool)
+        other = colours[conflicts.indices[first:last]]
+        taken[other[(other >= 0) & (other < taken.size)]] = True
+        colours[i] = int(np.argmin(taken))
+    return colours
+
+
+def sampled(n: int) -> IntArray:
+    """Directions whose columns stand for all, sorted, all of them where they are few."""
+    return np.sort(np.random.default_rng(_SEED).permutation(n)[: min(SAMPLE, n)])
+
+
+def near_fields(
+    apply: Callable[[Array], Array], known: Neighbours, sample: IntArray, columns: Array
+) -> tuple[NearField, NearField]:
+    """Those of both residuals.
+
+    ``apply`` gives both (2, n, k) for directions (n, k); ``columns`` (2, n, n_sample) are exact ones.
+    """
+    near, colours = known
+    n, rows = near.shape[0], np.repeat(np.arange(near.shape[0]), np.diff(near.indptr))
+    sign = np.random.default_rng(_SEED).choice([-1.0, 1.0], n)
+    entries = np.empty((2, near.nnz))
+    of_entry = colours[near.indices]
+    for first in range(0, int(colours.max()) + 1, _TOGETHER):
+        here = np.flatnonzero((colours >= first) & (colours < first + _TOGETHER))
+        x = np.zeros((n, min(_TOGETHER, int(colours.max()) + 1 - first)))
+        x[here, colours[here] - first] = sign[here]
+        y = apply(x)
+        told = np.flatnonzero((of_entry >= first) & (of_entry < first + _TOGETHER))
+        entries[:, told] = y[:, rows[told], of_entry[told] - first] * sign[near.indices[told]]
+    return tuple(_near_field(near, entry, sample, exact) for entry, exact in zip(entries, columns, strict=True))  # type: ignore[return-value]
+
+
+def _near_field(near: Any, entries: Array, sample: IntArray, exact: Array) -> NearField:
+    found = sparse.csr_array((entries, near.indices.copy(), near.indptr.copy()), shape=near.shape)
+    found = sparse.csr_array(0.5 * (found + found.T))
+    size = np.sqrt(np.maximum(found.diagonal(), 0.0))
+    far, least = np.abs(exact), 0.0
+    for place, column in zip(far.T, sample, strict=True):
+        place[near.indices[near.indptr[column] : near.indptr[column + 1]]] = 0.0
+        least += size[column] * (size.sum() - size[near.indices[near.indptr[column] : near.indptr[column + 1]]].sum())
+    return NearField(entries=found, share=float(far.sum() / least) if least > 0.0 else 0.0)

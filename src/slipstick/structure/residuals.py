@@ -1,0 +1,347 @@
+"""What the modes left out add to a receptance, as the balance asks for it: products, entries of single contacts, sizes.
+
+Either matrices that are written out, or the same applied by solutions with the factorised stiffness: with ``B`` the
+directions kept in the full model, ``phi_r`` and ``w_r`` the modes and ``a_r = B^T phi_r``, the residuals are
+
+    R_0 = B^T K^-1 B - sum_r a_r a_r^T / w_r^2,      R_1 = B^T K^-1 M K^-1 B - sum_r a_r a_r^T / w_r^4
+
+(THEORY.md (10.1)). A product with both takes two solutions, of all harmonics together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import InitVar, dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from slipstick.solve.linear.factorisation import Factorisation, factorise, one_blas_thread
+from slipstick.typing import Array, ComplexArray, Matrix, Sparse
+
+
+class Residuals(Protocol):
+    """Real matrices ``R_p`` (n_rows, n_columns), of which weighted sums are asked for.
+
+    Weights are (n_parts, k), one for each matrix and each of the k columns of what is multiplied.
+    """
+
+    def __len__(self) -> int:
+        """How many matrices."""
+
+    def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray:
+        """``sum_p weight_p R_p x`` (n_rows, k) for numbers on the first columns, (any, k)."""
+
+    def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray:
+        """``sum_p weight_p R_p^T z`` (n_columns, k) for numbers on the rows, (n_rows, k)."""
+
+    def reach(self, sizes: Array, weight: Array) -> Array:
+        """``sum_p weight_p |R_p| sizes`` (n_rows, k), or more, for sizes on the first columns, (any, k)."""
+
+    def entries(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> list[Array]:
+        """Entries of each matrix between ports of one contact, of the shape of ``rows`` and ``columns`` together."""
+
+
+class WrittenResiduals:
+    """Matrices (n_rows, n_columns) that are written out."""
+
+    def __init__(self, matrices: Sequence[Array]) -> None:
+        self.matrices = tuple(matrices)
+
+    def __len__(self) -> int:
+        """How many matrices."""
+        return len(self.matrices)
+
+    def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
+        """``sum_p weight_p R_p x``; real matrices times pairs of real and imaginary parts."""
+        pairs, out = np.ascontiguousarray(x).view(float), 0.0
+        for matrix, share in zip(self.matrices, weight, strict=True):
+            if share.any():
+                out = out + (matrix[:, : len(x)] @ pairs).view(complex) * share
+        return out
+
+    def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
+        """``sum_p weight_p R_p^T z``."""
+        pairs, out = np.ascontiguousarray(z).view(float), 0.0
+        for matrix, share in zip(self.matrices, weight, strict=True):
+            out = out + (matrix.T @ pairs).view(complex) * share
+        return out
+
+    def reach(self, sizes: Array, weight: Array) -> Array | float:
+        """``sum_p weight_p |R_p| sizes``."""
+        out = 0.0
+        for matrix, share in zip(self.matrices, weight, strict=True):
+            out = out + (np.abs(matrix[:, : len(sizes)]) @ sizes) * share
+        return out
+
+    def entries(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> list[Array]:
+        """Entries of each matrix."""
+        return [matrix[rows, columns] for matrix in self.matrices]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FullModel:
+    """A full model whose residuals are applied by solutions; K is factorised when one is first asked for.
+
+    Attributes
+    ----------
+    K, M
+        Stiffness and mass, sparse by rows, (n, n).
+    directions
+        What is kept of it, sparse, (n, n_keep).
+    solver
+        Name of the sparse solver; None: the best there is.
+    triangles
+        Whether K and M are given by their lower triangles, as they are stored.
+    """
+
+    K: Sparse
+    M: Sparse
+    directions: Sparse
+    solver: str | None = None
+    triangles: InitVar[bool] = False
+
+    def __post_init__(self, triangles: bool) -> None:
+        for name in ("K", "M"):
+            matrix = sparse.csr_array(getattr(self, name))
+            if triangles:
+                matrix = sparse.csr_array(matrix + sparse.tril(matrix, -1).T)
+            object.__setattr__(self, name, matrix)
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal model is made from: matrices, not their factors."""
+        lower = {name: sparse.tril(getattr(self, name), format="csc") for name in ("K", "M")}
+        return {**lower, "directions": self.directions, "solver": self.solver, "triangles": True}
+
+    @cached_property
+    def factors(self) -> Factorisation:
+        """Of the stiffness: not part of a file or a pickle, made again there."""
+        return factorise(self.K, solver=self.solver, check=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "factors"}
+
+    def solutions(self, forces: Array, second: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """``K^-1 F`` (n, k), and ``K^-1 M K^-1 F`` of those columns alone that are marked, for forces F (n, k)."""
+        with one_blas_thread():
+            U = self.factors.solve(np.asfortranarray(forces))
+            return U, self.factors.solve(np.asfortranarray(self.M @ (U if second.all() else U[:, second])))
+
+
+@dataclass(frozen=True, kw_only=True)
+class NearField:
+    """A residual (n, n) as far as its size is asked for: entries between neighbours, a mean share beyond.
+
+    Attributes
+    ----------
+    entries
+        Sparse by rows, symmetric, (n, n): measured by a few products (``structure/reduction/near_field.py``).
+    share
+        Of ``sqrt(R_ii R_jj)``, mean size of the entries that are not held.
+    """
+
+    entries: Any
+    share: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "entries", sparse.csr_array(self.entries))
+
+    @property
+    def own(self) -> Array:
+        """The diagonal, not below zero, (n,)."""
+        return np.maximum(self.entries.diagonal(), 0.0)
+
+    def between(self, rows: Matrix, columns: Matrix) -> ProjectedNear:
+        """The same between directions (n, n_rows) and (n, n_columns)."""
+        left, right = sparse.csc_array(rows), sparse.csc_array(columns)
+        entries = sparse.csr_array(left.T @ self.entries @ right)
+        sizes = [
+            np.sqrt(np.maximum(np.asarray((side * (self.entries @ side)).sum(axis=0)).ravel(), 0.0))
+            for side in (left, right)
+        ]
+        return ProjectedNear(entries, self.share, *sizes)
+
+
+class ProjectedNear:
+    """A near field between directions: entries (n_rows, n_columns), and sizes of the directions in themselves."""
+
+    def __init__(self, entries: Any, share: float, left: Array, right: Array) -> None:
+        self.entries, self._share, self._left, self._right = entries, share, left, right
+        sizes = abs(entries)
+        rows = np.repeat(np.arange(entries.shape[0]), np.diff(entries.indptr))
+        sizes.data -= share * left[rows] * right[entries.indices]  # what the far field holds of it
+        self._sizes = sizes
+
+    def reach(self, forces: Array) -> Array:
+        """``|R| forces`` (n_rows, k) for sizes (n_columns, k)."""
+        return np.asarray(self._sizes @ forces + self._share * np.outer(self._left, self._right @ forces))
+
+
+class SolvedResiduals:
+    """Both residuals between directions of a full model, applied by solutions with its stiffness.
+
+    Parameters
+    ----------
+    full
+        The model; ``rows`` (n_keep, n_rows) and ``columns`` (n_keep, n_ports) are directions on what it keeps.
+    omega, left, right
+        The modes that are left to others: frequencies, and at rows and columns, load columns at the end.
+    loads
+        Both residuals from the loads, (2, n_rows, n_loads).
+    near
+        Both residuals between what is kept, near themselves.
+    """
+
+    def __init__(
+        self,
+        full: FullModel,
+        rows: Matrix,
+        columns: Matrix,
+        *,
+        omega: Array,
+        left: Array,
+        right: Array,
+        loads: Array,
+        near: Sequence[NearField],
+    ) -> None:
+        self._full, self._omega, self._left, self._right, self._loads = full, omega, left, right, loads
+        B = sparse.csr_array(full.directions)
+        self._rows, self._columns = (sparse.csr_array(B @ sparse.csc_array(side)) for side in (rows, columns))
+        self._n = columns.shape[1]
+        self.shape = left.shape[0], right.shape[0]
+        self.near = [one.between(rows, columns) for one in near]
+        self._known: tuple[Any, ...] | None = None
+
+    def __len__(self) -> int:
+        """Two."""
+        return 2
+
+    def both(self, forces: Array, second: NDArray[np.bool_], *, transposed: bool = False) -> Array:
+        """``R_0 F``, and ``R_1 F`` of the columns marked (zero else), (2, n_rows, k), for ports alone (n_ports, k).
+
+        With the transposes forces are on the rows. The last answer is remembered: residual and slope ask the same.
+        """
+        if self._known is not None:
+            before, marked, turned, answer = self._known
+            if turned == transposed and np.array_equal(marked, second) and np.array_equal(before, forces):
+                return np.asarray(answer)
+        onto, moved = (self._rows, self._columns) if transposed else (self._columns, self._rows)
+        left, right = (self._right[: self._n], self._left) if transposed else (self._left, self._right[: self._n])
+        first, then = self._full.solutions(onto @ forces, second)
+        modal = right.T @ forces
+        out = np.zeros((2, len(left), forces.shape[1]))
+        out[0] = moved.T @ first - left @ (modal / self._omega[:, None] ** 2)
+        out[1][:, second] = moved.T @ then - left @ (modal[:, second] / self._omega[:, None] ** 4)
+        self._known = forces.copy(), second.copy(), transposed, out
+        return out
+
+    def _summed(self, x: ComplexArray, weight: ComplexArray, transposed: bool) -> ComplexArray:
+        """The sum over both of complex numbers on the ports or rows: only columns that are there are solved for."""
+        pairs = np.ascontiguousarray(x).view(float)
+        here = pairs.any(axis=0)
+        answer = np.zeros((2, self._n if transposed else self.shape[0], pairs.shape[1]))
+        if here.any():
+            answer[:, :, here] = self.both(pairs[:, here], np.repeat(weight[1] != 0, 2)[here], transposed=transposed)
+        return np.asarray(answer[0].view(complex) * weight[0] + answer[1].view(complex) * weight[1])
+
+    def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray:
+        """``sum_p weight_p R_p x``."""
+        out = self._summed(x[: self._n], weight, transposed=False)
+        for load, share in zip(self._loads, weight, strict=True):
+            if len(x) > self._n:
+                out += (load @ x[self._n :]) * share
+        return out
+
+    def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray:
+        """``sum_p weight_p R_p^T z``."""
+        out = [self._summed(z, weight, transposed=True)]
+        out.append(sum(((load.T @ z) * share for load, share in zip(self._loads, weight, strict=True))))
+        return np.concatenate(out)
+
+    def reach(self, sizes: Array, weight: Array) -> Array:
+        """``sum_p weight_p |R_p| sizes``: near itself entry by entry, beyond by its mean size."""
+        out = np.zeros((self.shape[0], sizes.shape[1]))
+        for near, load, share in zip(self.near, self._loads, weight, strict=True):
+            out += near.reach(sizes[: self._n]) * share
+            if len(sizes) > self._n:
+                out += (np.abs(load) @ sizes[self._n :]) * share
+        return out
+
+    def entries(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> list[Array]:
+        """Entries of the near field."""
+        i, j = np.broadcast_arrays(rows, columns)
+        return [np.asarray(near.entries[i.ravel(), j.ravel()]).reshape(i.shape) for near in self.near]
+
+    def written(self) -> tuple[Array, Array]:
+        """Both matrices (n_rows, n_columns), by as many solutions as there are rows or ports, the fewer of them."""
+        turned = self.shape[0] < self._n
+        parts, unit = [], sparse.eye_array(min(self.shape[0], self._n), format="csc")
+        for first in range(0, unit.shape[0], _TOGETHER):
+            columns = unit[:, first : first + _TOGETHER].toarray()
+            parts.append(self.both(columns, np.ones(columns.shape[1], dtype=bool), transposed=turned))
+        ports = np.concatenate(parts, axis=2) if parts else np.zeros((2, *self.shape))
+        ports = ports.transpose(0, 2, 1) if turned else ports
+        both = np.concatenate([ports, self._loads], axis=2)
+        return both[0], both[1]
+
+
+_TOGETHER = 32
+"""Columns solved at a time: more cost as much each, and memory."""
+
+
+class SolvedStatic:
+    """Static compliance (n_rows, n_columns) that is a product: modes and a residual that is solved for.
+
+    Entries are told of the ports over themselves (``own_compliance``) and of the loads (``load_compliance``).
+    """
+
+    ndim = 2
+
+    def __init__(self, residuals: SolvedResiduals, left: Array, right: Array, omega: Array, factor: Any = 1.0) -> None:
+        self.shape = residuals.shape
+        self.size = self.shape[0] * self.shape[1]
+        self._residuals, self._left, self._right, self._omega = residuals, left, right, omega
+        self._factor = np.broadcast_to(np.asarray(factor, dtype=float), (self.shape[1],))
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("a static compliance that is solved for has no array")
+
+    def __mul__(self, factor: Array) -> SolvedStatic:
+        """With factors (n_columns,) on the columns."""
+        return SolvedStatic(self._residuals, self._left, self._right, self._omega, self._factor * factor)
+
+    def __matmul__(self, x: Array) -> Array:
+        """Times numbers on the columns, (n_columns,) or (n_columns, k)."""
+        columns = (x if x.ndim == 2 else x[:, None]) * self._factor[:, None]
+        weight = np.array([np.ones(columns.shape[1]), np.zeros(columns.shape[1])], dtype=complex)
+        out = self._left @ ((self._right.T @ columns) / self._omega[:, None] ** 2)
+        out = out + self._residuals.times(columns + 0j, weight).real
+        return out.reshape(-1, *x.shape[1:])
+
+    @property
+    def own(self) -> Array:
+        """Of the rows over the columns that are the same directions, (n_rows,); of the residual as its near field."""
+        n = self.shape[0]
+        modal = np.einsum("ir,ir->i", self._left / self._omega**2, self._right[:n])
+        return np.asarray(modal + self._residuals.near[0].entries.diagonal()) * self._factor[:n]
+
+    @property
+    def loads(self) -> Array:
+        """Of the loads, exact, (n_rows, n_loads)."""
+        n = self._residuals._n
+        modal = (self._left / self._omega**2) @ self._right[n:].T
+        return np.asarray(modal + self._residuals._loads[0]) * self._factor[n:]
+
+
+def own_compliance(static: Any) -> Array:
+    """Static compliances of the ports, which are the first columns, over themselves, (n_rows,)."""
+    return static.own if isinstance(static, SolvedStatic) else np.diag(static[:, : len(static)])
+
+
+def load_compliance(static: Any) -> Array:
+    """Static compliances of the loads, which are the columns after those of the rows, (n_rows, n_loads)."""
+    return static.loads if isinstance(static, SolvedStatic) else static[:, len(static) :]

@@ -1,0 +1,251 @@
+"""A structure of modes whose residuals are applied by solutions with the full model, never written out.
+
+For thousands of directions: their squares fill memory, and it takes as many solutions to write them. Products with both
+residuals take two solutions, of all harmonics together (``structure/residuals.py``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+
+from slipstick.errors import Fault, InputError
+from slipstick.structure.checks import any_directions, known_shapes
+from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import Factors, ModalReceptance
+from slipstick.structure.residuals import FullModel, NearField, SolvedResiduals, SolvedStatic
+from slipstick.structure.truncation import Truncation, load_arrays
+from slipstick.typing import Array, ComplexArray, IntArray, Reals
+
+FEW = 64
+"""Directions or rows up to which receptances are written out: it takes two solutions for each."""
+
+MOST_WRITTEN = 2**24
+"""Entries of a receptance (134 MB) up to which it is written out where somebody wants it all."""
+
+
+class SolvedModes(ModalStructure):
+    """Mass-normalised modes at some dofs of a full model, which solves for what they leave out.
+
+    As a :class:`ModalStructure`, to rounding the same receptance. ``static_compliance`` and ``second_residual`` are
+    written out when they are asked for, of a few thousand dofs at most.
+
+    Parameters
+    ----------
+    omega, mode_shapes, dofs, loss_factor, damping_ratio, load_shapes, damping
+        As of a ``ModalStructure``.
+    full
+        The full model, its ``directions`` those of the dofs.
+    near, near_second
+        Both residuals near themselves: sizes, entries of single contacts.
+    sample
+        Dofs (n_sample,) whose columns ``sample_static``, ``sample_second`` (n_dofs, n_sample) of the static compliance
+        and the second residual are known: they stand for all where the error of the reduction is estimated.
+    reference
+        Frequencies (n_modes,) of the modes when the model was reduced; None: ``omega``.
+    """
+
+    def __init__(
+        self,
+        *,
+        omega: Reals,
+        mode_shapes: Reals,
+        dofs: Iterable[str],
+        full: FullModel,
+        near: NearField,
+        near_second: NearField,
+        sample: IntArray,
+        sample_static: Array,
+        sample_second: Array,
+        reference: Array | None = None,
+        loss_factor: Reals = 0.0,
+        damping_ratio: Reals = 0.0,
+        load_shapes: Mapping[str, LoadShape] | None = None,
+        damping: float = 1.0,
+    ) -> None:
+        super().__init__(
+            omega=omega, mode_shapes=mode_shapes, dofs=dofs, loss_factor=loss_factor, damping_ratio=damping_ratio,
+            load_shapes=load_shapes, damping=damping,
+        )  # fmt: skip
+        self.full, self.near, self.near_second = full, near, near_second
+        self.sample, self.sample_static, self.sample_second = np.asarray(sample), sample_static, sample_second
+        self.reference = self.omega if reference is None else np.asarray(reference, dtype=float)
+
+    def _take_compliance(self, compliance: Array | None, second: Array | None) -> None:
+        """The full model knows it."""
+        self._knows_residual = True
+
+    def _follow_modes(self, more: Array) -> None:
+        """What the modes leave out stays."""
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal structure is made from."""
+        names = (
+            "omega", "mode_shapes", "dofs", "full", "near", "near_second", "sample", "sample_static", "sample_second",
+            "reference", "loss_factor", "damping",
+        )  # fmt: skip
+        numbers = {name: getattr(self, name) for name in names}
+        return {**numbers, "damping_ratio": self._viscous, "load_shapes": self.shapes}
+
+    @property
+    def static_compliance(self) -> Array:  # type: ignore[override]
+        """Exact rows of ``K^-1`` at the dofs (n_dofs, n_dofs), written out; InputError where they are too many."""
+        return self._all()[2]
+
+    @property
+    def second_residual(self) -> Array | None:  # type: ignore[override]
+        """The second residual, likewise."""
+        return self._all()[3]
+
+    def _all(self) -> tuple[Array, Array, Array, Array | None]:
+        unit = sparse.eye_array(len(self._dofs), format="csc")
+        return self.modal_parts(unit, unit, ())
+
+    @property
+    def error_kind(self) -> str:
+        """An "estimate", by both residuals."""
+        return "estimate"
+
+    @cached_property
+    def _truncation(self) -> Truncation:
+        own = self.near.own + np.sum((self.mode_shapes / self.omega) ** 2, axis=1)
+        return Truncation(
+            omega=self.omega, mode_shapes=self.mode_shapes, static_compliance=self.sample_static,
+            second_residual=self.sample_second, sample=self.sample, own=own,
+            **load_arrays([shape.arrays() for shape in self.shapes.values()]),
+        )  # fmt: skip
+
+    def own_compliance(self, along: Any) -> tuple[Array, Array]:
+        """Static compliances of directions over themselves: whole, and what the modes leave out, by its near field."""
+        columns = any_directions("directions", along, len(self._dofs))
+        left_out = np.asarray((columns * (self.near.entries @ columns)).sum(axis=0)).ravel()
+        return left_out + np.sum(((columns.T @ self.mode_shapes) / self.omega) ** 2, axis=1), left_out
+
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance between directions, see ``ModalStructure``: written out between few, else applied by solutions."""
+        if min(np.shape(rows)[1], np.shape(columns)[1]) <= FEW:
+            return super().project(rows, columns, shapes)
+        residuals, left, right = self._residuals(rows, columns, shapes)
+        return SolvedReceptance(
+            residuals, left=left, right=right, stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
+            damping=2.0 * self._viscous * self.omega, factor=self.damping,
+        )  # fmt: skip
+
+    def modal_parts(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
+    ) -> tuple[Array, Array, Array, Array | None]:
+        """Modes at the rows, participations of the columns, static and second compliance, written out."""
+        residuals, left, right = self._residuals(rows, columns, shapes)
+        residual, second = written(residuals)
+        return left, right, residual + (left / self.omega**2) @ right.T, second
+
+    def _residuals(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
+    ) -> tuple[SolvedResiduals, Array, Array]:
+        """Of what the modes leave out, with the modes at the rows and the participations of the columns."""
+        known_shapes(shapes, self.shapes)
+        n = len(self._dofs)
+        r, c = any_directions("rows", rows, n), any_directions("columns", columns, n)
+        chosen = [self.shapes[name] for name in shapes]
+        left, participation = r.T @ self.mode_shapes, np.array([np.asarray(s.participation) for s in chosen])
+        right = np.vstack([c.T @ self.mode_shapes, *participation])
+        static = [np.asarray(s.static_response) for s in chosen]
+        second = [np.zeros(n) if s.second_response is None else np.asarray(s.second_response) for s in chosen]
+        loads = np.array([r.T @ np.column_stack([np.zeros((n, 0)), *both]) for both in (static, second)])
+        if chosen:
+            loads[0] -= (left / self.omega**2) @ participation.T
+        residuals = SolvedResiduals(
+            self.full, r, c, omega=self.reference, left=left, right=right, loads=loads,
+            near=(self.near, self.near_second),
+        )  # fmt: skip
+        return residuals, left, right
+
+    def __repr__(self) -> str:
+        return f"SolvedModes({self.omega.size} modes, {len(self._dofs)} dofs of {self.full.K.shape[0]})"
+
+
+class SolvedReceptance(ModalReceptance):
+    """A ``ModalReceptance`` whose residuals are applied by solutions; its entries are written out if they are few."""
+
+    def __init__(
+        self, residuals: SolvedResiduals, *, left: Array, right: Array, stiffness: ComplexArray, damping: Array,
+        factor: float,
+    ) -> None:  # fmt: skip
+        self._residuals = residuals
+        nothing: Any = residuals  # there are two, and no matrices
+        super().__init__(
+            left=left, right=right, stiffness=stiffness, damping=damping, factor=factor, residual=nothing,
+            second=nothing, static=SolvedStatic(residuals, left, right, np.sqrt(stiffness.real)),  # type: ignore[arg-type]
+        )  # fmt: skip
+
+    def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
+        """As of a modal receptance."""
+
+        return replace(super().factors(orders, omega, along), parts=self._residuals)
+
+    def _static_with(self, omega: Array, old: Array) -> Any:
+        return SolvedStatic(self._residuals, self._left, self._right, omega)
+
+    @cached_property
+    def _entries(self) -> tuple[Array, Array]:
+        return written(self._residuals)
+
+    def written(self) -> ModalReceptance:
+        """The same with all entries; InputError where they are too many."""
+        residual, second = self._entries
+        return ModalReceptance(
+            left=self._left, right=self._right, stiffness=self._stiffness, damping=self._viscous.imag,
+            factor=self._factor, residual=residual, second=second,
+            static=residual + (self._left / self._stiffness.real) @ self._right.T,
+        )  # fmt: skip
+
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at ``orders * omega`` and its derivative by omega, written out."""
+        return self.written().at(orders, omega)
+
+    def conjugates(self, orders: Array, omega: float) -> ComplexArray:
+        """As of a modal receptance, written out."""
+        return self.written().conjugates(orders, omega)
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by a parameter, written out."""
+        return self.written().by_parameter(name, orders, omega)
+
+    def static_by_parameter(self, name: str) -> Array:
+        """Derivative of the static compliance by a parameter, written out."""
+        return self.written().static_by_parameter(name)
+
+    def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
+        """``A F``, see ``ModalReceptance``: one pair of solutions for each frequency."""
+        out = np.empty((len(forces), self._left.shape[0], 2 * orders.size))
+        for i, w in enumerate(omega):
+            f, G = self.factors(orders, float(w)), np.ascontiguousarray(forces[i]).view(complex)
+            modal = (f.right.T @ G.view(float)).view(complex) * f.weight[1:].conj().T
+            answer = (f.left @ modal.view(float)).view(complex) + f.parts.times(G, f.part_weight[:, 1:].conj())
+            out[i] = answer.view(float)
+        return out
+
+
+def written(residuals: SolvedResiduals) -> tuple[Array, Array]:
+    """Both residuals with all entries; InputError where they are too many."""
+    rows, columns = residuals.shape
+    if rows * columns > MOST_WRITTEN and min(rows, columns) > FEW:
+        found = f"{rows} by {columns} directions of a structure whose residuals are solved for"
+        raise InputError(
+            Fault(
+                "structure",
+                found=found,
+                expected=f"at most {MOST_WRITTEN} entries where all of them are needed",
+                remedy='analyses of single entries (stability, nonlinear modes, options={"jacobian": "dense"}) need '
+                'fewer contacts, or residuals="written" where that fits into memory',
+            )
+        )
+    return residuals.written()
