@@ -20,6 +20,7 @@ from slipstick.errors import InputError
 from slipstick.interrupts import held
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job, solve
+from slipstick.studies.together import Portion, portions, solve_portion
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -27,16 +28,16 @@ if TYPE_CHECKING:
 WORTH = 6.0
 """Seconds that local workers must save to be started; they take about three to be there."""
 _QUEUED = 4
-"""Cases sent out to each worker ahead of what it computes."""
+"""Portions of cases sent out to each worker ahead of what it computes."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _WAIT = 30
 _CLOSING = 10.0
 
 
 def in_turn(job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
-    """One case after another, here."""
-    for case in todo:
-        yield solve(job, plan, case)
+    """One portion after another, here."""
+    for cases in portions(job, plan, todo):
+        yield from solve_portion(job, plan, cases)
 
 
 def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
@@ -50,36 +51,37 @@ def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Sequence[int]) -
     with held(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")  # a reduced model may have hundreds of megabytes
         shared = client.submit(_Shared, job, plan, pure=False)
-    cases, sent, suspects = iter(todo), {}, []
+    waiting, sent, suspects = iter(portions(job, plan, todo)), {}, list[int]()
     finished: SimpleQueue[Future] = SimpleQueue()
 
-    def send(case: int) -> None:
-        future = client.submit(_solve_shared, shared, case, pure=False)
-        sent[future.key] = case
+    def send(cases: Portion) -> None:
+        task, what = (_solve_shared, cases[0]) if len(cases) == 1 else (_solve_portion, cases)
+        future = client.submit(task, shared, what, pure=False)
+        sent[future.key] = cases
         future.add_done_callback(finished.put)
 
     with held():
-        for case in islice(cases, _QUEUED * max(1, sum(client.nthreads().values()))):
-            send(case)
+        for cases in islice(waiting, _QUEUED * max(1, sum(client.nthreads().values()))):
+            send(cases)
     while sent:
         future = finished.get()
         with held():
-            case = sent.pop(future.key)
-            for more in islice(cases, 1):
+            cases = sent.pop(future.key)
+            for more in islice(waiting, 1):
                 send(more)
-            solved = _outcome_of(future, case)
+            solved = _outcome_of(future, cases)
         if solved is None:
-            suspects.append(case)
+            suspects += cases
         else:
-            yield solved
+            yield from solved
     for case in suspects:
         died = "the worker that computed it was killed, or ran out of memory; compute it once more with --missing"
         with held():
-            send(case)
+            send((case,))
         future = finished.get()
         with held():
             solved = _outcome_of(future, sent.pop(future.key))
-        yield solved or CaseSolved.failed(case, died)
+        yield from solved or [CaseSolved.failed(case, died)]
 
 
 class _Shared:
@@ -93,17 +95,21 @@ def _solve_shared(shared: _Shared, case: int) -> CaseSolved:
     return solve(shared.job, shared.plan, case)
 
 
-def _outcome_of(future: Future, case: int) -> CaseSolved | None:
-    """The case, or None where its worker died."""
+def _solve_portion(shared: _Shared, cases: Portion) -> list[CaseSolved]:
+    return list(solve_portion(shared.job, shared.plan, cases))
+
+
+def _outcome_of(future: Future, cases: Portion) -> list[CaseSolved] | None:
+    """The cases, or None where their worker died."""
     try:
-        solved: CaseSolved = future.result()
-        return solved
+        solved: CaseSolved | list[CaseSolved] = future.result()
+        return solved if isinstance(solved, list) else [solved]
     except Exception as error:
         kind = type(error).__name__
         if kind == "KilledWorker":
             return None
         first = next(iter(str(error).splitlines()), "")[:200]
-        return CaseSolved.failed(case, f"the worker that computed it failed ({kind}: {first})")
+        return [CaseSolved.failed(case, f"the worker that computed it failed ({kind}: {first})") for case in cases]
     finally:
         future.release()
 
@@ -221,17 +227,19 @@ def solutions(
     if client is not None:
         yield from on_cluster(client, job, plan, todo)
         return
-    rest, count = list(todo), min(workers or cores(), max(1, len(todo)))
+    rest = portions(job, plan, todo)
+    count = min(workers or cores(), max(1, len(rest)))
     if workers is not None and count > 1:
         require_dask()
     while rest and count > 1 and workers is None:
         begin = time.perf_counter()
-        yield solve(job, plan, rest.pop(0))
+        yield from solve_portion(job, plan, rest.pop(0))
         if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
             break
     with ExitStack() as stack:
         workers_client = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
-        yield from in_turn(job, plan, rest) if workers_client is None else on_cluster(workers_client, job, plan, rest)
+        left = [case for cases in rest for case in cases]
+        yield from in_turn(job, plan, left) if workers_client is None else on_cluster(workers_client, job, plan, left)
 
 
 def _started(stack: ExitStack, count: int, tell: Callable[[str], object]) -> Client | None:

@@ -29,7 +29,6 @@ from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.errors import Outcome
-from slipstick.faults import warn
 from slipstick.results.measures import amplitude, amplitude_with_slope
 from slipstick.results.record import Outputs, Point
 from slipstick.results.schema import LARGEST, attributes_of, make_table
@@ -49,6 +48,9 @@ from slipstick.typing import Array, BoolArray
 
 MOST_UNKNOWNS = 120
 """Unknowns up to which a curve is followed with others: of more, the work of one fills a processor anyway."""
+
+_ENTRIES = 100_000
+"""Entries of one derivative of the points whose numbers are computed in one go."""
 
 
 def in_lockstep(request: CurveRequest) -> bool:
@@ -106,7 +108,7 @@ class Lockstep:
         self.recorder = self._first.recorder()
 
     def branches(self) -> list[Branch | None]:
-        """The branch of each request; None of those that are to be followed alone."""
+        """The branch of each request, its warnings kept with it but not given; None of those to be followed alone."""
         with one_blas_thread():
             return self._branches()
 
@@ -265,7 +267,7 @@ class Lockstep:
         between = self._dense.points(pieces, whole)
         nodes, order = self._dense.nodes, self._in_order(located, pieces, place, between)
         points, branch = self._points(order, located, pieces, between)
-        values = self.recorder.values(points)
+        values = self._values(points)
         solved = np.array([p.kind != "interpolated" for p in points])
         unsolved = solved & ~(values["residual"] <= UNSOLVED)
         given_up = given_up.copy()
@@ -279,6 +281,13 @@ class Lockstep:
             None if given_up[i] or ends[i] == ends[i + 1] else self._branch(i, slice(ends[i], ends[i + 1]), values, seconds)
             for i in range(len(self._requests))
         ]
+
+    def _values(self, points: Sequence[Point]) -> dict[str, Any]:
+        """Every variable of all points; derivatives with further harmonics, which are large, are let go in between."""
+        b = self._first.balance
+        most = max(1, _ENTRIES // (b.n_contacts * b.L**2))
+        parts = [self.recorder.values(points[i : i + most]) for i in range(0, len(points), most)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _pieces(self, located: _Located) -> tuple[Segments, Numbers, Array]:
         """Segments parted at located points; of which segment each piece is all (-1: of none), and its place in it."""
@@ -366,7 +375,6 @@ class Lockstep:
         segment = Segment(number=1, start=request.start, stop=request.stop, points=len(x), outcome=Outcome.COMPLETED)
         outcome, message = joined([segment])
         said = [*request.warnings, *request.doubts(own)]
-        warn(said)
         work = {
             "parts": 1, "evaluations": int(self._correctors.evaluations[i]),
             "linear_solves": int(self._correctors.solves[i]), "rejected_steps": int(self._rejected[i]),
