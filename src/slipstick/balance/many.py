@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.batch_evaluation import evaluated_together
-from slipstick.balance.batches import Batch
+from slipstick.balance.batches import Batch, Places
 from slipstick.balance.inputs import ContactInputs, Inputs
 from slipstick.contact.law import Motion, Response
 from slipstick.structure.dynamic import adjusted
@@ -45,8 +45,14 @@ def same_form(first: Balance, other: Balance) -> bool:
 def _same_batch(a: Batch, b: Batch) -> bool:
     ports = zip(a.ports, b.ports, strict=True)
     return a.law.kind == b.law.kind and a.members == b.members and all(
-        p.size == q.size and np.array_equal(p.rows, q.rows) and np.array_equal(p.members, q.members) for p, q in ports
+        p.size == q.size and _same_places(p.rows, q.rows) and _same_places(p.members, q.members) for p, q in ports
     )  # fmt: skip
+
+
+def _same_places(a: Places, b: Places) -> bool:
+    if isinstance(a, slice) or isinstance(b, slice):
+        return a == b if isinstance(a, slice) and isinstance(b, slice) else False
+    return np.array_equal(a, b)
 
 
 class ManyBalances:
@@ -56,6 +62,8 @@ class ManyBalances:
     ----------
     inputs
         Of each.
+    structure
+        Number of the structure of each, (n,): balances of one structure share a receptance.
     """
 
     def __init__(self, balances: Sequence[Balance], inputs: Sequence[Inputs]) -> None:
@@ -64,15 +72,14 @@ class ManyBalances:
         b = self._balance
         self._P = np.array([one.P for one in inputs]).reshape(len(inputs), b.n_loads, b.L)
         structures: dict[Any, int] = {}
-        """Those that differ: a receptance each."""
-        receptances, which = [], []
+        receptances, which = list[Any](), list[int]()
         for balance, one in zip(balances, inputs, strict=True):
             key = id(balance.problem.structure), tuple(sorted(one.structure.items()))
             if key not in structures:
                 structures[key] = len(receptances)
                 receptances.append(adjusted(balance.receptance, one.structure))
             which.append(structures[key])
-        self._receptances, self._which = receptances, np.array(which)
+        self._receptances, self.structure = receptances, np.array(which)
 
     def evaluate(self, branches: Numbers, states: Array) -> tuple[Array, Array]:
         """Residuals (k, N) and derivatives by the state (k, N, N + 1) at states (k, N + 1) of the balances named.
@@ -130,7 +137,7 @@ class ManyBalances:
         return x + residual.reshape(k, N), by_state
 
     def respond(self, k: int, branches: Numbers, x: Array, omega: Array) -> tuple[Response, Array]:
-        """Batch ``k`` at motions (m, N), elements of the first motion first, and their velocities (n_ports, m count)."""
+        """Batch ``k`` at motions (m, N), elements of the first motion first; their velocities (n_ports, m count)."""
         b, batch = self._balance, self._balance.batches[k]
         here = _some(self._together[k], branches)
         X = x.reshape(len(x), b.n_ports, b.L)
@@ -145,7 +152,7 @@ class ManyBalances:
 
     def _compliance(self, branches: Numbers, omega: Array) -> ComplexArray:
         """``conj(A)`` and its derivative by omega, (k, 2, n_columns, n_rows, n + 1)."""
-        b, which = self._balance, self._which[branches]
+        b, which = self._balance, self.structure[branches]
         columns, rows = b.n_ports + b.n_loads, b.n_ports
         out = np.empty((len(omega), 2, columns, rows, b.orders.size + 1), dtype=complex)
         for number in np.unique(which) if len(self._receptances) > 1 else (0,):
@@ -191,5 +198,3 @@ def _on_ports(batch: Batch, i: int, part: Array, out: Array) -> None:
         F = part.reshape(len(out), batch.count, -1)[:, port.members]
         out[:, port.rows, 0] += F[..., 0]
         out[:, port.rows, 2:] += F[..., 1:]
-
-

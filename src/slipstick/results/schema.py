@@ -177,7 +177,7 @@ class Layout:
         """Numbers of many points, (n_points, ...) by name, as flat rows (n_points, size); no texts among them."""
         parts = [np.asarray(points[name], dtype="<f8") for name in self.variables]
         count = len(parts[0])
-        return np.concatenate([part.reshape(count, prod(self.shape(n))) for n, part in zip(self.variables, parts, strict=True)], axis=1)  # fmt: skip
+        return np.concatenate([part.reshape(count, prod(part.shape[1:])) for part in parts], axis=1)
 
     def unpack(self, rows: Array) -> dict[str, AnyArray]:
         """Variables (n_points, ...) from rows (n_points, size)."""

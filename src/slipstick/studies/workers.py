@@ -10,7 +10,7 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from queue import SimpleQueue
@@ -34,13 +34,17 @@ _WAIT = 30
 _CLOSING = 10.0
 
 
-def in_turn(job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
+def in_turn(job: Job, plan: StudyPlan, todo: Iterable[Portion]) -> Iterator[CaseSolved]:
     """One portion after another, here."""
-    for cases in portions(job, plan, todo):
-        yield from solve_portion(job, plan, cases)
+    for cases in todo:
+        yield from _solved(job, plan, cases)
 
 
-def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
+def _solved(job: Job, plan: StudyPlan, cases: Portion) -> Iterable[CaseSolved]:
+    return [solve(job, plan, cases[0])] if len(cases) == 1 else solve_portion(job, plan, cases)
+
+
+def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Iterable[Portion]) -> Iterator[CaseSolved]:
     """Cases as they are finished by the workers of a Dask client.
 
     Dask holds locks where an interrupt would leave them: it waits while Dask is at work, and cases are waited for in a
@@ -51,12 +55,11 @@ def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Sequence[int]) -
     with held(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")  # a reduced model may have hundreds of megabytes
         shared = client.submit(_Shared, job, plan, pure=False)
-    waiting, sent, suspects = iter(portions(job, plan, todo)), {}, list[int]()
+    waiting, sent, suspects = iter(todo), {}, list[int]()
     finished: SimpleQueue[Future] = SimpleQueue()
 
     def send(cases: Portion) -> None:
-        task, what = (_solve_shared, cases[0]) if len(cases) == 1 else (_solve_portion, cases)
-        future = client.submit(task, shared, what, pure=False)
+        future = client.submit(_solve_shared, shared, cases, pure=False)
         sent[future.key] = cases
         future.add_done_callback(finished.put)
 
@@ -91,19 +94,15 @@ class _Shared:
         self.job, self.plan = job, plan
 
 
-def _solve_shared(shared: _Shared, case: int) -> CaseSolved:
-    return solve(shared.job, shared.plan, case)
-
-
-def _solve_portion(shared: _Shared, cases: Portion) -> list[CaseSolved]:
-    return list(solve_portion(shared.job, shared.plan, cases))
+def _solve_shared(shared: _Shared, cases: Portion) -> list[CaseSolved]:
+    return list(_solved(shared.job, shared.plan, cases))
 
 
 def _outcome_of(future: Future, cases: Portion) -> list[CaseSolved] | None:
     """The cases, or None where their worker died."""
     try:
-        solved: CaseSolved | list[CaseSolved] = future.result()
-        return solved if isinstance(solved, list) else [solved]
+        solved: list[CaseSolved] = future.result()
+        return solved
     except Exception as error:
         kind = type(error).__name__
         if kind == "KilledWorker":
@@ -224,22 +223,21 @@ def solutions(
     ``workers`` None: as many as there are processors, started only where that saves time. ``tell`` hears why there are
     none where they would help.
     """
-    if client is not None:
-        yield from on_cluster(client, job, plan, todo)
-        return
     rest = portions(job, plan, todo)
+    if client is not None:
+        yield from on_cluster(client, job, plan, rest)
+        return
     count = min(workers or cores(), max(1, len(rest)))
     if workers is not None and count > 1:
         require_dask()
     while rest and count > 1 and workers is None:
         begin = time.perf_counter()
-        yield from solve_portion(job, plan, rest.pop(0))
+        yield from _solved(job, plan, rest.pop(0))
         if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
             break
     with ExitStack() as stack:
         workers_client = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
-        left = [case for cases in rest for case in cases]
-        yield from in_turn(job, plan, left) if workers_client is None else on_cluster(workers_client, job, plan, left)
+        yield from in_turn(job, plan, rest) if workers_client is None else on_cluster(workers_client, job, plan, rest)
 
 
 def _started(stack: ExitStack, count: int, tell: Callable[[str], object]) -> Client | None:

@@ -1,8 +1,8 @@
 """Many curves of one form followed side by side: the same points, peaks and warnings as each alone, for less time.
 
-Steps (``solve/continuation/lockstep.py``) and what lies between them (``lockstep_output.py``) are computed for all curves
-at once; where peaks and turning points may be is seen for all at once too, and those are located curve by curve, as
-they are alone. A curve on which anything is out of the ordinary is left to be followed alone.
+Steps (``solve/continuation/lockstep.py``) and what lies between them (``lockstep_output.py``) are computed for all
+curves at once; where peaks and turning points may be is seen for all at once too, and those are located curve by curve,
+as they are alone. A curve on which anything is out of the ordinary is left to be followed alone.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.errors import Outcome
+from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude, amplitude_with_slope
 from slipstick.results.record import Outputs, Point
 from slipstick.results.schema import LARGEST, attributes_of, make_table
@@ -105,7 +106,7 @@ class Lockstep:
         self._requests, self._first = list(requests), requests[0]
         self._span = self._first.start, self._first.stop
         self._clock = time.perf_counter()
-        self.recorder = self._first.recorder()
+        self._besides, self._sentences = Besides(), list[str]()
 
     def branches(self) -> list[Branch | None]:
         """The branch of each request, its warnings kept with it but not given; None of those to be followed alone."""
@@ -127,6 +128,7 @@ class Lockstep:
         scaling = [scales(r.balance, r.inputs, r.omega) for r in requests]
         options, span = self._first.options, abs(self._span[1] - self._span[0])
         self._scalings = [one.arclength() for one in scaling]
+        self._layout = self._first.recorder().layout
         self._systems = ManyBalances([r.balance for r in requests], [r.inputs for r in requests])
         self._correctors = Correctors(self._systems, len(requests), options.newton)
         measures = Measures.begun(self._scalings[0], np.array([s.displacement for s in scaling]), x, span)
@@ -202,8 +204,8 @@ class Lockstep:
         """Those on the segments named, as each curve locates them alone."""
         segments, nodes = self._dense.segments, self._dense.nodes
         branch = nodes.branch[segments.first[wanted]]
-        found, kinds, steps = {}, {}, list[Step]()
-        owners = list[int]()
+        found, kinds = dict[int, list[int]](), dict[int, tuple[str, str]]()
+        steps, owners = list[Step](), list[int]()
         locators: dict[int, tuple[Corrector, Locator]] = {}
         for s, i in zip(wanted.tolist(), branch.tolist(), strict=True):
             if i not in locators:
@@ -211,7 +213,7 @@ class Lockstep:
             corrector, locator = locators[i]
             owner = int(segments.owner[s])
             of = nodes.measures
-            corrector.metric.measure = 1.0, *(float(a[owner]) for a in (of.size, of.present, of.largest))
+            corrector.metric.measure = 1.0, float(of.size[owner]), float(of.present[owner]), float(of.largest[owner])
             locator.values = tuple(before[:, s].tolist())
             first, second = (self._step(int(n)) for n in (segments.first[s], segments.second[s]))
             second.smooth = bool(segments.smooth[s])
@@ -248,13 +250,14 @@ class Lockstep:
         corrector = Corrector(request.system, size, metric, options.newton)
         peaks = peak_events(Outputs(request.balance, ()), request.peaks_of, request.system)
         events = (*((turning_points(),) if options.locate_turning_points else ()),
-                  *kept_up(self.recorder.besides, "the place of peaks", peaks))  # fmt: skip
+                  *kept_up(self._besides, "the place of peaks", peaks))  # fmt: skip
         return corrector, Locator(corrector, events, np.empty(0), options.event_tolerance)
 
     def _step(self, node: int) -> Step:
         """A node as a step of the curve alone."""
         nodes = self._dense.nodes
-        step = Step(nodes.states[node], nodes.tangents[node], NewtonResult(nodes.states[node]), "regular", "", nodes.states.shape[1] - 1)  # fmt: skip
+        state, tangent = nodes.states[node], nodes.tangents[node]
+        step = Step(state, tangent, NewtonResult(state), "regular", "", state.size - 1)
         step.orientation, step.arclength = int(nodes.orientation[node]), float(nodes.arclength[node])
         step.evaluation = SimpleNamespace(detail=None)
         return step
@@ -265,29 +268,42 @@ class Lockstep:
         """All points in order, and the numbers of each."""
         pieces, whole, place = self._pieces(located)
         between = self._dense.points(pieces, whole)
-        nodes, order = self._dense.nodes, self._in_order(located, pieces, place, between)
+        order = self._in_order(located, pieces, place, between)
         points, branch = self._points(order, located, pieces, between)
-        values = self._values(points)
+        values = self._values(points, branch)
         solved = np.array([p.kind != "interpolated" for p in points])
         unsolved = solved & ~(values["residual"] <= UNSOLVED)
         given_up = given_up.copy()
         given_up[branch[unsolved]] = True
-        if self.recorder.besides.sentences:  # what is to be said of which curve is seen where it is alone
+        if self._sentences or self._besides.sentences:  # what is to be said of which curve is seen where it is alone
             given_up[:] = True
         ends = np.searchsorted(branch, np.arange(len(self._requests) + 1))
         seconds = (time.perf_counter() - self._clock) / len(self._requests)
-        del nodes
         return [
-            None if given_up[i] or ends[i] == ends[i + 1] else self._branch(i, slice(ends[i], ends[i + 1]), values, seconds)
+            None
+            if given_up[i] or ends[i] == ends[i + 1]
+            else self._branch(i, slice(ends[i], ends[i + 1]), values, seconds)
             for i in range(len(self._requests))
         ]
 
-    def _values(self, points: Sequence[Point]) -> dict[str, Any]:
-        """Every variable of all points; derivatives with further harmonics, which are large, are let go in between."""
+    def _values(self, points: Sequence[Point], branch: Numbers) -> dict[str, Any]:
+        """Every variable of all points; derivatives with further harmonics, which are large, are let go in between.
+
+        Curves of different structures have a recorder each.
+        """
         b = self._first.balance
         most = max(1, _ENTRIES // (b.n_contacts * b.L**2))
-        parts = [self.recorder.values(points[i : i + most]) for i in range(0, len(points), most)]
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        structure = self._systems.structure[branch]
+        parts = []
+        for number in np.unique(structure).tolist():
+            of = np.flatnonzero(structure == number)
+            recorder = self._requests[int(branch[of[0]])].recorder()
+            for i in range(0, of.size, most):
+                at = of[i : i + most]
+                parts.append((at, recorder.values([points[j] for j in at.tolist()])))
+            self._sentences += recorder.besides.sentences
+        order = np.argsort(np.concatenate([at for at, _ in parts]), kind="stable")
+        return {name: np.concatenate([part[name] for _, part in parts])[order] for name in parts[0][1]}
 
     def _pieces(self, located: _Located) -> tuple[Segments, Numbers, Array]:
         """Segments parted at located points; of which segment each piece is all (-1: of none), and its place in it."""
@@ -315,12 +331,16 @@ class Lockstep:
         parts = [  # owner, low, place in the segment, node, between
             (segments.owner[starts], np.full(starts.size, -1.0), np.zeros(starts.size), segments.first[starts], None),
             (segments.owner, segments.low, np.full(segments.first.size, np.inf), segments.second, None),
-            (pieces.owner[between.segment], pieces.low[between.segment], place[between.segment] + between.u, between.node, np.arange(between.u.size)),
+            (
+                pieces.owner[between.segment], pieces.low[between.segment], place[between.segment] + between.u,
+                between.node, np.arange(between.u.size),
+            ),
         ]  # fmt: skip
         if located.nodes:
             at = np.array([s for s, many in located.nodes.items() for _ in many])
             number = np.array([j + 1.0 for many in located.nodes.values() for j in range(len(many))])
-            parts.append((segments.owner[at], segments.low[at], number, np.array([n for many in located.nodes.values() for n in many]), None))  # fmt: skip
+            nodes_here = np.array([n for many in located.nodes.values() for n in many])
+            parts.append((segments.owner[at], segments.low[at], number, nodes_here, None))
         keys = [np.concatenate([part[k] for part in parts]) for k in range(3)]
         node = np.concatenate([part[3] for part in parts])
         number = np.concatenate([np.full(part[3].size, -1) if part[4] is None else part[4] for part in parts])
@@ -332,8 +352,9 @@ class Lockstep:
     ) -> tuple[list[Point], Numbers]:
         """Points of all curves, each with what is known of it; whose each is."""
         nodes, segments, requests = self._dense.nodes, self._dense.segments, self._requests
-        firsts = set(segments.first[np.append(True, nodes.branch[segments.first][1:] != nodes.branch[segments.first][:-1])].tolist())  # fmt: skip
-        lasts = set(segments.second[np.append(nodes.branch[segments.first][1:] != nodes.branch[segments.first][:-1], True)].tolist())  # fmt: skip
+        others = nodes.branch[segments.first][1:] != nodes.branch[segments.first][:-1]
+        firsts = set(segments.first[np.append(True, others)].tolist())
+        lasts = set(segments.second[np.append(others, True)].tolist())
         inverses: dict[int, _Inverse] = {}
 
         def inverse(node: int) -> _Inverse:
@@ -353,7 +374,8 @@ class Lockstep:
                     node, ("start" if node in firsts else "end" if node in lasts else "regular", "")
                 )
                 bent = np.inf if kind in FOLDS else 0.0 if kind == "start" else bend(before, node)
-                reaction, before, iterations = Reaction(inverse(node), tangent, bent), node, int(nodes.iterations[node])  # type: ignore[arg-type]
+                reaction = Reaction(inverse(node), tangent, bent)  # type: ignore[arg-type]
+                before, iterations = node, int(nodes.iterations[node])
             else:
                 piece = int(between.segment[number])
                 first, second = int(pieces.first[piece]), int(pieces.second[piece])
@@ -383,7 +405,7 @@ class Lockstep:
             request.problem, outcome, message, said, parameter="", **work, peaks_of="\n".join(request.peaks_of),
             largest_of="", seconds=seconds, jacobian=request.balance.backend.name,
         )  # fmt: skip
-        return Branch(make_table(self.recorder.layout, own, attributes), outcome, request.problem, message)
+        return Branch(make_table(self._layout, own, attributes), outcome, request.problem, message)
 
 
 def _near_miss(values: Array) -> BoolArray:
@@ -421,5 +443,3 @@ def _plain(
     steady = np.minimum(before * gain, after * gain) > 0.0
     limit = np.maximum(_HIDDEN * heights.max(axis=1), np.where(steady, _STEADY * np.abs(gain), 0.0))
     return np.asarray(hidden <= limit)
-
-

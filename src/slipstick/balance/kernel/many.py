@@ -29,6 +29,6 @@ def times_of_many(value: ComplexArray, G: ComplexArray, out: Array) -> None:
 def products_of_many(
     value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
 ) -> None:
-    """``add_products`` of each: ``tangent`` (k, count, L, L), transposed Jacobians ``out`` (k, N or more, N or more)."""
+    """``add_products`` of each: ``tangent`` (k, count, L, L), transposed Jacobians ``out`` (k, N or more each way)."""
     for i in range(len(value)):
         add_products(value[i], tangent[i], members, felt, moving, out[i])

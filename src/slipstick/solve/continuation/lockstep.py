@@ -1,9 +1,10 @@
 """Many branches followed side by side: the continuation of ``follow.py`` with one evaluation a round for all of them.
 
 Each branch takes the steps that it takes alone: predictor, corrector, step control and what is believed are those of
-``predictor.py``, ``corrector.py``, ``options.py`` and ``step_acceptance.py``, written for arrays whose first axis is the
-branch. No number of one depends on another. What is out of the ordinary is left to a continuation of its own: a branch
-that turns back at its start, finds no way on, stands before a corner, or is known to rounding only is ``given_up``.
+``predictor.py``, ``corrector.py``, ``options.py`` and ``step_acceptance.py``, written for arrays whose first axis is
+the branch. No number of one depends on another. What is out of the ordinary is left to a continuation of its own: a
+branch that turns back at its start, finds no way on, stands before a corner, or is known to rounding only is
+``given_up``.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class Systems(Protocol):
     """Systems of n branches, N equations each."""
 
     def evaluate(self, branches: Numbers, states: Array) -> tuple[Array, Array]:
-        """Residuals (k, N) and derivatives by the state (k, N, N + 1) at states (k, N + 1); nan where there are none."""
+        """Residuals (k, N) and derivatives by the state (k, N, N + 1) at states (k, N + 1); nan where none are."""
         ...
 
 
@@ -182,7 +183,8 @@ class Cubics:
 
     def at(self, which: Numbers | BoolArray) -> Cubics:
         """Some of them."""
-        return Cubics(nodes=self.nodes[which], length=self.length[which], rates=(self.rates[0][which], self.rates[1][which]))  # fmt: skip
+        rates = self.rates[0][which], self.rates[1][which]
+        return Cubics(nodes=self.nodes[which], length=self.length[which], rates=rates)
 
     def points(self, u: Array) -> Array:
         """States (k, N + 1) at places (k,)."""
@@ -423,11 +425,12 @@ class Points:
             for name in cls.__dataclass_fields__
             if name != "measures"
         }
-        own = {
-            name: np.concatenate([getattr(part.measures, name) for part in parts])
+        unit, size, present, largest = (
+            np.concatenate([getattr(part.measures, name) for part in parts])
             for name in ("unit", "size", "present", "largest")
-        }
-        return cls(**arrays, measures=replace(parts[0].measures, **own))
+        )
+        measures = replace(parts[0].measures, unit=unit, size=size, present=present, largest=largest)
+        return cls(**arrays, measures=measures)
 
 
 @dataclass(kw_only=True)
@@ -445,7 +448,6 @@ def follow(
     """Follow n branches through ``x`` (n, N) over the same range of the parameter, as ``Continuation`` does each."""
     start, stop = span
     n, size = len(x), x.shape[1] + 1
-    forward = 1.0 if stop > start else -1.0
     everyone = np.arange(n)
     rejected, given_up = np.zeros(n, dtype=int), np.zeros(n, dtype=bool)
     ahead = np.zeros((n, size))
@@ -467,11 +469,12 @@ def follow(
         reach = np.maximum(np.where(corner, 5.0, 0.0), options.max_correction) * reaching
         solved = correctors.correct(live, guess, direction, at_end, here, forward=along, reach=reach)
         with np.errstate(invalid="ignore"):
-            good = solved.found & _believed(here, last, along, orientation[live], solved, guess, reaching, at_end, span, options)  # fmt: skip
+            believed = _believed(here, last, along, orientation[live], solved, guess, reaching, at_end, span, options)
+            good = solved.found & believed
         new = live[good]
         if new.size:
             those, measured = solved.states[good], here.at(good)
-            apart = _apart(measured, those, solved.tangents[good], guess[good], direction[good], reaching[good])
+            apart = apart_from(measured, those, solved.tangents[good], guess[good], direction[good], reaching[good])
             turned = angles(measured.cosines(along[good], solved.tangents[good]))
             arclength[new] += measured.lengths(those - last[good])
             step_length[new] = _next_steps(reaching[good], solved, good, turned, order[new], options)
@@ -592,7 +595,9 @@ def _kinks(here: Measures, last: Array, tangent: Array, new: Array, after: Array
     return np.asarray((g >= 0.1) & (first >= 0.0) & (second >= 0.0) & on_line)
 
 
-def _apart(measures: Measures, states: Array, tangents: Array, guess: Array, direction: Array, length: Array) -> Array:
+def apart_from(
+    measures: Measures, states: Array, tangents: Array, guess: Array, direction: Array, length: Array
+) -> Array:
     """``Corrector.apart``."""
     turned = tangents / measures.lengths(tangents)[:, None] - direction / measures.lengths(direction)[:, None]
     by_state, by_slope = 0.5 * (states - guess), (0.125 * length)[:, None] * turned
@@ -612,7 +617,8 @@ def _next_steps(
     factor = np.minimum(
         (options.contraction / np.maximum(contraction, 1e-12)) ** (1.0 / order),
         np.minimum(
-            options.aimed_angle / np.maximum(turned, 1e-12), np.where(iterations <= options.target_iterations, 2.0, many)
+            options.aimed_angle / np.maximum(turned, 1e-12),
+            np.where(iterations <= options.target_iterations, 2.0, many),
         ),
     )
     return np.asarray(np.minimum(options.max_step, length * np.clip(factor, 0.5, 2.0)))

@@ -1,14 +1,25 @@
-"""What lies between the points that many branches were stepped to: ``dense_output.py`` for all their segments at once."""
+"""What lies between the points that many branches stepped to: ``dense_output.py`` for all their segments at once."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.solve.continuation.dense_output import _BENT, _CORRECTIONS, _LONGER, _PEAK, _SURE
-from slipstick.solve.continuation.lockstep import Correctors, Cubics, Measures, Numbers, Points, Systems, times
+from slipstick.solve.continuation.lockstep import (
+    Correctors,
+    Cubics,
+    Measures,
+    Numbers,
+    Points,
+    Systems,
+    apart_from,
+    times,
+)  # fmt: skip
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.typing import Array, BoolArray
 
@@ -16,6 +27,23 @@ _TOO_FAR = 0.5
 """As in ``corrector.py``."""
 _TOGETHER = 4096
 """States that are evaluated in one go."""
+
+
+def some(of: Any, which: Any) -> dict[str, Any]:
+    """Every array of a table, at some places."""
+    return {field.name: getattr(of, field.name)[which] for field in fields(of)}
+
+
+def joined(parts: Sequence[Any]) -> dict[str, Any]:
+    """Every array of several tables of one kind, one after the other."""
+    return {field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(parts[0])}
+
+
+def parted(pieces: NDArray[np.int_]) -> tuple[Numbers, Array]:
+    """Places (k,) that part each of several segments into so many pieces, and the number of the segment of each."""
+    inside = pieces - 1
+    each = np.repeat(np.arange(pieces.size), inside)
+    return each, (np.arange(each.size) - np.repeat(np.cumsum(inside) - inside, inside) + 1) / pieces[each]
 
 
 @dataclass(kw_only=True)
@@ -44,12 +72,12 @@ class Segments:
 
     def at(self, which: Numbers | BoolArray) -> Segments:
         """Some of them."""
-        return Segments(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
+        return Segments(**some(self, which))
 
     @classmethod
     def joined(cls, parts: list[Segments]) -> Segments:
         """All of several."""
-        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in cls.__dataclass_fields__})  # fmt: skip
+        return cls(**joined(parts))
 
 
 @dataclass(kw_only=True)
@@ -79,11 +107,11 @@ class _Seen:
     last: Array
 
     def at(self, which: Numbers | BoolArray) -> _Seen:
-        return _Seen(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
+        return _Seen(**some(self, which))
 
     @classmethod
     def joined(cls, parts: list[_Seen]) -> _Seen:
-        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in cls.__dataclass_fields__})  # fmt: skip
+        return cls(**joined(parts))
 
 
 class Outputs:
@@ -136,10 +164,11 @@ class Outputs:
                 wanted = looked[~todo.smooth[looked] & (cubics.length[looked] > self._step)]
                 if wanted.size:
                     of = np.flatnonzero(np.isin(seen.segment, wanted))
-                    # the worst place of each
                     of = of[np.lexsort((of, -seen.bent[of], seen.segment[of]))]
                     worst = seen.at(of[np.unique(seen.segment[of], return_index=True)[1]])
-                    halves, middles, found = self._middles(todo.at(wanted), worst, measures.at(wanted), cubics.at(wanted))  # fmt: skip
+                    halves, middles, found = self._middles(
+                        todo.at(wanted), worst, measures.at(wanted), cubics.at(wanted)
+                    )
                     open_[wanted[found]] = True
             over = np.flatnonzero(~open_)
             if looked.size:
@@ -167,9 +196,8 @@ class Outputs:
         self, segments: Segments, which: Numbers, pieces: NDArray[np.int_], measures: Measures, cubics: Cubics
     ) -> _Seen:
         """States at the places that part some segments into pieces."""
-        each = np.repeat(which, pieces - 1)
-        number = np.arange(each.size) - np.repeat(np.cumsum(pieces - 1) - (pieces - 1), pieces - 1) + 1
-        u = number / np.repeat(pieces, pieces - 1)
+        number, u = parted(pieces)
+        each = which[number]
         here, of = measures.at(each), cubics.at(each)
         cubic, slopes = of.points(u), of.derivatives(u)
         sizes = self._sizes(segments, measures)[each]
@@ -186,9 +214,9 @@ class Outputs:
         """``Corrector.off`` of states (k, N + 1), by the Jacobians of points nearby."""
         off, branch = np.empty_like(states), self.nodes.branch[near]
         for begin in range(0, len(states), _TOGETHER):
-            some = slice(begin, begin + _TOGETHER)
-            residual = self._systems.evaluate(branch[some], states[some])[0]
-            off[some] = times(self.nodes.inverse[near[some]][:, :, :-1], residual)
+            part = slice(begin, begin + _TOGETHER)
+            residual = self._systems.evaluate(branch[part], states[part])[0]
+            off[part] = times(self.nodes.inverse[near[part]][:, :, :-1], residual)
         work = np.bincount(branch, minlength=self._correctors.evaluations.size)
         self._correctors.evaluations += work
         self._correctors.solves += work
@@ -207,7 +235,7 @@ class Outputs:
         states, tangents = middles.states, middles.tangents
 
         def apart(way: Array) -> Array:
-            return _apart_of(measured, states, tangents, guess[at], direction[at], way)
+            return apart_from(measured, states, tangents, guess[at], direction[at], way)
 
         length = cubics.length[at]
         middle = 0.5 * (parts.low + parts.high)
@@ -237,13 +265,14 @@ class Outputs:
             value = expected[rest, -1]
             inside = (value - first[:, -1]) * (value - second[:, -1]) < 0.0
             chord[inside, -1] = value[inside]
-            some, way = measures.at(rest), second - first
+            here, way = measures.at(rest), second - first
             again = self._correctors.correct(
-                branch[rest], chord, way, np.ones(rest.size, dtype=bool), some, forward=way,
+                branch[rest], chord, way, np.ones(rest.size, dtype=bool), here, forward=way,
                 options=self._correctors.patient,
             )  # fmt: skip
             length = np.maximum(cubics.length[rest], _PEAK)
-            good[rest] = again.found & self._near(segments.at(rest), some, again.states, again.orientation, chord, length)  # fmt: skip
+            near = self._near(segments.at(rest), here, again.states, again.orientation, chord, length)
+            good[rest] = again.found & near
             for name in ("states", "tangents", "inverse", "orientation", "iterations"):
                 getattr(solved, name)[rest] = getattr(again, name)
         arclength = nodes.arclength[segments.first] + measures.lengths(solved.states - nodes.states[segments.first])
@@ -293,18 +322,16 @@ class Outputs:
         fresh = np.flatnonzero(wanted & ~known & (pieces.apart > _SURE * self._tolerance))
         if fresh.size:
             parts.append(self._look(pieces, fresh, count[fresh], measures, cubics))
-        each = np.repeat(plain, count[plain] - 1)
-        number = np.arange(each.size) - np.repeat(np.cumsum(count[plain] - 1) - (count[plain] - 1), count[plain] - 1) + 1
-        u = number / np.repeat(count[plain], count[plain] - 1)
-        of = cubics.at(each)
+        number, u = parted(count[plain])
+        each = plain[number]
+        smooth = cubics.at(each)
         found = [Interpolated(
-            segment=each, u=u, states=of.points(u), tangents=self._unit(measures.at(each), of.derivatives(u)),
+            segment=each, u=u, states=smooth.points(u), tangents=self._unit(measures.at(each), smooth.derivatives(u)),
             node=np.full(u.size, -1),
         )]  # fmt: skip
         if parts:
             found.append(self._settled(pieces, _Seen.joined(parts), measures, cubics))
-        names = Interpolated.__dataclass_fields__
-        return Interpolated(**{name: np.concatenate([getattr(part, name) for part in found]) for name in names})
+        return Interpolated(**joined(found))
 
     def _settled(self, pieces: Segments, seen: _Seen, measures: Measures, cubics: Cubics) -> Interpolated:
         """What was seen, corrected to the tolerance; what is not known to it then is solved for."""
@@ -325,8 +352,8 @@ class Outputs:
         keep = np.ones(seen.u.size, dtype=bool)
         if rest.size:
             of = seen.segment[rest]
-            some, guess = cubics.at(of), cubics.at(of).points(seen.u[rest])
-            solved, good = self._solved(pieces.at(of), measures.at(of), some, seen.u[rest], guess)
+            here, guess = cubics.at(of), cubics.at(of).points(seen.u[rest])
+            solved, good = self._solved(pieces.at(of), measures.at(of), here, seen.u[rest], guess)
             keep[rest] = good
             node[rest[good]] = len(self.nodes.branch) + np.arange(int(good.sum()))
             seen.states[rest], tangents[rest] = solved.states, solved.tangents
@@ -339,14 +366,6 @@ class Outputs:
 
     def _unit(self, measures: Measures, slopes: Array) -> Array:
         return np.asarray(slopes / measures.lengths(slopes)[:, None])
-
-
-def _apart_of(
-    measures: Measures, states: Array, tangents: Array, guess: Array, direction: Array, length: Array
-) -> Array:
-    from slipstick.solve.continuation.lockstep import _apart
-
-    return _apart(measures, states, tangents, guess, direction, length)
 
 
 def _at_their_parameter(off: Array, slopes: Array) -> Array:
