@@ -14,7 +14,8 @@ from helpers.study_case import CASE
 import slipstick as ss
 from slipstick.analysis.events import CaseDone
 from slipstick.io.loading import load_dataset
-from slipstick.studies import workers
+from slipstick.studies import together, workers
+from slipstick.studies.together import Portion
 from slipstick.verify.cases import oscillator
 
 GIVEN = {"damper.velocity": [10.0, 30.0], "damper.mu": [0.2, 0.3]}
@@ -63,11 +64,11 @@ def test_a_file_that_was_lost_is_made_again_from_the_cases(
     problem: ss.Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: str
 ) -> None:
     """A study with a case that failed keeps its journal; nothing is computed twice."""
-    monkeypatch.setattr(workers, "portions", lambda job, plan, todo: [(case,) for case in todo])
+    monkeypatch.setattr(workers, "portions", lambda job, plan, todo: [Portion((case,)) for case in todo])
     monkeypatch.setattr(
-        workers,
+        together,
         "solve",
-        lambda job, plan, case, own=workers.solve: (
+        lambda job, plan, case, own=together.solve: (
             own(job, plan, case) if case == 0 else workers.CaseSolved.failed(case, "it broke")
         ),
     )

@@ -13,10 +13,10 @@ import pytest
 
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.errors import InputError, Outcome
-from slipstick.studies import workers
+from slipstick.studies import together, workers
 from slipstick.studies.plan import make_plan
 from slipstick.studies.solving import CaseSolved, Job, solve
-from slipstick.studies.together import portions
+from slipstick.studies.together import Portion, portions
 from slipstick.studies.workers import connected, in_turn, local_workers, on_cluster, solutions
 from slipstick.verify.cases import oscillator
 
@@ -33,9 +33,9 @@ def client() -> Iterator[Any]:
         yield found
 
 
-def singly(todo: Iterable[int]) -> list[tuple[int, ...]]:
+def singly(todo: Iterable[int]) -> list[Portion]:
     """Portions of one case each."""
-    return [(case,) for case in todo]
+    return [Portion((case,)) for case in todo]
 
 
 @pytest.fixture
@@ -67,8 +67,8 @@ def _dies(*_: object) -> None:
 def test_a_worker_that_dies_is_a_case_that_failed(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = client.submit
 
-    def submit(function: Any, shared: Any, cases: Any, **more: Any) -> Any:
-        return whole(_dies if isinstance(cases, tuple) and 1 in cases else function, shared, cases, **more)
+    def submit(function: Any, shared: Any, what: Any, **more: Any) -> Any:
+        return whole(_dies if isinstance(what, Portion) and 1 in what.cases else function, shared, what, **more)
 
     monkeypatch.setattr(client, "submit", submit)
     found = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, portions(JOB, PLAN, range(4)))}
@@ -83,7 +83,7 @@ def test_nothing_is_started_for_little_work(monkeypatch: pytest.MonkeyPatch) -> 
         raise AssertionError("workers were started")
 
     monkeypatch.setattr(workers, "local_workers", refuse)
-    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
+    monkeypatch.setattr(together, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
     assert [one.row["case"] for one in solutions(JOB, PLAN, [2, 0])] == [2, 0]
     assert [one.row["case"] for one in solutions(JOB, PLAN, [1, 3], workers=1)] == [1, 3]
 
@@ -94,7 +94,7 @@ def test_without_dask_it_is_said_where_workers_would_help(monkeypatch: pytest.Mo
     monkeypatch.setattr(workers, "has_dask", lambda: False)
     monkeypatch.setattr(workers, "cores", lambda: 8)
     monkeypatch.setattr(workers, "WORTH", 0.0)
-    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
+    monkeypatch.setattr(together, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
     assert len(list(solutions(JOB, PLAN, range(4), tell=said.append))) == 4
     assert said == ["one case after another: for 3 workers, pip install 'slipstick[study]'"]
     with pytest.raises(InputError, match="run: pip install"):
@@ -109,7 +109,7 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_one_case_here_is_that_of_solve() -> None:
-    [found] = in_turn(JOB, PLAN, [(3,)])
+    [found] = in_turn(JOB, PLAN, singly([3]))
     assert same(found, solve(JOB, PLAN, 3))
 
 
@@ -132,7 +132,7 @@ class Inline:
         assert not pure
         if function is not workers._solve_shared:
             return function(*given)
-        [case] = given[1]
+        [case] = given[1].cases
         self.sent.append(case)
         ends = self._ends.get(case, [])
         error = ends.pop(0) if ends else None
@@ -172,7 +172,7 @@ def test_a_client_that_is_there_computes_all(monkeypatch: pytest.MonkeyPatch) ->
         raise AssertionError
 
     monkeypatch.setattr(workers, "local_workers", refuse)
-    monkeypatch.setattr(workers, "solve", refuse)
+    monkeypatch.setattr(together, "solve", refuse)
     client: Any = Inline()
     assert [c.row["case"] for c in solutions(JOB, PLAN, [2, 0], client=client, workers=7)] == [2, 0]
     assert client.sent == [2, 0]
@@ -194,7 +194,7 @@ def test_so_many_workers_are_started(
     monkeypatch.setattr(workers, "local_workers", local)
     monkeypatch.setattr(workers, "cores", lambda: 4)
     monkeypatch.setattr(workers, "WORTH", 0.0)
-    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, "here"))
+    monkeypatch.setattr(together, "solve", lambda job, plan, case: CaseSolved.failed(case, "here"))
     found = list(solutions(JOB, PLAN, range(todo), workers=asked))
     assert sorted(c.row["case"] for c in found) == list(range(todo))
     assert counts == ([started] if started else [])

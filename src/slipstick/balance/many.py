@@ -88,7 +88,7 @@ class ManyBalances:
         """
         N = self._balance.size
         with np.errstate(over="ignore", invalid="ignore"):
-            known = np.isfinite(np.einsum("ij,ij->i", states, states)) & (states[:, -1] > 0.0)
+            known = np.isfinite(np.vecdot(states, states)) & (states[:, -1] > 0.0)
         if known.all():
             return self._evaluated(branches, states)
         residual, by_state = np.full((len(states), N), np.nan), np.full((len(states), N, N + 1), np.nan)

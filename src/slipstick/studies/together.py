@@ -6,8 +6,7 @@ import time
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipstick.analysis.curve.lockstep import Lockstep, alike, in_lockstep
 from slipstick.errors import InputError, Outcome
@@ -18,20 +17,22 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.branch import Branch
 
-PORTION = 64
+MOST = 64
 """So many cases are solved side by side: of twice as many each takes hardly less time."""
 
-Portion = tuple[int, ...]
+
+class Portion(NamedTuple):
+    """Cases that are computed in one go, in lockstep or each alone."""
+
+    cases: tuple[int, ...]
+    lockstep: bool = False
 
 
 def portions(job: Job, plan: StudyPlan, todo: Sequence[int]) -> list[Portion]:
-    """What is computed in one go: cases whose numbers follow one another, or each alone.
-
-    Which cases share a portion depends on their numbers alone, not on who computes them.
-    """
-    if len(todo) < 2 or not _small(job):
-        return [(case,) for case in todo]
-    return [tuple(cases) for _, cases in groupby(todo, lambda case: case // PORTION)]
+    """What is computed in one go: cases after one another, or each alone."""
+    if todo and _small(job):
+        return [Portion(tuple(todo[i : i + MOST]), lockstep=True) for i in range(0, len(todo), MOST)]
+    return [Portion((case,)) for case in todo]
 
 
 def _small(job: Job) -> bool:
@@ -44,37 +45,40 @@ def _small(job: Job) -> bool:
         return False
 
 
-def solve_portion(job: Job, plan: StudyPlan, cases: Portion) -> Iterator[CaseSolved]:
+def solve_portion(job: Job, plan: StudyPlan, portion: Portion) -> Iterator[CaseSolved]:
     """The cases of a portion, those alone that cannot be solved with others; as ``solve`` each, whatever happens."""
-    together = _together(job, plan, cases)
-    for case in cases:
+    together = _together(job, plan, portion.cases) if portion.lockstep else {}
+    for case in portion.cases:
         yield together.get(case) or solve(job, plan, case)
 
 
-def _together(job: Job, plan: StudyPlan, cases: Portion) -> dict[int, CaseSolved]:
+def _together(job: Job, plan: StudyPlan, cases: Sequence[int]) -> dict[int, CaseSolved]:
     """Those that were solved side by side."""
     begin = time.perf_counter()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        requests: dict[int, CurveRequest] = {}
-        for case in cases:
-            request = _request(job, plan, case)
-            if request is not None and all(alike(first, request) for first in list(requests.values())[:1]):
-                requests[case] = request
-        if not requests:
-            return {}
-        branches = _branches(list(requests.values()))
-        found = {case: branch for case, branch in zip(requests, branches, strict=True) if branch is not None}
-        seconds = (time.perf_counter() - begin) / len(requests)
-        return {case: kept(job, case, branch, seconds, lockstep=True) for case, branch in found.items()}
+        requests = {case: request for case in cases if (request := _request(job, plan, case)) is not None}
+        groups: list[list[int]] = []
+        for case, request in requests.items():
+            known = (group for group in groups if alike(requests[group[0]], request))
+            if (group := next(known, None)) is None:
+                groups.append([case])
+            else:
+                group.append(case)
+        branches = {case: branch for group in groups for case, branch in _branches(group, requests)}
+        seconds = (time.perf_counter() - begin) / max(1, len(requests))
+        return {case: kept(job, case, branch, seconds, lockstep=True) for case, branch in branches.items()}
 
 
-def _branches(requests: Sequence[CurveRequest]) -> Sequence[Branch | None]:
+def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterator[tuple[int, Branch]]:
+    """Cases that were followed to their end, and their branches."""
     try:
-        branches = Lockstep(requests).branches()
+        branches = Lockstep([requests[case] for case in cases]).branches()
     except Exception:  # whose fault it is shows where each is alone
-        return [None] * len(requests)
-    return [branch if branch is not None and branch.outcome is Outcome.COMPLETED else None for branch in branches]
+        return
+    for case, branch in zip(cases, branches, strict=True):
+        if branch is not None and branch.outcome is Outcome.COMPLETED:
+            yield case, branch
 
 
 def _request(job: Job, plan: StudyPlan, case: int) -> CurveRequest | None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from slipstick.errors import InputError
 from slipstick.interrupts import held
 from slipstick.studies.plan import StudyPlan
-from slipstick.studies.solving import CaseSolved, Job, solve
+from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.together import Portion, portions, solve_portion
 
 if TYPE_CHECKING:
@@ -36,12 +36,8 @@ _CLOSING = 10.0
 
 def in_turn(job: Job, plan: StudyPlan, todo: Iterable[Portion]) -> Iterator[CaseSolved]:
     """One portion after another, here."""
-    for cases in todo:
-        yield from _solved(job, plan, cases)
-
-
-def _solved(job: Job, plan: StudyPlan, cases: Portion) -> Iterable[CaseSolved]:
-    return [solve(job, plan, cases[0])] if len(cases) == 1 else solve_portion(job, plan, cases)
+    for portion in todo:
+        yield from solve_portion(job, plan, portion)
 
 
 def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Iterable[Portion]) -> Iterator[CaseSolved]:
@@ -55,36 +51,36 @@ def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Iterable[Portion
     with held(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")  # a reduced model may have hundreds of megabytes
         shared = client.submit(_Shared, job, plan, pure=False)
-    waiting, sent, suspects = iter(todo), {}, list[int]()
+    waiting, sent, suspects = iter(todo), {}, list[Portion]()
     finished: SimpleQueue[Future] = SimpleQueue()
 
-    def send(cases: Portion) -> None:
-        future = client.submit(_solve_shared, shared, cases, pure=False)
-        sent[future.key] = cases
+    def send(portion: Portion) -> None:
+        future = client.submit(_solve_shared, shared, portion, pure=False)
+        sent[future.key] = portion
         future.add_done_callback(finished.put)
 
     with held():
-        for cases in islice(waiting, _QUEUED * max(1, sum(client.nthreads().values()))):
-            send(cases)
+        for portion in islice(waiting, _QUEUED * max(1, sum(client.nthreads().values()))):
+            send(portion)
     while sent:
         future = finished.get()
         with held():
-            cases = sent.pop(future.key)
+            portion = sent.pop(future.key)
             for more in islice(waiting, 1):
                 send(more)
-            solved = _outcome_of(future, cases)
+            solved = _outcome_of(future, portion)
         if solved is None:
-            suspects += cases
+            suspects += [Portion((case,), portion.lockstep) for case in portion.cases]
         else:
             yield from solved
-    for case in suspects:
+    for portion in suspects:
         died = "the worker that computed it was killed, or ran out of memory; compute it once more with --missing"
         with held():
-            send((case,))
+            send(portion)
         future = finished.get()
         with held():
             solved = _outcome_of(future, sent.pop(future.key))
-        yield from solved or [CaseSolved.failed(case, died)]
+        yield from solved or [CaseSolved.failed(case, died) for case in portion.cases]
 
 
 class _Shared:
@@ -94,11 +90,11 @@ class _Shared:
         self.job, self.plan = job, plan
 
 
-def _solve_shared(shared: _Shared, cases: Portion) -> list[CaseSolved]:
-    return list(_solved(shared.job, shared.plan, cases))
+def _solve_shared(shared: _Shared, portion: Portion) -> list[CaseSolved]:
+    return list(solve_portion(shared.job, shared.plan, portion))
 
 
-def _outcome_of(future: Future, cases: Portion) -> list[CaseSolved] | None:
+def _outcome_of(future: Future, portion: Portion) -> list[CaseSolved] | None:
     """The cases, or None where their worker died."""
     try:
         solved: list[CaseSolved] = future.result()
@@ -108,7 +104,9 @@ def _outcome_of(future: Future, cases: Portion) -> list[CaseSolved] | None:
         if kind == "KilledWorker":
             return None
         first = next(iter(str(error).splitlines()), "")[:200]
-        return [CaseSolved.failed(case, f"the worker that computed it failed ({kind}: {first})") for case in cases]
+        return [
+            CaseSolved.failed(case, f"the worker that computed it failed ({kind}: {first})") for case in portion.cases
+        ]
     finally:
         future.release()
 
@@ -232,7 +230,7 @@ def solutions(
         require_dask()
     while rest and count > 1 and workers is None:
         begin = time.perf_counter()
-        yield from _solved(job, plan, rest.pop(0))
+        yield from solve_portion(job, plan, rest.pop(0))
         if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
             break
     with ExitStack() as stack:

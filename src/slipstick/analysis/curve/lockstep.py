@@ -50,9 +50,6 @@ from slipstick.typing import Array, BoolArray
 MOST_UNKNOWNS = 120
 """Unknowns up to which a curve is followed with others: of more, the work of one fills a processor anyway."""
 
-_ENTRIES = 100_000
-"""Entries of one derivative of the points whose numbers are computed in one go."""
-
 
 def in_lockstep(request: CurveRequest) -> bool:
     """Whether a curve can be followed with others: what is asked besides is found point by point."""
@@ -106,7 +103,7 @@ class Lockstep:
         self._requests, self._first = list(requests), requests[0]
         self._span = self._first.start, self._first.stop
         self._clock = time.perf_counter()
-        self._besides, self._sentences = Besides(), list[str]()
+        self._besides: dict[int, Besides] = {}
 
     def branches(self) -> list[Branch | None]:
         """The branch of each request, its warnings kept with it but not given; None of those to be followed alone."""
@@ -151,7 +148,7 @@ class Lockstep:
         begins = np.append(True, branch[1:] != branch[:-1])
         before, wanted = [], np.zeros(branch.size, dtype=bool)
         if self._first.options.locate_turning_points:
-            rates = np.einsum("pf,sf->sp", _PLACES.slopes, cubics.nodes[:, :, -1]) / cubics.length[:, None]
+            rates = (_PLACES.slopes @ cubics.nodes[:, :, -1:])[..., 0] / cubics.length[:, None]
             known = np.append(nodes.tangents[segments.first[:1], -1], rates[:-1, -1])
             known[begins] = nodes.tangents[segments.first[begins], -1]
             rates[:, 0] = known
@@ -186,18 +183,25 @@ class Lockstep:
         ends = np.stack(
             (x[first], x[second], before[:, None, None] * dx[first], after[:, None, None] * dx[second]), axis=1
         )
-        along = np.einsum("pf,sfol->spol", _PLACES.shares, ends)
-        change = np.einsum("pf,sfol->spol", _PLACES.slopes, ends) / cubics.length[:, None, None, None]
-        size, slope = amplitude_with_slope(b.harmonics, along, change)
+        flat, shape = ends.reshape(first.size, 4, -1), (first.size, -1, *ends.shape[2:])
+        along, change = ((part @ flat).reshape(shape) for part in (_PLACES.shares, _PLACES.slopes))
+        change /= cubics.length[:, None, None, None]
+        size, slope = np.empty(along.shape[:-1]), np.empty(along.shape[:-1])
+        heights = np.empty(x.shape[:-1])
+        bounds = np.append(np.flatnonzero(begins), first.size).tolist()
+        for one in map(slice, bounds[:-1], bounds[1:]):  # each as it is alone, to the last bit
+            size[one], slope[one] = amplitude_with_slope(b.harmonics, along[one], change[one])
+            own = np.append(first[one], second[one])
+            heights[own] = amplitude(b.harmonics, x[own]).value
         moving = np.abs(nodes.states[:, :-1].reshape(len(nodes.states), b.n_ports, b.L)[:, :, 1:]).max(axis=(1, 2))
         largest = np.maximum(moving[second], size.max(axis=(1, 2)))[:, None, None]
         slope[(np.abs(slope) <= _LEVEL * size) | (size <= _NOISE * largest)] = 0.0
         start = first[begins]
-        size_here, slope_here = amplitude_with_slope(b.harmonics, x[start], dx[start])
+        pairs = [amplitude_with_slope(b.harmonics, x[i : i + 1], dx[i : i + 1]) for i in start.tolist()]
+        size_here, slope_here = (np.concatenate(part) for part in zip(*pairs, strict=True))
         largest = np.maximum(moving[start], size_here.max(axis=1))[:, None]
         slope_here[(np.abs(slope_here) <= _ROUNDING * size_here) | (size_here <= _NOISE * largest)] = 0.0
         slope[begins, 0] = slope_here
-        heights = amplitude(b.harmonics, x).value
         return slope, np.stack((heights[first], heights[second]), axis=1)
 
     def _located(self, wanted: Numbers, before: Array) -> _Located:
@@ -248,9 +252,10 @@ class Lockstep:
         size = request.balance.size
         metric = Metric(self._scalings[i], np.ones(size), abs(self._span[1] - self._span[0]))
         corrector = Corrector(request.system, size, metric, options.newton)
+        self._besides[i] = Besides()
         peaks = peak_events(Outputs(request.balance, ()), request.peaks_of, request.system)
         events = (*((turning_points(),) if options.locate_turning_points else ()),
-                  *kept_up(self._besides, "the place of peaks", peaks))  # fmt: skip
+                  *kept_up(self._besides[i], "the place of peaks", peaks))  # fmt: skip
         return corrector, Locator(corrector, events, np.empty(0), options.event_tolerance)
 
     def _step(self, node: int) -> Step:
@@ -275,8 +280,8 @@ class Lockstep:
         unsolved = solved & ~(values["residual"] <= UNSOLVED)
         given_up = given_up.copy()
         given_up[branch[unsolved]] = True
-        if self._sentences or self._besides.sentences:  # what is to be said of which curve is seen where it is alone
-            given_up[:] = True
+        for i, besides in self._besides.items():  # what could not be told is said where a curve is alone
+            given_up[i] |= bool(besides.sentences)
         ends = np.searchsorted(branch, np.arange(len(self._requests) + 1))
         seconds = (time.perf_counter() - self._clock) / len(self._requests)
         return [
@@ -287,23 +292,15 @@ class Lockstep:
         ]
 
     def _values(self, points: Sequence[Point], branch: Numbers) -> dict[str, Any]:
-        """Every variable of all points; derivatives with further harmonics, which are large, are let go in between.
-
-        Curves of different structures have a recorder each.
-        """
-        b = self._first.balance
-        most = max(1, _ENTRIES // (b.n_contacts * b.L**2))
-        structure = self._systems.structure[branch]
+        """Every variable of all points, curve by curve: so they are those of each alone, to the last bit."""
+        ends = np.append(np.flatnonzero(np.append(True, branch[1:] != branch[:-1])), branch.size).tolist()
         parts = []
-        for number in np.unique(structure).tolist():
-            of = np.flatnonzero(structure == number)
-            recorder = self._requests[int(branch[of[0]])].recorder()
-            for i in range(0, of.size, most):
-                at = of[i : i + most]
-                parts.append((at, recorder.values([points[j] for j in at.tolist()])))
-            self._sentences += recorder.besides.sentences
-        order = np.argsort(np.concatenate([at for at, _ in parts]), kind="stable")
-        return {name: np.concatenate([part[name] for _, part in parts])[order] for name in parts[0][1]}
+        for begin, end in pairwise(ends):
+            recorder = self._requests[int(branch[begin])].recorder()
+            recorder.besides = self._besides.get(int(branch[begin]), recorder.besides)
+            self._besides[int(branch[begin])] = recorder.besides
+            parts.append(recorder.values(points[begin:end]))
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _pieces(self, located: _Located) -> tuple[Segments, Numbers, Array]:
         """Segments parted at located points; of which segment each piece is all (-1: of none), and its place in it."""

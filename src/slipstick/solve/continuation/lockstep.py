@@ -2,9 +2,9 @@
 
 Each branch takes the steps that it takes alone: predictor, corrector, step control and what is believed are those of
 ``predictor.py``, ``corrector.py``, ``options.py`` and ``step_acceptance.py``, written for arrays whose first axis is
-the branch. No number of one depends on another. What is out of the ordinary is left to a continuation of its own: a
-branch that turns back at its start, finds no way on, stands before a corner, or is known to rounding only is
-``given_up``.
+the branch. No number of one depends on another, to the last bit: sums run along one branch, and products of matrices
+are those of one branch each. What is out of the ordinary is left to a continuation of its own: a branch that turns back
+at its start, finds no way on, stands before a corner, or is known to rounding only is ``given_up``.
 """
 
 from __future__ import annotations
@@ -118,8 +118,8 @@ class Measures:
         rows, judged = self.scaling.rows, self.scaling.judged
         squares = []
         for z in states:
-            x = (z[:, :-1] * self.unit[:, None]).reshape(len(z), rows, -1) ** 2
-            squares.append((np.add.reduce(x, axis=2), np.add.reduce(x if judged is None else x[:, :, judged], axis=2)))
+            x = (z[:, :-1] * self.unit[:, None]).reshape(len(z), rows, -1)
+            squares.append((np.vecdot(x, x), np.vecdot(x, x if judged is None else x * judged)))
         whole, own = (np.maximum.reduce(parts) for parts in zip(*squares, strict=True))
         least = STILL * np.sqrt(whole.max(axis=1, initial=0.0))
         return np.asarray(np.maximum(np.sqrt(own), least[:, None]) + _TINY)
@@ -127,13 +127,13 @@ class Measures:
     def judged(self, changes: Array, sizes: Array) -> Array:
         """Changes (k, N + 1) over the sizes (k, rows) of their rows, the largest of each: (k,)."""
         x = (changes[:, :-1] * self.unit[:, None]).reshape(*sizes.shape, -1)
-        relative = np.sqrt(np.add.reduce(x * x, axis=2)) / sizes
+        relative = np.sqrt(np.vecdot(x, x)) / sizes
         return np.maximum(relative.max(axis=1), np.abs(changes[:, -1]) * self.parameter)
 
 
 def dots(a: Array, b: Array) -> Array:
     """Scalar products (k,) of vectors (k, n)."""
-    return np.asarray(np.einsum("ij,ij->i", a, b))
+    return np.asarray(np.vecdot(a, b))
 
 
 def norms(z: Array) -> Array:
@@ -145,7 +145,7 @@ def norms(z: Array) -> Array:
 
 def times(matrices: Array, vectors: Array) -> Array:
     """Products (k, n) of matrices (k, n, m) and vectors (k, m)."""
-    return np.asarray(np.einsum("kij,kj->ki", matrices, vectors))
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 
 def angles(cosines: Array) -> Array:
