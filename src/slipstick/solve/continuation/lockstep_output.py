@@ -134,7 +134,8 @@ class Outputs:
         self._seen: dict[str, _Seen] = {}
         self.segments = self._halved()
 
-    def _cubics(self, segments: Segments) -> tuple[Measures, Cubics]:
+    def cubics(self, segments: Segments) -> tuple[Measures, Cubics]:
+        """The cubics of segments, and in what they are measured."""
         nodes, measures = self.nodes, self.nodes.measures.at(segments.owner)
         ends = [(nodes.states[i], nodes.tangents[i]) for i in (segments.first, segments.second)]
         return measures, Cubics.between(measures, ends[0], ends[1])
@@ -150,7 +151,7 @@ class Outputs:
         )  # fmt: skip
         ended, seen_before, count = [todo.at(first[:0])], [], 0
         while todo.first.size:
-            measures, cubics = self._cubics(todo)
+            measures, cubics = self.cubics(todo)
             todo.smooth = todo.apart <= _SURE * self._tolerance
             pieces = np.ceil(cubics.length / self._step).astype(int)
             looked = np.flatnonzero(~todo.smooth & (pieces > 1))
@@ -304,7 +305,7 @@ class Outputs:
 
         ``whole`` is the number of the segment of which a piece is all, else -1: what was seen of it is known.
         """
-        measures, cubics = self._cubics(pieces)
+        measures, cubics = self.cubics(pieces)
         count = np.ceil(cubics.length / self._step).astype(int)
         wanted = (count > 1) & pieces.smooth
         plain = np.flatnonzero(wanted & (pieces.apart <= _SURE * self._tolerance))
