@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import against_pyharm
 import curves
 import element
+import ensembles
 import numba
 import numpy as np
 import scipy
@@ -87,6 +88,7 @@ SECTIONS = {
     "call": Section("One element a call", element.one_by_one),
     "curves": Section("Curves, after warm-up", curves.measure),
     "besides": Section("What is asked of a curve besides, in curves", curves.besides),
+    "ensembles": Section("Curves of a study, in lockstep and alone", ensembles.measure),
     "contacts": Section("Many contacts, eight points on a flank", lambda: contacts(10, 50, 100, 200)),
     "contacts-whole": Section("Many contacts, whole curves", lambda: contacts(100, 1000, whole=True), long=True),
     "blade": Section("From nothing to a reduced blade", lambda: blades("medium")),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any
@@ -13,9 +13,10 @@ import pytest
 
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.errors import InputError, Outcome
-from slipstick.studies import workers
+from slipstick.studies import together, workers
 from slipstick.studies.plan import make_plan
 from slipstick.studies.solving import CaseSolved, Job, solve
+from slipstick.studies.together import Portion, portions
 from slipstick.studies.workers import connected, in_turn, local_workers, on_cluster, solutions
 from slipstick.verify.cases import oscillator
 
@@ -32,16 +33,28 @@ def client() -> Iterator[Any]:
         yield found
 
 
+def singly(todo: Iterable[int]) -> list[Portion]:
+    """Portions of one case each."""
+    return [Portion((case,)) for case in todo]
+
+
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every case by itself."""
+    monkeypatch.setattr(workers, "portions", lambda job, plan, todo: singly(todo))
+
+
 def same(one: CaseSolved, other: CaseSolved) -> bool:
     return one.curve.tobytes() == other.curve.tobytes() and one.message == other.message
 
 
 @pytest.mark.verify
 def test_workers_find_the_same_bits(client: Any) -> None:
-    here = {one.row["case"]: one for one in in_turn(JOB, PLAN, range(4))}
-    there = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, range(4))}
-    assert set(there) == {0, 1, 2, 3}
-    assert all(same(here[case], there[case]) for case in here)
+    for todo in (singly(range(4)), portions(JOB, PLAN, range(4))):
+        here = {one.row["case"]: one for one in in_turn(JOB, PLAN, todo)}
+        there = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, todo)}
+        assert set(there) == {0, 1, 2, 3}
+        assert all(same(here[case], there[case]) for case in here)
     assert client.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
 
 
@@ -54,32 +67,34 @@ def _dies(*_: object) -> None:
 def test_a_worker_that_dies_is_a_case_that_failed(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = client.submit
 
-    def submit(function: Any, shared: Any, case: int, **more: Any) -> Any:
-        return whole(_dies if case == 1 else function, shared, case, **more)
+    def submit(function: Any, shared: Any, what: Any, **more: Any) -> Any:
+        return whole(_dies if isinstance(what, Portion) and 1 in what.cases else function, shared, what, **more)
 
     monkeypatch.setattr(client, "submit", submit)
-    found = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, range(4))}
+    found = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, portions(JOB, PLAN, range(4)))}
     assert found[1].outcome is Outcome.FAILED
     assert "was killed, or ran out of memory; compute it once more with --missing" in found[1].message
     assert all(found[case].outcome.ok for case in (0, 2, 3))
 
 
+@pytest.mark.usefixtures("alone")
 def test_nothing_is_started_for_little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(count: int) -> Any:
         raise AssertionError("workers were started")
 
     monkeypatch.setattr(workers, "local_workers", refuse)
-    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
+    monkeypatch.setattr(together, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
     assert [one.row["case"] for one in solutions(JOB, PLAN, [2, 0])] == [2, 0]
     assert [one.row["case"] for one in solutions(JOB, PLAN, [1, 3], workers=1)] == [1, 3]
 
 
+@pytest.mark.usefixtures("alone")
 def test_without_dask_it_is_said_where_workers_would_help(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     monkeypatch.setattr(workers, "has_dask", lambda: False)
     monkeypatch.setattr(workers, "cores", lambda: 8)
     monkeypatch.setattr(workers, "WORTH", 0.0)
-    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
+    monkeypatch.setattr(together, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
     assert len(list(solutions(JOB, PLAN, range(4), tell=said.append))) == 4
     assert said == ["one case after another: for 3 workers, pip install 'slipstick[study]'"]
     with pytest.raises(InputError, match="run: pip install"):
@@ -94,7 +109,7 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_one_case_here_is_that_of_solve() -> None:
-    [found] = in_turn(JOB, PLAN, [3])
+    [found] = in_turn(JOB, PLAN, singly([3]))
     assert same(found, solve(JOB, PLAN, 3))
 
 
@@ -117,7 +132,7 @@ class Inline:
         assert not pure
         if function is not workers._solve_shared:
             return function(*given)
-        case = given[1]
+        [case] = given[1].cases
         self.sent.append(case)
         ends = self._ends.get(case, [])
         error = ends.pop(0) if ends else None
@@ -131,10 +146,10 @@ class Done:
     def add_done_callback(self, called: Any) -> None:
         called(self)
 
-    def result(self) -> CaseSolved:
+    def result(self) -> list[CaseSolved]:
         if self.error is not None:
             raise self.error
-        return CaseSolved.failed(self.case, "done")
+        return [CaseSolved.failed(self.case, "done")]
 
     def release(self) -> None:
         self.client.released += 1
@@ -142,7 +157,7 @@ class Done:
 
 def test_so_many_cases_are_sent_ahead_and_one_for_each_that_is_done() -> None:
     client = Inline()
-    cases = workers.on_cluster(client, None, None, range(20))  # type: ignore[arg-type]
+    cases = workers.on_cluster(client, None, None, singly(range(20)))  # type: ignore[arg-type]
     sent = []
     for number, solved in enumerate(cases, 1):
         assert solved.row["case"] == number - 1
@@ -151,17 +166,19 @@ def test_so_many_cases_are_sent_ahead_and_one_for_each_that_is_done() -> None:
     assert client.released == 20
 
 
+@pytest.mark.usefixtures("alone")
 def test_a_client_that_is_there_computes_all(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError
 
     monkeypatch.setattr(workers, "local_workers", refuse)
-    monkeypatch.setattr(workers, "solve", refuse)
+    monkeypatch.setattr(together, "solve", refuse)
     client: Any = Inline()
     assert [c.row["case"] for c in solutions(JOB, PLAN, [2, 0], client=client, workers=7)] == [2, 0]
     assert client.sent == [2, 0]
 
 
+@pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize(("asked", "todo", "started"), [(3, 5, 3), (3, 2, 2), (1, 5, 0), (None, 5, 4), (None, 1, 0)])
 def test_so_many_workers_are_started(
     monkeypatch: pytest.MonkeyPatch, asked: int | None, todo: int, started: int
@@ -177,7 +194,7 @@ def test_so_many_workers_are_started(
     monkeypatch.setattr(workers, "local_workers", local)
     monkeypatch.setattr(workers, "cores", lambda: 4)
     monkeypatch.setattr(workers, "WORTH", 0.0)
-    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, "here"))
+    monkeypatch.setattr(together, "solve", lambda job, plan, case: CaseSolved.failed(case, "here"))
     found = list(solutions(JOB, PLAN, range(todo), workers=asked))
     assert sorted(c.row["case"] for c in found) == list(range(todo))
     assert counts == ([started] if started else [])
@@ -188,7 +205,7 @@ def test_so_many_workers_are_started(
 def test_a_case_whose_worker_dies_is_computed_once_more_after_the_others() -> None:
     died = KilledWorker("task")
     client = Inline({1: [died], 3: [died, died], 4: [ValueError("odd\nmore")]})
-    found = {c.row["case"]: c for c in workers.on_cluster(client, None, None, range(6))}  # type: ignore[arg-type]
+    found = {c.row["case"]: c for c in workers.on_cluster(client, None, None, singly(range(6)))}  # type: ignore[arg-type]
     assert list(found) == [0, 2, 4, 5, 1, 3]
     assert client.sent == [0, 1, 2, 3, 4, 5, 1, 3]
     assert found[1].message == "done"

@@ -173,6 +173,12 @@ class Layout:
             parts.append(np.broadcast_to(value, self.shape(name)).ravel())
         return np.concatenate(parts) if parts else np.zeros(0)
 
+    def pack_all(self, points: Mapping[str, AnyArray]) -> Array:
+        """Numbers of many points, (n_points, ...) by name, as flat rows (n_points, size); no texts among them."""
+        parts = [np.asarray(points[name], dtype="<f8") for name in self.variables]
+        count = len(parts[0])
+        return np.concatenate([part.reshape(count, prod(part.shape[1:])) for part in parts], axis=1)
+
     def unpack(self, rows: Array) -> dict[str, AnyArray]:
         """Variables (n_points, ...) from rows (n_points, size)."""
         out, start = {}, 0

@@ -207,6 +207,11 @@ class ModalReceptance(SummedReceptance):
                 _modal_sums()(shapes * self._right, row, *arguments)
         return out
 
+    @property
+    def summands(self) -> tuple[Array, ComplexArray, ComplexArray, ComplexArray]:
+        """What is summed over modes: products (n_columns n_rows, n_modes), stiffness, damping, what modes leave out."""
+        return self._products, self._stiffness, self._damping, self._rest
+
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
         """``A F`` at orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
         w = np.multiply.outer(omega, orders)[:, None]

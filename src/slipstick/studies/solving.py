@@ -86,7 +86,7 @@ class CaseSolved:
     @classmethod
     def failed(cls, case: int, message: str, seconds: float = 0.0) -> CaseSolved:
         """A case that ended by a fault: a row all the same."""
-        row = {"case": case, "outcome": Outcome.FAILED.name, "points": 0, "seconds": seconds}
+        row = {"case": case, "outcome": Outcome.FAILED.name, "points": 0, "seconds": seconds, "lockstep": 0}
         return cls(row=row, curve=np.zeros((0, 0)), message=message)
 
 
@@ -109,16 +109,18 @@ def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
     branch = job.request(replace(plan.problem(job.problem, case), told=None)).branch()
     if branch.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
-    data = branch.table
-    layout = job.curve_layout
+    return kept(job, case, branch, time.perf_counter() - begin)
+
+
+def kept(job: Job, case: int, branch: Branch, seconds: float, *, lockstep: bool = False) -> CaseSolved:
+    """What is kept of the branch of a case that took some seconds, alone or in lockstep with others."""
+    data, layout = branch.table, job.curve_layout
     values = {"case": np.full(len(branch), case), **{n: data[n].to_numpy() for n in layout.variables if n != "case"}}
-    rows = [layout.pack({name: value[i] for name, value in values.items()}) for i in range(len(branch))]
     row: dict[str, Any] = {"case": case, "outcome": branch.outcome.name, "points": len(branch)}
-    row |= {"seconds": time.perf_counter() - begin, "evaluations": int(data.attrs["evaluations"])}
+    row |= {"seconds": seconds, "evaluations": int(data.attrs["evaluations"]), "lockstep": int(lockstep)}
     if len(branch):
         row |= _peaks(values, "parameter" if job.parameter else "omega", branch)
-    curve = np.array(rows, dtype=float).reshape(len(rows), layout.size)
-    return CaseSolved(row=row, curve=curve, message=branch.message, warnings=branch.warnings)
+    return CaseSolved(row=row, curve=layout.pack_all(values), message=branch.message, warnings=branch.warnings)
 
 
 def _peaks(values: Mapping[str, Any], followed: str, branch: Branch) -> dict[str, Any]:

@@ -40,6 +40,7 @@ _ROWS = {
     "points": Declared((), "1", "points of the curve", whole=True),
     "evaluations": Declared((), "1", "evaluations of the balance", whole=True),
     "seconds": Declared((), "s", "time of the case"),
+    "lockstep": Declared((), "1", "1 where the curve was followed in lockstep with others, 0 where alone", whole=True),
 }
 
 

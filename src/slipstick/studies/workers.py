@@ -10,7 +10,7 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from queue import SimpleQueue
@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING
 from slipstick.errors import InputError
 from slipstick.interrupts import held
 from slipstick.studies.plan import StudyPlan
-from slipstick.studies.solving import CaseSolved, Job, solve
+from slipstick.studies.solving import CaseSolved, Job
+from slipstick.studies.together import Portion, portions, solve_portion
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -27,19 +28,19 @@ if TYPE_CHECKING:
 WORTH = 6.0
 """Seconds that local workers must save to be started; they take about three to be there."""
 _QUEUED = 4
-"""Cases sent out to each worker ahead of what it computes."""
+"""Portions of cases sent out to each worker ahead of what it computes."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _WAIT = 30
 _CLOSING = 10.0
 
 
-def in_turn(job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
-    """One case after another, here."""
-    for case in todo:
-        yield solve(job, plan, case)
+def in_turn(job: Job, plan: StudyPlan, todo: Iterable[Portion]) -> Iterator[CaseSolved]:
+    """One portion after another, here."""
+    for portion in todo:
+        yield from solve_portion(job, plan, portion)
 
 
-def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
+def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Iterable[Portion]) -> Iterator[CaseSolved]:
     """Cases as they are finished by the workers of a Dask client.
 
     Dask holds locks where an interrupt would leave them: it waits while Dask is at work, and cases are waited for in a
@@ -50,36 +51,36 @@ def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Sequence[int]) -
     with held(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")  # a reduced model may have hundreds of megabytes
         shared = client.submit(_Shared, job, plan, pure=False)
-    cases, sent, suspects = iter(todo), {}, []
+    waiting, sent, suspects = iter(todo), {}, list[Portion]()
     finished: SimpleQueue[Future] = SimpleQueue()
 
-    def send(case: int) -> None:
-        future = client.submit(_solve_shared, shared, case, pure=False)
-        sent[future.key] = case
+    def send(portion: Portion) -> None:
+        future = client.submit(_solve_shared, shared, portion, pure=False)
+        sent[future.key] = portion
         future.add_done_callback(finished.put)
 
     with held():
-        for case in islice(cases, _QUEUED * max(1, sum(client.nthreads().values()))):
-            send(case)
+        for portion in islice(waiting, _QUEUED * max(1, sum(client.nthreads().values()))):
+            send(portion)
     while sent:
         future = finished.get()
         with held():
-            case = sent.pop(future.key)
-            for more in islice(cases, 1):
+            portion = sent.pop(future.key)
+            for more in islice(waiting, 1):
                 send(more)
-            solved = _outcome_of(future, case)
+            solved = _outcome_of(future, portion)
         if solved is None:
-            suspects.append(case)
+            suspects += [Portion((case,), portion.lockstep) for case in portion.cases]
         else:
-            yield solved
-    for case in suspects:
+            yield from solved
+    for portion in suspects:
         died = "the worker that computed it was killed, or ran out of memory; compute it once more with --missing"
         with held():
-            send(case)
+            send(portion)
         future = finished.get()
         with held():
             solved = _outcome_of(future, sent.pop(future.key))
-        yield solved or CaseSolved.failed(case, died)
+        yield from solved or [CaseSolved.failed(case, died) for case in portion.cases]
 
 
 class _Shared:
@@ -89,21 +90,23 @@ class _Shared:
         self.job, self.plan = job, plan
 
 
-def _solve_shared(shared: _Shared, case: int) -> CaseSolved:
-    return solve(shared.job, shared.plan, case)
+def _solve_shared(shared: _Shared, portion: Portion) -> list[CaseSolved]:
+    return list(solve_portion(shared.job, shared.plan, portion))
 
 
-def _outcome_of(future: Future, case: int) -> CaseSolved | None:
-    """The case, or None where its worker died."""
+def _outcome_of(future: Future, portion: Portion) -> list[CaseSolved] | None:
+    """The cases, or None where their worker died."""
     try:
-        solved: CaseSolved = future.result()
+        solved: list[CaseSolved] = future.result()
         return solved
     except Exception as error:
         kind = type(error).__name__
         if kind == "KilledWorker":
             return None
         first = next(iter(str(error).splitlines()), "")[:200]
-        return CaseSolved.failed(case, f"the worker that computed it failed ({kind}: {first})")
+        return [
+            CaseSolved.failed(case, f"the worker that computed it failed ({kind}: {first})") for case in portion.cases
+        ]
     finally:
         future.release()
 
@@ -218,15 +221,16 @@ def solutions(
     ``workers`` None: as many as there are processors, started only where that saves time. ``tell`` hears why there are
     none where they would help.
     """
+    rest = portions(job, plan, todo)
     if client is not None:
-        yield from on_cluster(client, job, plan, todo)
+        yield from on_cluster(client, job, plan, rest)
         return
-    rest, count = list(todo), min(workers or cores(), max(1, len(todo)))
+    count = min(workers or cores(), max(1, len(rest)))
     if workers is not None and count > 1:
         require_dask()
     while rest and count > 1 and workers is None:
         begin = time.perf_counter()
-        yield solve(job, plan, rest.pop(0))
+        yield from solve_portion(job, plan, rest.pop(0))
         if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
             break
     with ExitStack() as stack:

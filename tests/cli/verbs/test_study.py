@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 import xarray
@@ -15,7 +16,7 @@ from typer.testing import Result
 import slipstick as ss
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
-from slipstick.studies import solving, workers
+from slipstick.studies import solving, together
 from slipstick.studies.folder import StudyFolder
 
 BARE = ("--no-figures", "--workers", "1")
@@ -111,13 +112,17 @@ def test_shares_of_jobs_come_together(case: Path) -> None:
 
 
 def test_a_case_that_fails_is_a_row_and_missing_computes_it(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    solve, out = workers.solve, case.parent / "out"
+    solved, out = together._together, case.parent / "out"
 
-    def sometimes(job: solving.Job, plan: object, number: int) -> solving.CaseSolved:
-        return solving.CaseSolved.failed(number, "no luck") if number == 1 else solve(job, plan, number)  # type: ignore[arg-type]
+    def but_one(job: Any, plan: Any, cases: Any) -> dict[int, solving.CaseSolved]:
+        return {number: one for number, one in solved(job, plan, cases).items() if number != 1}
+
+    def fails(job: solving.Job, plan: object, number: int) -> solving.CaseSolved:
+        return solving.CaseSolved.failed(number, "no luck")
 
     with monkeypatch.context() as patch:
-        patch.setattr(workers, "solve", sometimes)
+        patch.setattr(together, "solve", fails)
+        patch.setattr(together, "_together", but_one)
         result = slipstick("study", case, "-o", out, *BARE)
     assert result.exit_code == 1
     assert "1 cases did not complete: 1 failed: a fault ended it, which its message names case 1: no luck" in told(

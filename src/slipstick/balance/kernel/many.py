@@ -1,0 +1,34 @@
+"""The compiled sums of a balance for many solutions in one call, one after the other: each as it is summed alone."""
+
+from __future__ import annotations
+
+from slipstick.balance.kernel.sums import add_products, compliance_times
+from slipstick.structure.kernel.modal_sums import modal_sums
+from slipstick.trig.compiled import compiled
+from slipstick.typing import Array, ComplexArray, IntArray
+
+
+@compiled(allocates=True, nogil=True)
+def modal_sums_of_many(
+    products: Array, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
+    orders: Array, omega: Array, out: ComplexArray,
+) -> None:  # fmt: skip
+    """``modal_sums`` at every omega (k,), into ``out`` (k, 2, n_columns, n_rows, n + 1)."""
+    for i in range(omega.size):
+        modal_sums(products, 0, stiffness, damping, left_out, orders, omega[i] * orders, out[i])
+
+
+@compiled(allocates=True, nogil=True)
+def times_of_many(value: ComplexArray, G: ComplexArray, out: Array) -> None:
+    """``compliance_times`` of each, into ``out`` (k, n_rows, L)."""
+    for i in range(len(value)):
+        compliance_times(value[i], G[i], out[i])
+
+
+@compiled(allocates=True, nogil=True)
+def products_of_many(
+    value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
+) -> None:
+    """``add_products`` of each: ``tangent`` (k, count, L, L), transposed Jacobians ``out`` (k, N or more each way)."""
+    for i in range(len(value)):
+        add_products(value[i], tangent[i], members, felt, moving, out[i])

@@ -1,0 +1,381 @@
+"""What lies between the points that many branches stepped to: ``dense_output.py`` for all their segments at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.solve.continuation.dense_output import _BENT, _CORRECTIONS, _LONGER, _PEAK, _SURE
+from slipstick.solve.continuation.lockstep import (
+    Correctors,
+    Cubics,
+    Measures,
+    Numbers,
+    Points,
+    Systems,
+    apart_from,
+    times,
+)  # fmt: skip
+from slipstick.solve.continuation.options import ContinuationOptions
+from slipstick.typing import Array, BoolArray
+
+_TOO_FAR = 0.5
+"""As in ``corrector.py``."""
+_TOGETHER = 4096
+"""States that are evaluated in one go."""
+
+
+def some(of: Any, which: Any) -> dict[str, Any]:
+    """Every array of a table, at some places."""
+    return {field.name: getattr(of, field.name)[which] for field in fields(of)}
+
+
+def joined(parts: Sequence[Any]) -> dict[str, Any]:
+    """Every array of several tables of one kind, one after the other."""
+    return {field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(parts[0])}
+
+
+def parted(pieces: NDArray[np.int_]) -> tuple[Numbers, Array]:
+    """Places (k,) that part each of several segments into so many pieces, and the number of the segment of each."""
+    inside = pieces - 1
+    each = np.repeat(np.arange(pieces.size), inside)
+    return each, (np.arange(each.size) - np.repeat(np.cumsum(inside) - inside, inside) + 1) / pieces[each]
+
+
+@dataclass(kw_only=True)
+class Segments:
+    """Pairs of neighbouring points, branch after branch, each in order.
+
+    Attributes
+    ----------
+    first, second
+        Numbers of the points.
+    owner
+        Number of the point that was stepped from, in whose measure they are judged.
+    low, high
+        Which part of that step they are: 0 to 1, halved.
+    apart, smooth
+        As of the ``Step`` that each leads to.
+    """
+
+    first: Numbers
+    second: Numbers
+    owner: Numbers
+    low: Array
+    high: Array
+    apart: Array
+    smooth: BoolArray
+
+    def at(self, which: Numbers | BoolArray) -> Segments:
+        """Some of them."""
+        return Segments(**some(self, which))
+
+    @classmethod
+    def joined(cls, parts: list[Segments]) -> Segments:
+        """All of several."""
+        return cls(**joined(parts))
+
+
+@dataclass(kw_only=True)
+class Interpolated:
+    """Points of segments: whose, at which places ``u``, states and tangents (k, N + 1).
+
+    ``node`` is the number of a point that was solved for there, where corrections did not get there; else -1.
+    """
+
+    segment: Numbers
+    u: Array
+    states: Array
+    tangents: Array
+    node: Numbers
+
+
+@dataclass(kw_only=True)
+class _Seen:
+    """States at places of segments, corrected once: ``dense_output._Seen``."""
+
+    segment: Numbers
+    u: Array
+    cubic: Array
+    slopes: Array
+    bent: Array
+    states: Array
+    last: Array
+
+    def at(self, which: Numbers | BoolArray) -> _Seen:
+        return _Seen(**some(self, which))
+
+    @classmethod
+    def joined(cls, parts: list[_Seen]) -> _Seen:
+        return cls(**joined(parts))
+
+
+class Outputs:
+    """Points so near to each other that a line through them looks smooth, of many branches.
+
+    Attributes
+    ----------
+    nodes
+        All points that were solved for; more come.
+    segments
+        Those between them.
+    """
+
+    def __init__(
+        self, systems: Systems, correctors: Correctors, points: Points, span: tuple[float, float],
+        options: ContinuationOptions,
+    ) -> None:  # fmt: skip
+        self._systems, self._correctors, self.nodes, self._span = systems, correctors, points, span
+        self._step, self._tolerance = _LONGER * options.output_step, options.output_tolerance
+        self._seen: dict[str, _Seen] = {}
+        self.segments = self._halved()
+
+    def cubics(self, segments: Segments) -> tuple[Measures, Cubics]:
+        """The cubics of segments, and in what they are measured."""
+        nodes, measures = self.nodes, self.nodes.measures.at(segments.owner)
+        ends = [(nodes.states[i], nodes.tangents[i]) for i in (segments.first, segments.second)]
+        return measures, Cubics.between(measures, ends[0], ends[1])
+
+    def _halved(self) -> Segments:
+        """``DenseOutput.halves`` of every step."""
+        branch = self.nodes.branch
+        first = np.flatnonzero(branch[:-1] == branch[1:])
+        nothing = np.zeros(first.size)
+        todo = Segments(
+            first=first, second=first + 1, owner=first, low=nothing, high=nothing + 1.0,
+            apart=self.nodes.apart[first + 1], smooth=nothing > 0.0,
+        )  # fmt: skip
+        ended, seen_before, count = [todo.at(first[:0])], [], 0
+        while todo.first.size:
+            measures, cubics = self.cubics(todo)
+            todo.smooth = todo.apart <= _SURE * self._tolerance
+            pieces = np.ceil(cubics.length / self._step).astype(int)
+            looked = np.flatnonzero(~todo.smooth & (pieces > 1))
+            open_ = np.zeros(todo.first.size, dtype=bool)
+            middles = Points.joined([self.nodes.at(first[:0])])
+            if looked.size:
+                seen = self._look(todo, looked, pieces[looked], measures, cubics)
+                bent = np.zeros(todo.first.size)
+                np.maximum.at(bent, seen.segment, seen.bent)
+                todo.smooth[looked] = bent[looked] <= _BENT * self._tolerance
+                wanted = looked[~todo.smooth[looked] & (cubics.length[looked] > self._step)]
+                if wanted.size:
+                    of = np.flatnonzero(np.isin(seen.segment, wanted))
+                    of = of[np.lexsort((of, -seen.bent[of], seen.segment[of]))]
+                    worst = seen.at(of[np.unique(seen.segment[of], return_index=True)[1]])
+                    halves, middles, found = self._middles(
+                        todo.at(wanted), worst, measures.at(wanted), cubics.at(wanted)
+                    )
+                    open_[wanted[found]] = True
+            over = np.flatnonzero(~open_)
+            if looked.size:
+                kept = seen.at(~open_[seen.segment])
+                number = np.cumsum(~open_) - 1 + count
+                kept.segment = number[kept.segment]
+                seen_before.append(kept)
+            ended.append(todo.at(over))
+            count += over.size
+            if not open_.any():
+                break
+            self.nodes = Points.joined([self.nodes, middles])
+            todo = halves
+        segments = Segments.joined(ended)
+        order = np.lexsort((segments.low, segments.owner))
+        place = np.empty(order.size, dtype=int)
+        place[order] = np.arange(order.size)
+        if seen_before:
+            seen = _Seen.joined(seen_before)
+            seen.segment = place[seen.segment]
+            self._seen["halved"] = seen
+        return segments.at(order)
+
+    def _look(
+        self, segments: Segments, which: Numbers, pieces: NDArray[np.int_], measures: Measures, cubics: Cubics
+    ) -> _Seen:
+        """States at the places that part some segments into pieces."""
+        number, u = parted(pieces)
+        each = which[number]
+        here, of = measures.at(each), cubics.at(each)
+        cubic, slopes = of.points(u), of.derivatives(u)
+        sizes = self._sizes(segments, measures)[each]
+        off = self._off(segments.second[each], cubic)
+        bent = here.judged(off, sizes)
+        off = _at_their_parameter(off, slopes)
+        states, last = cubic - _finite(off), here.judged(off, sizes)
+        return _Seen(segment=each, u=u, cubic=cubic, slopes=slopes, bent=bent, states=states, last=last)
+
+    def _sizes(self, segments: Segments, measures: Measures) -> Array:
+        return measures.row_sizes(self.nodes.states[segments.first], self.nodes.states[segments.second])
+
+    def _off(self, near: Numbers, states: Array) -> Array:
+        """``Corrector.off`` of states (k, N + 1), by the Jacobians of points nearby."""
+        off, branch = np.empty_like(states), self.nodes.branch[near]
+        for begin in range(0, len(states), _TOGETHER):
+            part = slice(begin, begin + _TOGETHER)
+            residual = self._systems.evaluate(branch[part], states[part])[0]
+            off[part] = times(self.nodes.inverse[near[part]][:, :, :-1], residual)
+        work = np.bincount(branch, minlength=self._correctors.evaluations.size)
+        self._correctors.evaluations += work
+        self._correctors.solves += work
+        return np.where(np.isfinite(off), off, np.inf)
+
+    def _middles(
+        self, segments: Segments, worst: _Seen, measures: Measures, cubics: Cubics
+    ) -> tuple[Segments, Points, BoolArray]:
+        """Both parts of segments at the worst places seen of each, the points between, and where there is one."""
+        u, guess, direction = worst.u, worst.cubic, cubics.derivatives(worst.u)
+        near = measures.lengths(worst.states - guess) <= _TOO_FAR * cubics.length
+        start = np.where(near[:, None], worst.states, guess)
+        middles, found = self._solved(segments, measures, cubics, u, start)
+        at, number = np.flatnonzero(found), len(self.nodes.branch) + np.arange(int(found.sum()))
+        middles, measured, parts = middles.at(at), measures.at(at), segments.at(at)
+        states, tangents = middles.states, middles.tangents
+
+        def apart(way: Array) -> Array:
+            return apart_from(measured, states, tangents, guess[at], direction[at], way)
+
+        length = cubics.length[at]
+        middle = 0.5 * (parts.low + parts.high)
+        before = Segments(
+            first=parts.first, second=number, owner=parts.owner, low=parts.low, high=middle,
+            apart=apart(u[at] * length), smooth=parts.smooth,
+        )  # fmt: skip
+        after = Segments(
+            first=number, second=parts.second, owner=parts.owner, low=middle, high=parts.high,
+            apart=apart((u[at] - 1.0) * length), smooth=parts.smooth.copy(),
+        )  # fmt: skip
+        return Segments.joined([before, after]), middles, found
+
+    def _solved(
+        self, segments: Segments, measures: Measures, cubics: Cubics, u: Array, guess: Array
+    ) -> tuple[Points, BoolArray]:
+        """``DenseOutput._solved`` on each segment: points, and which of them are to be believed."""
+        nodes, branch = self.nodes, self.nodes.branch[segments.first]
+        across = np.zeros(u.size, dtype=bool)
+        solved = self._correctors.correct(branch, guess, cubics.derivatives(u), across, measures, forward=guess)
+        expected = cubics.points(u)
+        good = solved.found & self._near(segments, measures, solved.states, solved.orientation, expected, cubics.length)
+        rest = np.flatnonzero(~good)
+        if rest.size:
+            first, second = nodes.states[segments.first[rest]], nodes.states[segments.second[rest]]
+            chord = (1.0 - u[rest])[:, None] * first + u[rest][:, None] * second
+            value = expected[rest, -1]
+            inside = (value - first[:, -1]) * (value - second[:, -1]) < 0.0
+            chord[inside, -1] = value[inside]
+            here, way = measures.at(rest), second - first
+            again = self._correctors.correct(
+                branch[rest], chord, way, np.ones(rest.size, dtype=bool), here, forward=way,
+                options=self._correctors.patient,
+            )  # fmt: skip
+            length = np.maximum(cubics.length[rest], _PEAK)
+            near = self._near(segments.at(rest), here, again.states, again.orientation, chord, length)
+            good[rest] = again.found & near
+            for name in ("states", "tangents", "inverse", "orientation", "iterations"):
+                getattr(solved, name)[rest] = getattr(again, name)
+        arclength = nodes.arclength[segments.first] + measures.lengths(solved.states - nodes.states[segments.first])
+        points = Points(
+            branch=branch, states=solved.states, tangents=solved.tangents, inverse=solved.inverse,
+            orientation=solved.orientation, iterations=solved.iterations, arclength=arclength,
+            apart=np.full(u.size, np.inf), measures=measures,
+        )  # fmt: skip
+        return points, good
+
+    def _near(
+        self, segments: Segments, measures: Measures, states: Array, orientation: NDArray[np.int_], expected: Array,
+        length: Array,
+    ) -> BoolArray:  # fmt: skip
+        """``DenseOutput._believed``."""
+        same_way = orientation * self.nodes.orientation[segments.first] >= 0
+        with np.errstate(invalid="ignore"):
+            near = measures.lengths(states - expected) <= _TOO_FAR * length
+        return np.asarray(same_way & near & self._inside(states[:, -1]))
+
+    def _inside(self, parameter: Array) -> BoolArray:
+        """Where a value of the parameter lies within the range, its ends not counted."""
+        start, stop = self._span
+        forward = 1.0 if stop > start else -1.0
+        return np.asarray(((parameter - stop) * forward < 0.0) & ((parameter - start) * forward > 0.0))
+
+    def points(self, pieces: Segments, whole: Numbers) -> Interpolated:
+        """``DenseOutput.points`` of pieces of segments, given as pairs of points, with all of their segment's marks.
+
+        ``whole`` is the number of the segment of which a piece is all, else -1: what was seen of it is known.
+        """
+        measures, cubics = self.cubics(pieces)
+        count = np.ceil(cubics.length / self._step).astype(int)
+        wanted = (count > 1) & pieces.smooth
+        plain = np.flatnonzero(wanted & (pieces.apart <= _SURE * self._tolerance))
+        known = np.zeros(pieces.first.size, dtype=bool)
+        parts, seen = [], self._seen.get("halved")
+        if seen is not None:
+            piece = np.full(len(self.segments.first), -1)
+            piece[whole[whole >= 0]] = np.flatnonzero(whole >= 0)
+            of = piece[seen.segment]
+            keep = (of >= 0) & wanted[of] & (pieces.apart[of] > _SURE * self._tolerance)
+            part = seen.at(keep)
+            part.segment = of[keep]
+            known[part.segment] = True
+            parts.append(part)
+        fresh = np.flatnonzero(wanted & ~known & (pieces.apart > _SURE * self._tolerance))
+        if fresh.size:
+            parts.append(self._look(pieces, fresh, count[fresh], measures, cubics))
+        number, u = parted(count[plain])
+        each = plain[number]
+        smooth = cubics.at(each)
+        found = [Interpolated(
+            segment=each, u=u, states=smooth.points(u), tangents=self._unit(measures.at(each), smooth.derivatives(u)),
+            node=np.full(u.size, -1),
+        )]  # fmt: skip
+        if parts:
+            found.append(self._settled(pieces, _Seen.joined(parts), measures, cubics))
+        return Interpolated(**joined(found))
+
+    def _settled(self, pieces: Segments, seen: _Seen, measures: Measures, cubics: Cubics) -> Interpolated:
+        """What was seen, corrected to the tolerance; what is not known to it then is solved for."""
+        sizes, tolerance = self._sizes(pieces, measures), self._tolerance
+        for _ in range(_CORRECTIONS - 1):
+            rest = np.flatnonzero((seen.last > tolerance) & (seen.last < np.inf))
+            if not rest.size:
+                break
+            of = seen.segment[rest]
+            off = self._off(pieces.second[of], seen.states[rest])
+            off = _at_their_parameter(off, seen.slopes[rest])
+            before = seen.last[rest]
+            last = measures.at(of).judged(off, sizes[of])
+            seen.states[rest] -= _finite(off)
+            seen.last[rest] = np.where(last > 0.5 * before, np.inf, last)
+        tangents, node = self._unit(measures.at(seen.segment), seen.slopes), np.full(seen.u.size, -1)
+        rest = np.flatnonzero(~(seen.last <= tolerance))
+        keep = np.ones(seen.u.size, dtype=bool)
+        if rest.size:
+            of = seen.segment[rest]
+            here, guess = cubics.at(of), cubics.at(of).points(seen.u[rest])
+            solved, good = self._solved(pieces.at(of), measures.at(of), here, seen.u[rest], guess)
+            keep[rest] = good
+            node[rest[good]] = len(self.nodes.branch) + np.arange(int(good.sum()))
+            seen.states[rest], tangents[rest] = solved.states, solved.tangents
+            self.nodes = Points.joined([self.nodes, solved.at(good)])
+        keep &= self._inside(seen.states[:, -1])
+        return Interpolated(
+            segment=seen.segment[keep], u=seen.u[keep], states=seen.states[keep], tangents=tangents[keep],
+            node=node[keep],
+        )  # fmt: skip
+
+    def _unit(self, measures: Measures, slopes: Array) -> Array:
+        return np.asarray(slopes / measures.lengths(slopes)[:, None])
+
+
+def _at_their_parameter(off: Array, slopes: Array) -> Array:
+    """As in ``dense_output.py``."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        corrections = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
+    corrections[:, -1] = 0.0
+    return np.asarray(corrections)
+
+
+def _finite(off: Array) -> Array:
+    return np.where(np.isfinite(off), off, 0.0)

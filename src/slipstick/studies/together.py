@@ -1,0 +1,90 @@
+"""Cases of a study solved side by side: those of small problems, whose curves differ in numbers alone."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from slipstick.analysis.curve.lockstep import Lockstep, alike, in_lockstep
+from slipstick.errors import InputError, Outcome
+from slipstick.studies.plan import StudyPlan
+from slipstick.studies.solving import CaseSolved, Job, kept, solve
+
+if TYPE_CHECKING:
+    from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.branch import Branch
+
+MOST = 64
+"""So many cases are solved side by side: of twice as many each takes hardly less time."""
+
+
+class Portion(NamedTuple):
+    """Cases that are computed in one go, in lockstep or each alone."""
+
+    cases: tuple[int, ...]
+    lockstep: bool = False
+
+
+def portions(job: Job, plan: StudyPlan, todo: Sequence[int]) -> list[Portion]:
+    """What is computed in one go: cases after one another, or each alone."""
+    if todo and _small(job):
+        return [Portion(tuple(todo[i : i + MOST]), lockstep=True) for i in range(0, len(todo), MOST)]
+    return [Portion((case,)) for case in todo]
+
+
+def _small(job: Job) -> bool:
+    """Whether curves of this kind can be followed side by side, seen from the problem that all cases begin from."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return not job.stability and in_lockstep(job.request(replace(job.problem, told=None)))
+    except InputError:  # the cases may be right all the same, and say themselves what is wrong
+        return False
+
+
+def solve_portion(job: Job, plan: StudyPlan, portion: Portion) -> Iterator[CaseSolved]:
+    """The cases of a portion, those alone that cannot be solved with others; as ``solve`` each, whatever happens."""
+    together = _together(job, plan, portion.cases) if portion.lockstep else {}
+    for case in portion.cases:
+        yield together.get(case) or solve(job, plan, case)
+
+
+def _together(job: Job, plan: StudyPlan, cases: Sequence[int]) -> dict[int, CaseSolved]:
+    """Those that were solved side by side."""
+    begin = time.perf_counter()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        requests = {case: request for case in cases if (request := _request(job, plan, case)) is not None}
+        groups: list[list[int]] = []
+        for case, request in requests.items():
+            known = (group for group in groups if alike(requests[group[0]], request))
+            if (group := next(known, None)) is None:
+                groups.append([case])
+            else:
+                group.append(case)
+        branches = {case: branch for group in groups for case, branch in _branches(group, requests)}
+        seconds = (time.perf_counter() - begin) / max(1, len(requests))
+        return {case: kept(job, case, branch, seconds, lockstep=True) for case, branch in branches.items()}
+
+
+def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterator[tuple[int, Branch]]:
+    """Cases that were followed to their end, and their branches."""
+    try:
+        branches = Lockstep([requests[case] for case in cases]).branches()
+    except Exception:  # whose fault it is shows where each is alone
+        return
+    for case, branch in zip(cases, branches, strict=True):
+        if branch is not None and branch.outcome is Outcome.COMPLETED:
+            yield case, branch
+
+
+def _request(job: Job, plan: StudyPlan, case: int) -> CurveRequest | None:
+    """What is followed for one case; None where it is to be solved alone."""
+    try:
+        request = job.request(replace(plan.problem(job.problem, case), told=None))
+        return request if in_lockstep(request) else None
+    except Exception:  # it is a row that says why, made where it is alone
+        return None
