@@ -48,7 +48,7 @@ class SlowModes:
         if own is None or system.laws:
             return None
         K, C = own
-        is_fast = (_FAST * max(1, *system.orders)) ** 2 < K
+        is_fast = (_FAST * max(1, *system.orders, 1)) ** 2 < K
         fast, slow = np.flatnonzero(is_fast), np.flatnonzero(~is_fast)
         if len(fast) < max(_FEWEST_FAST, len(slow)):
             return None
@@ -67,7 +67,10 @@ class SlowModes:
 
     def followed(self, few: Array, states: Combination) -> Array:
         """The state of all modes whose fast ones follow the forces on them."""
-        return self._joined(few, self._following(states) @ few)
+        linear = self.stepper.model(states)
+        left = self.whole.model.loaded_columns[self.fast] / self.stiffness[:, None]
+        forces = linear.acting @ np.stack([few, linear.A @ few], axis=1)
+        return self._joined(few, (left @ forces).T.reshape(-1))
 
     def corrected(
         self, z: Array, end: Array, states: Combination, Phi: Array, shares: Mapping[Combination, float]
@@ -76,13 +79,12 @@ class SlowModes:
 
         ``Phi`` is the derivative of the small period map, ``shares`` how much of the period each combination takes.
         """
-        (few, fast), (few_end, fast_end), follow = self._parts(z), self._parts(end), self._following(states)
+        (few, fast), (few_end, fast_end) = self._parts(z), self._parts(end)
         keep = self.stepper.model.system.unknowns(states)
         step = np.zeros(len(few))
         matrix, missing = np.eye(len(keep)) - Phi[np.ix_(keep, keep)], few_end - few
         step[keep] = np.linalg.lstsq(matrix, missing[keep], rcond=1e-13)[0]
-        beside = fast_end - fast - follow @ missing
-        return self._joined(few + step, fast + follow @ step + self._alone(shares, beside))
+        return self._joined(few + step, fast + self._alone(shares, fast_end - fast))
 
     def _alone(self, shares: Mapping[Combination, float], missing: Array) -> Array:
         """Start of free vibrations of the fast modes, each for itself, that change by ``-missing`` in a period."""
@@ -96,12 +98,6 @@ class SlowModes:
         A[:, 0, 1], A[:, 1, 0], A[:, 1, 1] = 1.0, -stiffness, -self.damping
         matrix = np.eye(2) - expm(2.0 * np.pi * A)
         return np.linalg.solve(matrix, missing.reshape(2, count).T[:, :, None])[:, :, 0].T.reshape(-1)
-
-    def _following(self, states: Combination) -> Array:
-        """Motion and velocity of the fast modes that follow the forces on them, as rows times the small state."""
-        linear = self.stepper.model(states)
-        left = self.whole.model.loaded_columns[self.fast] / self.stiffness[:, None]
-        return np.vstack([left @ linear.acting, left @ (linear.acting @ linear.A)])
 
     def _parts(self, z: Array) -> tuple[Array, Array]:
         """The small state, and motion and velocity of the fast modes."""
