@@ -78,13 +78,16 @@ def test_outputs_are_those_of_newton_on_all_modes(monkeypatch, velocity, normal)
 def test_every_period_of_all_modes_is_far_nearer_to_closing(velocity):
     """The derivative of all modes is never needed, and four periods of them are as good as Newton's method."""
     stepper = stepper_of(beam(velocity=velocity, damping=0.001, gap=-0.1))
-    changes = []
+    ends = []
     for end in shooting._by_slow_modes(SlowModes.of(stepper), *start_at_rest(stepper)):
-        changes.append(end.change)
+        ends.append(end)
         if end.change < 1e-10:
             break
-    assert changes[-1] < 1e-10
-    assert np.all(np.diff(np.log10(changes)) < -1.7)
+    assert ends[-1].change < 1e-10
+    assert np.all(np.diff(np.log10([end.change for end in ends])) < -1.7)
+    for end in ends[:-1]:
+        away = shooting.relative_change(stepper, ends[-1].z, end.z, end.states)
+        assert 0.3 * away < end.error < 3.0 * away
 
 
 def test_marching_ends_in_the_same_motion():

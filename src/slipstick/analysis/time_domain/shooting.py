@@ -21,6 +21,8 @@ from slipstick.typing import Array
 _MARCH_BEFORE_NEWTON = 2
 _LONGEST_MARCH = 32
 _NEARER = 0.99
+_FOR_RATIO = 8
+"""Periods whose changes tell how fast marching ends."""
 _PERIODIC_FEW, _MOST_FEW = 1e-9, 60
 """How closely a period of the slow modes alone comes back, and in how many periods."""
 _STALLED = 0.5
@@ -28,12 +30,17 @@ _STALLED = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodEnd:
-    """State at the end of a period; ``change`` is its distance from the start, relative to the motion's size."""
+    """State at the end of a period; ``change`` is its distance from the start, relative to the motion's size.
+
+    ``error`` estimates its distance from the periodic state: from where a correction leads to, and where none is made
+    from how fast the changes become smaller. nan where neither tells it.
+    """
 
     period: int
     z: Array
     states: Combination
     change: float
+    error: float
 
 
 def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
@@ -133,17 +140,24 @@ def _periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool)
     by before the next is tried.
     """
     patience = wait = _MARCH_BEFORE_NEWTON
-    best, period = np.inf, 0
+    best, period, changes = np.inf, 0, [np.inf]
     while True:
         newton = shooting and wait <= 0
         Phi = one_period(stepper, z, states, newton)
         period, wait = period + 1, wait - 1
-        same = stepper.states == states
+        same, corrected = stepper.states == states, None
         change = relative_change(stepper, z, stepper.z, stepper.states) if same else np.inf
-        yield PeriodEnd(period=period, z=stepper.z, states=stepper.states, change=change)
-        if Phi is not None and same and change < _NEARER * best:
-            best = change
-            z = _newton_start(stepper, z, states, Phi)
+        if Phi is not None and same:
+            corrected = _newton_start(stepper, z, states, Phi)
+            error = relative_change(stepper, corrected, stepper.z, states)
+        else:
+            earlier = changes[-_FOR_RATIO:]
+            ratio = (change / earlier[0]) ** (1.0 / len(earlier)) if max(earlier) < np.inf else np.nan
+            error = change * ratio / (1.0 - ratio) if ratio < 1.0 else np.nan
+        changes.append(change)
+        yield PeriodEnd(period=period, z=stepper.z, states=stepper.states, change=change, error=error)
+        if corrected is not None and change < _NEARER * best:
+            best, z = change, corrected
         else:
             if newton:
                 best, wait, patience = np.inf, patience, min(2 * patience, _LONGEST_MARCH)
@@ -174,8 +188,9 @@ def _by_slow_modes(slow: SlowModes, z: Array, states: Combination) -> Iterator[P
             change = relative_change(stepper, z, stepper.z, stepper.states) if same else np.inf
             if not change < _STALLED * before:
                 return
-            yield PeriodEnd(period=period, z=stepper.z, states=stepper.states, change=change)
             before, z = change, slow.corrected(z, stepper.z, states, Phi, shares)
+            error = relative_change(stepper, z, stepper.z, states)
+            yield PeriodEnd(period=period, z=stepper.z, states=states, change=change, error=error)
     except ChatteringError:
         return
 
