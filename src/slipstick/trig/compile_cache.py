@@ -23,7 +23,10 @@ import numba
 
 from slipstick import __version__
 
-ROOMS = ("trig", "solve/linear", "contact/kernel", "structure/kernel", "balance/kernel", "analysis/stability")
+ROOMS = (
+    "trig", "solve/linear", "contact/kernel", "structure/kernel", "balance/kernel", "analysis/stability",
+    "analysis/time_domain/kernel",
+)  # fmt: skip
 """Folders of the package with compiled code."""
 
 

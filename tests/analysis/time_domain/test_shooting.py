@@ -58,3 +58,18 @@ def test_no_change_is_none():
     s = stepper(10.0)
     z, states = start_at_rest(s)
     assert relative_change(s, z, z, states) == 0.0
+
+
+@pytest.mark.parametrize("shooting", [True, False])
+def test_the_error_told_is_the_distance_from_the_periodic_state(shooting):
+    """Of marching it is a bound of the right size: two multipliers that turn are taken for one that does not."""
+    s = stepper(10.0, 6.0)
+    closed = next(end for end in periods(s, *start_at_rest(s), shooting=True) if end.change < 1e-13)
+    known = []
+    for end in periods(s, *start_at_rest(s), shooting=shooting):
+        if 1e-9 < end.error < 1e-2 and end.states == closed.states:
+            known.append(end.error / relative_change(s, closed.z, end.z, end.states))
+        if end.change < 1e-10 or end.period > 90:
+            break
+    assert known
+    assert 0.3 < min(known) < max(known) < (3.0 if shooting else 30.0)

@@ -39,6 +39,8 @@ class TimeCheck:
     """Largest difference of amplitudes and means over the largest of all of them."""
     converged: bool
     """Whether the time integration became periodic."""
+    time_error: float = np.nan
+    """Estimated error of the time integration itself, relative; nan: unknown. See ``TransientResult.error``."""
     reduction_error: float | None = None
     """Estimated error of the reduced structure here, which both share: the comparison cannot see it. None: unknown."""
 
@@ -78,5 +80,6 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
         mean_in_time=result.mean,
         relative_difference=max(float(np.abs(a - b).max()) for a, b in pairs) / size,
         converged=result.converged,
+        time_error=result.error,
         reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
     )

@@ -1,7 +1,8 @@
 """Exact steps of a piecewise linear friction system, with the instants of state changes located to rounding.
 
 Over a step ``z(s) = sum_k s^k z_k``, ``z_k = (A d)^k z_0 / k!``: summed to rounding this is the matrix exponential, and
-every switching function is a polynomial in ``s`` whose first root is the state change. Where contacts of other laws
+every switching function is a polynomial in ``s`` whose first root is the state change. Steps in which none can lie are
+taken many at a time. Where contacts of other laws
 make the system smooth instead of linear, z is the polynomial that fulfils it at Gauss nodes [Hairer, Norsett, Wanner,
 Solving Ordinary Differential Equations I, II.7: order 2 x nodes]; a step is cut until the polynomial fits between them.
 """
@@ -14,6 +15,7 @@ from math import factorial
 
 import numpy as np
 
+from slipstick.analysis.time_domain.kernel.steps import series, steady_steps
 from slipstick.analysis.time_domain.piecewise import Combination, LinearPiece, PiecewiseLinear, State
 from slipstick.errors import InputError, SlipstickError
 from slipstick.faults import MOST_ITEMS
@@ -24,7 +26,10 @@ _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
 _GUARD_SAMPLES = np.linspace(0.0, 1.0, 25)[1:]
 _GUARD_ROUNDING = 1e-12
 _NEAR_START = 2.0 ** np.arange(-30.0, 1.0)
-_USES_BEFORE_PROPAGATOR = 40
+_CHUNK = 64
+"""Steps without a change that are taken at once."""
+_NEAR = 2e-9
+"""A switching function this near zero, beside its size, is looked at closely."""
 _COUNT = 9
 _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
 _FITS, _LONGEST_ITERATION = 1e-11, 60
@@ -35,13 +40,13 @@ _SHORTEST = 2.0**-16
 _SHORTEST_SWITCHING = 2.0**-44
 """The same of laws that switch, whose rate has no corners but grows near a change of regime."""
 _FEWEST, _FEWEST_SMOOTH = 256, 64
-REACH = 1.5
+REACH, _REACH_SMOOTH = 4.0, 1.5
 """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
 
 
-def _steps(steps: int | None, fastest: float, fewest: int) -> int:
+def _steps(steps: int | None, fastest: float, fewest: int, reach: float) -> int:
     """Steps a period: those given, or by the fastest motion, per unit of tau."""
-    needed = 2 * np.pi * fastest / REACH
+    needed = 2 * np.pi * fastest / reach
     if needed > MOST_ITEMS:
         raise InputError(
             f"time integration: the fastest motion is {fastest:.2g} times as fast as the forcing; a period takes "
@@ -70,7 +75,7 @@ class Piece:
     linear: LinearPiece
     start: Array
     path: Array | None = None
-    """Polynomial of z, (degree + 1, size), in steps from ``tau``; None of a linear system, see ``Stepper.powers``."""
+    """Polynomial of z, (degree + 1, size), in steps from ``tau``; None where it was not kept, see ``Stepper.path``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +112,9 @@ class Stepper:
     def __init__(self, model: PiecewiseLinear, steps: int | None = None) -> None:
         self.model = model
         fastest = model.fastest()
-        self.steps = _steps(steps, fastest, _FEWEST_SMOOTH if model.system.laws.switching else _FEWEST)
+        laws = model.system.laws
+        fewest, longest = _FEWEST_SMOOTH if laws.switching else _FEWEST, _REACH_SMOOTH if laws else REACH
+        self.steps = _steps(steps, fastest, fewest, longest)
         self.step = 2 * np.pi / self.steps
         reach = fastest * self.step
         self.degree = 12
@@ -115,28 +122,34 @@ class Stepper:
             self.degree += 1
         self.degree += 4
         self._length = 1.0
-        self._exponents = np.arange(self.degree + 1)
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
 
     def powers(self, linear: LinearPiece, z: Array) -> Array:
-        """Polynomial of z over one step, (degree + 1, ...) with z a vector or a matrix of columns."""
-        A = linear.A * self.step
-        out = np.empty((self.degree + 1, *z.shape))
+        """Polynomial of z (size,) over one step, (degree + 1, size)."""
+        out = np.empty((self.degree + 1, len(z)))
         out[0] = z
+        if not linear.regimes:
+            series(out, self.model.rates(linear), self.step)
+            return out
+        A = linear.A * self.step
         for k in range(1, self.degree + 1):
             np.dot(A, out[k - 1], out=out[k])
             out[k] /= k
         return out
 
     def propagate(self, linear: LinearPiece, Z: Array, fraction: float) -> Array:
-        """``exp(A step fraction) Z``."""
-        if fraction == 1.0:
-            return self._propagator(linear) @ Z
-        return np.tensordot(fraction**self._exponents, self.powers(linear, Z), 1)
+        """``exp(A step fraction) Z``, of a length of any number of steps."""
+        from scipy.linalg import expm, matrix_balance
+
+        if "balanced" not in linear.cache:
+            balanced, (scale, _) = matrix_balance(linear.A, permute=False, separate=True)
+            linear.cache["balanced"] = balanced, scale[:, None]
+        balanced, scale = linear.cache["balanced"]  # type: ignore[misc]
+        return np.asarray(scale * (expm(balanced * (self.step * fraction)) @ (Z / scale)))
 
     def carried(self, item: Piece, Phi: Array) -> Array:
         """Derivative of z at the end of a piece from that at its start, (size, ...)."""
-        if item.path is None:
+        if item.path is None or not item.linear.smooth:
             return self.propagate(item.linear, Phi, item.fraction)
         z = np.vander(item.fraction * _GAUSS, len(item.path), increasing=True) @ item.path
         J = (item.fraction * self.step) * self.model.rate_slopes(item.linear, z)
@@ -228,30 +241,11 @@ class Stepper:
         for row, inverse in zip(rows, _implicit(h * slopes), strict=True):
             rates[:, first + row] = before[:, first + row] + inverse @ (rates - before)[:, first + row]
 
-    def _propagator(self, linear: LinearPiece) -> Array:
-        if "propagator" not in linear.cache:
-            from scipy.linalg import expm
-
-            linear.cache["propagator"] = expm(linear.A * self.step)
-        return linear.cache["propagator"]  # type: ignore[return-value]
-
-    def _margins(self, linear: LinearPiece, z: Array) -> Array:
-        """Polynomials (degree + 1, n) of all switching functions; their rows are kept of systems that come often."""
-        if int(linear.cache.get("uses", 0)) < _USES_BEFORE_PROPAGATOR:  # type: ignore[call-overload]
-            return np.asarray(self.powers(linear, z) @ linear.margins.T)
-        if "margins" not in linear.cache:
-            rows, A = [linear.margins], linear.A * self.step
-            for k in range(1, self.degree + 1):
-                rows.append(rows[-1] @ A / k)
-            linear.cache["margins"] = np.array(rows).reshape(-1, len(A))
-        operator: Array = linear.cache["margins"]  # type: ignore[assignment]
-        return np.asarray((operator @ z).reshape(self.degree + 1, -1))
-
     def _magnitude(self, linear: LinearPiece) -> Array:
-        """Magnitudes (2, n, size) of the rows that give switching functions and their rates, for their rounding."""
+        """Magnitudes (2, m, size) of the switching functions' rows and of those of their rates over a step."""
         if "magnitude" not in linear.cache:
-            rates = linear.margins @ (linear.A * self.step)
-            linear.cache["magnitude"] = np.abs(np.array([linear.margins, rates]))
+            rows = linear.margins
+            linear.cache["magnitude"] = np.abs(np.array([rows, rows @ linear.A * self.step]))
         return linear.cache["magnitude"]  # type: ignore[return-value]
 
     def first_change(
@@ -261,12 +255,9 @@ class Stepper:
 
         ``path`` is the polynomial of z where the system is not linear.
         """
-        if path is None:
-            c = self._margins(linear, z)
-        else:
-            c = path @ linear.margins.T
-            if self.model.system.laws:  # right between Gauss nodes, not to rounding at the start
-                c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
+        c = (self.powers(linear, z) if path is None else path) @ linear.margins.T
+        if linear.smooth:  # right between Gauss nodes, not to rounding at the start
+            c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
         scale = np.maximum(self._magnitude(linear) @ np.abs(z), 1e-300)
         scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
@@ -282,24 +273,48 @@ class Stepper:
     def period(self, z: Array, states: Combination, tau: float = 0.0) -> Iterator[Piece | StateChange]:
         """Pieces and state changes of one period; ends with ``self.z``, ``self.states`` set to the state at its end."""
         self.z, self.states = z.copy(), states
-        forced = self.model.system.n_dynamic
-        for i in range(self.steps):
-            self.z[forced:] = self.model.system.forcing(tau + i * self.step)
+        system, i = self.model.system, 0
+        forcing = np.array([system.forcing(tau + k * self.step) for k in range(self.steps)])
+        while i < self.steps:
+            linear = self.model(self.states)
+            if not (linear.smooth or linear.regimes):
+                starts = self._steady(linear, forcing[i : i + _CHUNK])
+                for start in starts:
+                    yield Piece(tau=tau + i * self.step, fraction=1.0, states=self.states, linear=linear, start=start)
+                    i += 1
+                if len(starts) == _CHUNK or i == self.steps:
+                    continue
+            self.z[system.n_dynamic :] = forcing[i]
             yield from self._one_step(tau + i * self.step)
-        self.z[forced:] = self.model.system.forcing(tau + 2 * np.pi)
+            i += 1
+        self.z[system.n_dynamic :] = system.forcing(tau + 2 * np.pi)
+
+    def _steady(self, linear: LinearPiece, forcing: Array) -> Array:
+        """Starts (k, size) of the next steps in which no contact changes its state; ``self.z`` is their end."""
+        if "margins" not in linear.cache:
+            near = _NEAR * self._magnitude(linear).sum(axis=0)
+            linear.cache["margins"] = np.ascontiguousarray(linear.margins.T), np.ascontiguousarray(near.T)
+        starts = np.empty((len(forcing) + 1, len(self.z)))
+        starts[0] = self.z
+        rates, margins = self.model.rates(linear), linear.cache["margins"]
+        taken = steady_steps(starts, forcing, rates, self.step, self.degree, *margins, self._vander)  # type: ignore[misc]
+        self.z = starts[taken].copy()
+        return starts[:taken]
 
     def _one_step(self, tau: float) -> Iterator[Piece | StateChange]:
         done, immediate = 0.0, 0
         while done < 1.0:
             linear = self.model(self.states)
-            left, path = 1.0 - done, None
+            left = 1.0 - done
             if linear.smooth:
                 path, left = self._smooth(linear, self.z, left)
+            else:
+                path = self.powers(linear, self.z)
             change: tuple[float, int | tuple[int, int]] | None = None
             if len(linear.margins):
                 change = self.first_change(linear, self.z, left, path)
             if linear.regimes:
-                guard = self._first_guard(linear, self.powers(linear, self.z) if path is None else path, left)
+                guard = self._first_guard(linear, path, left)
                 if guard is not None and (change is None or guard[0] < change[0]):
                     change = (guard[0], (guard[1], guard[2]))
             length = change[0] if change else left
@@ -322,18 +337,9 @@ class Stepper:
             )
         return before + 1
 
-    def _advance(self, linear: LinearPiece, tau: float, length: float, path: Array | None) -> Piece:
-        if path is not None:
-            start, self.z = self.z, length ** np.arange(len(path)) @ path
-            return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start, path=path)
-        uses = int(linear.cache.get("uses", 0)) + 1  # type: ignore[call-overload]
-        linear.cache["uses"] = uses
-        start = self.z
-        if length == 1.0 and (uses > _USES_BEFORE_PROPAGATOR or "propagator" in linear.cache):
-            self.z = self._propagator(linear) @ start
-        else:
-            self.z = length**self._exponents @ self.powers(linear, start)
-        return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start)
+    def _advance(self, linear: LinearPiece, tau: float, length: float, path: Array) -> Piece:
+        start, self.z = self.z, length ** np.arange(len(path)) @ path
+        return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start, path=path)
 
     def _switch(self, linear: LinearPiece, index: int, tau: float) -> StateChange:
         switch = linear.switches[index]

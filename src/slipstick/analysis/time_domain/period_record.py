@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper
-from slipstick.analysis.time_domain.piecewise import State
+from slipstick.analysis.time_domain.piecewise import LinearPiece, State
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -47,17 +47,19 @@ class PeriodRecord:
             self.changes.append(item)
             return
         linear, step = item.linear, self._stepper.step
-        rows = np.vstack([linear.motion, linear.fx, linear.fy])
-        powers = self._stepper.path(item)
-        z = np.vander(item.fraction * _NODES, len(powers), increasing=True) @ powers
-        values = z @ rows.T
+        rows, split = _recorded(linear)
+        path = self._stepper.path(item)
+        powers = path @ rows
+        values, _, rates = np.split(
+            np.vander(item.fraction * _NODES, len(path), increasing=True) @ powers, split, axis=1
+        )
         width = item.fraction * step
         H = self._harmonics.H_plus(item.tau + width * _NODES) * (_WEIGHTS * width / np.pi)[:, None]
         self._integral += H.T @ values
         fx = values[:, self._n_motions : self._n_motions + self._nc]
-        self.work += (_WEIGHTS * width / (2 * np.pi)) @ (fx * (z @ linear.rate.T))
+        self.work += (_WEIGHTS * width / (2 * np.pi)) @ (fx * rates)
         if self._law_ports:
-            model = self._stepper.model
+            z, model = np.vander(item.fraction * _NODES, len(path), increasing=True) @ path, self._stepper.model
             q, velocity, memory = model.law_motion(z)
             forces = model.system.laws.rate(q, velocity, memory, linear.regimes)[0]
             self.law_work += (_WEIGHTS * width / (2 * np.pi)) @ (forces * velocity) / model.system.omega
@@ -67,8 +69,7 @@ class PeriodRecord:
             own[regime] += width / (2 * np.pi)
         parts = _PARTS if linear.regimes else 1
         at = item.fraction * np.arange(parts + 1) / parts
-        ends = np.vander(at, len(powers), increasing=True) @ powers
-        values, slopes = ends @ rows.T, ends @ (linear.motion @ linear.A).T
+        values, slopes, _ = np.split(np.vander(at, len(path), increasing=True) @ powers, split, axis=1)
         for k in range(parts):
             self.tau.append(item.tau + at[k] * step)
             self._widths.append(width / parts)
@@ -108,3 +109,13 @@ class PeriodRecord:
             inner = np.where(turns, a + s * (da + s * (c2 + s * c3)), a)
         inner = np.where(np.isfinite(inner) & turns, inner, a)
         return np.minimum(low, inner.min(axis=0)), np.maximum(high, inner.max(axis=0))
+
+
+def _recorded(linear: LinearPiece) -> tuple[Array, list[int]]:
+    """Columns that z is looked at along: motions and forces, rates of the motions, rates of the contacts; where they
+    are split."""
+    if "recorded" not in linear.cache:
+        parts = [np.vstack([linear.motion, linear.fx, linear.fy]), linear.motion @ linear.A, linear.rate]
+        split = np.cumsum([len(part) for part in parts])[:-1].tolist()
+        linear.cache["recorded"] = np.ascontiguousarray(np.vstack(parts).T), split
+    return linear.cache["recorded"]  # type: ignore[return-value]

@@ -17,10 +17,12 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.analysis.time_domain.kernel.steps import Rates
 from slipstick.analysis.time_domain.law_in_time import LawsInTime, RegimeNumbers
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
@@ -192,6 +194,8 @@ class LinearPiece:
     switches: tuple[Switch, ...]
     margins: Array
     """Rows of the switching functions."""
+    acting: Array
+    """Forces on the columns of the structure: of friction contacts, with their sign, and loads."""
     regimes: RegimeNumbers = ()
     """Of the contacts whose law switches."""
     smooth: bool = False
@@ -290,6 +294,31 @@ class PiecewiseLinear:
             piece.A, piece.smooth = A, False
         return piece
 
+    @cached_property
+    def modal_rates(self) -> tuple[Array, Array] | None:
+        """Stiffness and damping (n,) per unit of tau where the coordinates are modes; None where they are coupled."""
+        own = np.diag(self._K), np.diag(self._C)
+        if not all(np.array_equal(part, np.diag(d)) for part, d in zip((self._K, self._C), own, strict=True)):
+            return None
+        return own[0] / self.system.omega**2, own[1] / self.system.omega
+
+    @cached_property
+    def loaded_columns(self) -> Array:
+        """Accelerations per unit of tau by the forces ``LinearPiece.acting``, (n, n_forces)."""
+        s = self.system
+        loaded = s.n_forces + s.laws.n_ports
+        return np.hstack([self._columns[:, : s.n_forces], self._columns[:, loaded:]]) / s.omega**2
+
+    def rates(self, linear: LinearPiece) -> Rates:
+        """``dz/dtau`` of a linear system as compiled code takes it."""
+        if "rates" not in linear.cache:
+            s = self.system
+            n, own, acting = s.n, self.modal_rates, linear.acting
+            K, C = (self._K / s.omega**2, self._C / s.omega) if own is None else (own[0][None], own[1][None])
+            parts = (K, C, self.loaded_columns.T, acting[:, :n], acting[:, 2 * n :], linear.A[2 * n :, 2 * n :])
+            linear.cache["rates"] = Rates._make(map(np.ascontiguousarray, parts))
+        return linear.cache["rates"]  # type: ignore[return-value]
+
     def law_rows_of(self, number: int) -> Array:
         """Rows (2 n_ports + n_memory, size) of motion, velocities and memory of one contact whose law switches."""
         contact = self.system.laws.switching[number]
@@ -338,6 +367,7 @@ class PiecewiseLinear:
         A[:n, n : 2 * n] = np.eye(n)
         A[n : 2 * n, :n] = -self._K / s.omega**2
         A[n : 2 * n, n : 2 * n] = -self._C / s.omega
+        acting = np.vstack([-forces, load])
         A[n : 2 * n] += self._columns[:, :n_forces] @ -forces / s.omega**2
         A[n : 2 * n] += self._columns[:, loaded:] @ load / s.omega**2
         for j in range(nc):
@@ -357,7 +387,7 @@ class PiecewiseLinear:
                 fy[j, one:] = s.kn[j] * s.approach[j]
         linear = LinearPiece(
             A=A, motion=motion, fx=forces[:nc], fy=fy, spring=s.kt[:, None] * total, rate=rate,
-            switches=(), margins=np.zeros((0, s.size)), smooth=bool(s.laws),
+            switches=(), margins=np.zeros((0, s.size)), acting=acting, smooth=bool(s.laws),
         )  # fmt: skip
         self._add_switches(states, linear)
         return linear

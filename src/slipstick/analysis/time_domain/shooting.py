@@ -8,26 +8,39 @@ the memory of the friction spring, whose jump adds the saltation term
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 
-from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
+from slipstick.analysis.time_domain.event_integrator import ChatteringError, Piece, StateChange, Stepper
 from slipstick.analysis.time_domain.piecewise import Combination, State
+from slipstick.analysis.time_domain.slow_modes import SlowModes
 from slipstick.typing import Array
 
 _MARCH_BEFORE_NEWTON = 2
 _LONGEST_MARCH = 32
+_NEARER = 0.99
+_FOR_RATIO = 8
+"""Periods whose changes tell how fast marching ends."""
+_PERIODIC_FEW, _MOST_FEW = 1e-9, 60
+"""How closely a period of the slow modes alone comes back, and in how many periods."""
+_STALLED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodEnd:
-    """State at the end of a period; ``change`` is its distance from the start, relative to the motion's size."""
+    """State at the end of a period; ``change`` is its distance from the start, relative to the motion's size.
+
+    ``error`` estimates its distance from the periodic state: from where a correction leads to, and where none is made
+    from how fast the changes become smaller. nan where neither tells it.
+    """
 
     period: int
     z: Array
     states: Combination
     change: float
+    error: float
 
 
 def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
@@ -76,12 +89,19 @@ def _regime_saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
 
 def one_period(stepper: Stepper, z: Array, states: Combination, derivative: bool, tau: float = 0.0) -> Array | None:
     """Carries z over one period from ``tau`` (result in the stepper); the derivative of the period map if asked."""
-    Phi = np.eye(len(z))[:, : stepper.model.system.n_dynamic] if derivative else None
+    if not derivative:
+        for _ in stepper.period(z, states, tau):
+            pass
+        return None
+    Phi, linear, length = np.eye(len(z))[:, : stepper.model.system.n_dynamic], None, 0.0
     for item in stepper.period(z, states, tau):
-        if Phi is None:
+        if isinstance(item, Piece) and not item.linear.smooth and (linear is None or item.linear is linear):
+            linear, length = item.linear, length + item.fraction
             continue
+        if linear is not None:
+            Phi, linear, length = stepper.propagate(linear, Phi, length), None, 0.0
         Phi = saltation(stepper, item, Phi) if isinstance(item, StateChange) else stepper.carried(item, Phi)
-    return Phi
+    return Phi if linear is None else stepper.propagate(linear, Phi, length)
 
 
 def relative_change(stepper: Stepper, before: Array, after: Array, states: Combination) -> float:
@@ -102,25 +122,77 @@ def relative_change(stepper: Stepper, before: Array, after: Array, states: Combi
 def periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) -> Iterator[PeriodEnd]:
     """Periods one after another; with ``shooting``, a Newton correction of the start is made between them.
 
-    A correction that takes the state further from periodic still leaves one of the right size: more and more periods go
+    Of a structure with many fast modes the start is corrected by its slow modes first, as far as that leads.
+    """
+    slow, done = SlowModes.of(stepper) if shooting else None, 0
+    if slow is not None:
+        for end in _by_slow_modes(slow, z, states):
+            yield end
+            z, states, done = end.z, end.states, end.period
+    for end in _periods(stepper, z, states, shooting=shooting):
+        yield replace(end, period=done + end.period)
+
+
+def _periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) -> Iterator[PeriodEnd]:
+    """The same with the derivative of the whole period map.
+
+    A correction that takes the state no nearer to periodic still leaves one of the right size: more and more periods go
     by before the next is tried.
     """
     patience = wait = _MARCH_BEFORE_NEWTON
-    best, period = np.inf, 0
+    best, period, changes = np.inf, 0, [np.inf]
     while True:
         newton = shooting and wait <= 0
         Phi = one_period(stepper, z, states, newton)
         period, wait = period + 1, wait - 1
-        same = stepper.states == states
+        same, corrected = stepper.states == states, None
         change = relative_change(stepper, z, stepper.z, stepper.states) if same else np.inf
-        yield PeriodEnd(period=period, z=stepper.z, states=stepper.states, change=change)
-        if Phi is not None and same and change <= best:
-            best = change
-            z = _newton_start(stepper, z, states, Phi)
+        if Phi is not None and same:
+            corrected = _newton_start(stepper, z, states, Phi)
+            error = relative_change(stepper, corrected, stepper.z, states)
+        else:
+            earlier = changes[-_FOR_RATIO:]
+            ratio = (change / earlier[0]) ** (1.0 / len(earlier)) if max(earlier) < np.inf else np.nan
+            error = change * ratio / (1.0 - ratio) if ratio < 1.0 else np.nan
+        changes.append(change)
+        yield PeriodEnd(period=period, z=stepper.z, states=stepper.states, change=change, error=error)
+        if corrected is not None and change < _NEARER * best:
+            best, z = change, corrected
         else:
             if newton:
                 best, wait, patience = np.inf, patience, min(2 * patience, _LONGEST_MARCH)
             z, states = stepper.z, stepper.states
+
+
+def _by_slow_modes(slow: SlowModes, z: Array, states: Combination) -> Iterator[PeriodEnd]:
+    """Periods of the whole structure whose starts are corrected by the slow modes, as long as that brings them nearer.
+
+    None where the slow modes alone do not become periodic.
+    """
+    try:
+        for end in _periods(slow.stepper, slow.restricted(z, states), states, shooting=True):
+            if end.change < _PERIODIC_FEW:
+                break
+            if end.period >= _MOST_FEW:
+                return
+        states = end.states
+        Phi = one_period(slow.stepper, end.z, states, True)
+        assert Phi is not None
+        z, stepper, before = slow.followed(end.z, states), slow.whole, np.inf
+        for period in count(1):
+            shares: dict[Combination, float] = {}
+            for item in stepper.period(z, states):
+                if isinstance(item, Piece):
+                    shares[item.states] = shares.get(item.states, 0.0) + item.fraction / stepper.steps
+            same = stepper.states == states
+            change = relative_change(stepper, z, stepper.z, stepper.states) if same else np.inf
+            if not change < _STALLED * before:
+                return
+            before, z = change, slow.corrected(z, stepper.z, states, Phi, shares)
+            error = relative_change(stepper, z, stepper.z, states)
+            yield PeriodEnd(period=period, z=stepper.z, states=states, change=change, error=error)
+    except ChatteringError:
+        return
 
 
 def _newton_start(stepper: Stepper, z: Array, states: Combination, Phi: Array) -> Array:

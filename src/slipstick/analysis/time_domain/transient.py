@@ -18,6 +18,7 @@ from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_at
 from slipstick.analysis.time_domain.period_record import PeriodRecord
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
+from slipstick.analysis.time_domain.shooting import PeriodEnd
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
@@ -81,11 +82,14 @@ class TransientResult:
     changes: tuple[ContactChange, ...]
     """Changes of contact state in the recorded periods."""
     periods: int
-    """Periods integrated."""
+    """Periods of the whole structure integrated before the recorded ones."""
     change: float
     """Relative change of the state over the last period."""
     converged: bool
     """Whether ``change`` met the tolerance."""
+    error: float = np.nan
+    """Estimated distance of the state after the integrated periods from the periodic one, relative to its size: the
+    error of the integration itself. nan where nothing tells it, as after the first periods of marching."""
 
     def __repr__(self) -> str:
         ended = "periodic" if self.converged else "not periodic"
@@ -101,6 +105,7 @@ class TransientResult:
 def _rows(result: TransientResult) -> Iterator[tuple[str, Any]]:
     ended = "periodic" if result.converged else "not periodic"
     yield "outcome", f"{ended} after {result.periods} periods, relative change {result.change:.1e} over the last"
+    yield "from the periodic motion", "unknown" if np.isnan(result.error) else f"about {result.error:.1e} of its size"
     yield "omega", f"{result.omega:.6g}"
     for dof, size, mean in list(zip(result.outputs, result.amplitude, result.mean, strict=True))[:MOST_SHOWN]:
         yield dof, f"amplitude {size:.5g}, mean {mean:.5g}"
@@ -137,7 +142,8 @@ def transient(
         Stops once the state changes by less than this over a period, relative to its size.
     method
         "march" integrates period after period; "shooting" corrects the start of a period by Newton's method on the
-        period map (needed where damping is light).
+        period map (needed where damping is light). Of a modal structure with many fast modes Newton's method sees the
+        slow ones; the periods whose change is told are those of all modes.
     initial
         Periodic motion of the contacts to start from; None is rest.
     record_periods
@@ -215,13 +221,13 @@ def integrate(
         records.append(record)
     return _result(
         system, harmonics, outputs, contacts, range(len(contacts)) if friction is None else friction, records,
-        end.period, end.change, end.change < tolerance,
+        end, end.change < tolerance,
     )  # fmt: skip
 
 
 def _result(
     system: FrictionSystem, harmonics: Harmonics, outputs: tuple[str, ...], contacts: tuple[str, ...],
-    friction: Sequence[int], records: list[PeriodRecord], periods: int, change: float, converged: bool,
+    friction: Sequence[int], records: list[PeriodRecord], end: PeriodEnd, converged: bool,
 ) -> TransientResult:  # fmt: skip
     series = [record.series() for record in records]
     first, frictional, count = len(system.equations.rows) - len(outputs), list(friction), len(contacts)
@@ -261,7 +267,7 @@ def _result(
             if c.contact >= system.n_contacts or not several[frictional[c.contact]]
             if (named := _named(c, k, system, contacts, frictional)).before != named.after
         ),
-        periods=periods, change=change, converged=converged,
+        periods=end.period, change=end.change, converged=converged, error=end.error,
     )  # fmt: skip
 
 

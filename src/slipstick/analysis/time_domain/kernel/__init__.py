@@ -1,0 +1,1 @@
+"""Compiled: steps of linear systems without a change of contact state."""
