@@ -208,7 +208,7 @@ class Directions:
             if array.any()
         }
         self._slides = [
-            np.array([direction.batches[k].slides for direction in directions]).reshape(
+            np.array([along.batches[k].slides for along in directions], dtype=bool).reshape(
                 len(directions), *batch.velocity.shape
             )
             for k, batch in enumerate(inputs.batches)
