@@ -264,7 +264,9 @@ def contact_forces(
     if any(lead):
         many = (*_elements(lead), harmonics.size)
         X, Y = np.broadcast_to(X + U, many), np.broadcast_to(Y + N, many)
-        f = element_forces(harmonics, X, Y, v=v + swept, kt=kt, mu=mu, kn=kn, gap=gap)
+        values = {"v": v + swept, "kt": kt, "mu": mu, "kn": kn, "gap": gap}
+        arrays = {name: np.asarray(value, dtype=float) for name, value in values.items()}
+        f = element_forces(harmonics, X, Y, **arrays)
     else:
         f = one_element_forces(harmonics, X + U, Y + N, np.array((v + swept, kt, mu, kn, gap)))
     f.omega, f._v = omega, v

@@ -46,6 +46,10 @@ def test_peaks_of_the_oscillator(velocity, omega, name, of_amplitude, of_omega):
     assert float(found.peak_omega[0]) == pytest.approx(of_omega, rel=2e-6, abs=1e-8)
 
 
+def test_without_parameters_there_is_nothing_to_tell():
+    assert curve(0.0, (9.0, 12.0)).sensitivity([]).sizes["parameter"] == 0
+
+
 def test_a_corner_has_no_derivatives():
     """The first peak is a tie of two extremes, at which neither has a slope of zero; the second is smooth."""
     problem, band = oscillator(velocity=5.0), (2.3, 3.6)

@@ -85,7 +85,7 @@ class Extreme:
 def _waves(harmonics: Harmonics) -> tuple[Array, Array]:
     """Times (k,) near to each other over a period, and ``H_-`` without the mean there, (k, 2 n)."""
     count = 8 * max(1, harmonics.highest)
-    times = np.arange(2 * count) * (np.pi / count)
+    times = np.asarray(np.arange(2 * count) * (np.pi / count), dtype=float)
     return times, harmonics.H_minus(times)[:, 1:]
 
 

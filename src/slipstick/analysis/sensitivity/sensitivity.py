@@ -185,7 +185,7 @@ class Sensitivities:
         return self._directions_of(self.balance.problem)
 
     def _directions_of(self, problem: Problem) -> Directions:
-        return Directions([direction_of(problem, name) for name in self.parameters])
+        return Directions(problem.inputs, [direction_of(problem, name) for name in self.parameters])
 
 
 _SOLVED = 1e-10
@@ -194,13 +194,14 @@ _CORRECTIONS = 4
 
 
 class Directions:
-    """Directions in the inputs, one for each of K parameters: most move a few numbers of all."""
+    """Directions in the ``inputs`` of a problem, one for each of K parameters: most move a few numbers of all."""
 
-    def __init__(self, directions: Sequence[Inputs]) -> None:
+    def __init__(self, inputs: Inputs, directions: Sequence[Inputs]) -> None:
         from scipy.sparse import csr_array, vstack
 
         self.moves = [Move(inputs=direction) for direction in directions]
-        self._flat = vstack([csr_array(_flat(direction)[None]) for direction in directions], format="csr")
+        none = csr_array((0, _flat(inputs).size))
+        self._flat = vstack([none, *(csr_array(_flat(direction)[None]) for direction in directions)], format="csr")
         self._moved = {
             (k, name)
             for direction in directions
@@ -209,8 +210,10 @@ class Directions:
             if array.any()
         }
         self._slides = [
-            np.array([direction.batches[k].slides for direction in directions])
-            for k in range(len(directions[0].batches))
+            np.array([along.batches[k].slides for along in directions], dtype=bool).reshape(
+                len(directions), *batch.velocity.shape
+            )
+            for k, batch in enumerate(inputs.batches)
         ]
 
     def changes(self, here: Linearization, parts: Sequence[tuple[Functional, Array]]) -> Array:
