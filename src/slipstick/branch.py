@@ -368,6 +368,20 @@ class Branch:
 
         return write_shape(self, path, point, frames=frames)
 
+    def save_table(self, path: str | Path) -> Path:
+        """Write all numbers for other programs and return the path: a .csv file, a line for each point, or a .mat file.
+
+        Columns of a .csv file are named as ``displacement.x.c1 [m]``; a .mat file has every array under its name.
+
+        Raises
+        ------
+        InputError
+            For another ending, and where the file cannot be written.
+        """
+        from slipstick.io.tables import write_table
+
+        return write_table(self.dataset, path)
+
     def save_wear(self, path: str | Path) -> Path:
         """Write the worn depth on the surface of a body, a frame for each point of ``ss.wear``, as XDMF; the path.
 
