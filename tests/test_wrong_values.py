@@ -111,6 +111,13 @@ def moving() -> ss.Branch:
     return ss.forced_response(problem, omega=(2.0, 3.0), options=SHORT)
 
 
+def wearing() -> ss.Branch:
+    problem = ss.Problem(
+        moving().problem.structure, contacts=WORN.contacts, loads=ss.Load(dof="x", sin=1.0), harmonics=range(4)
+    )
+    return ss.wear(problem, {"damper": 1e-9}, cycles=(0, 10), omega=2.5)
+
+
 COARSE = BladeShape(element_size=0.05, stretch=4.0)
 SECTOR_SHAPE = SectorShape(
     sectors=6, element_size=0.03, bore=0.04, rim=0.08, tip=0.14, thickness=0.2, stagger=3.0, twist=5.0
@@ -496,6 +503,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         "path": "r.html", "title": "t", "contacts": 1, "dofs": 1, "tolerances": {"damper.mu": 0.1},
     }),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
+    "Branch.save_table": (lambda: branch().save_table, {"path": "results.csv"}),
+    "Branch.save_wear": (lambda: wearing().save_wear, {"path": "wear.xdmf"}),
     "Branch.sensitivity": (lambda: branch().sensitivity, {
         "parameters": "damper.mu", "dof": "x", "points": [0], "of": "displacement",
     }),

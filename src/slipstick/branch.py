@@ -355,6 +355,9 @@ class Branch:
     def save_shape(self, path: str | Path, point: int, *, frames: int = 36) -> Path:
         """Write the moving surface of a body at a point as XDMF and return the path: in ParaView, "Warp By Vector".
 
+        Nodes round each contact show its ``contact_state`` (1 stick, 2 slip, 3 separation, 4 unknown, 0 no contact),
+        ``dissipated_power`` and ``worn_depth``.
+
         Raises
         ------
         InputError
@@ -364,6 +367,32 @@ class Branch:
         from slipstick.io.xdmf import write_shape
 
         return write_shape(self, path, point, frames=frames)
+
+    def save_table(self, path: str | Path) -> Path:
+        """Write all numbers for other programs and return the path: a .csv file, a line for each point, or a .mat file.
+
+        Columns of a .csv file are named as ``displacement.x.c1 [m]``; a .mat file has every array under its name.
+
+        Raises
+        ------
+        InputError
+            For another ending, and where the file cannot be written.
+        """
+        from slipstick.io.tables import write_table
+
+        return write_table(self.dataset, path)
+
+    def save_wear(self, path: str | Path) -> Path:
+        """Write the worn depth on the surface of a body, a frame for each point of ``ss.wear``, as XDMF; the path.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, this is no wear, the structure has no surface, or no contact lies on it.
+        """
+        from slipstick.io.xdmf import write_wear
+
+        return write_wear(self, path)
 
     def sensitivity(
         self,

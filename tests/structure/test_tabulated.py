@@ -231,6 +231,9 @@ def test_in_a_case(tmp_path):
     assert any("nothing was measured" in sentence for sentence in case.noticed)
     script = python_script(case.text, "case.toml", tmp_path)
     assert 'structure = ss.models.tabulated_structure(HERE / "rig.npz", beyond="line")' in script
+    (tmp_path / "case.toml").write_text(CASE.replace('beyond = "line"', ""))
+    with raises_fault("response", says="to 27 rad/s.*1 to 20"):
+        Case.from_file(tmp_path / "case.toml")
     (tmp_path / "case.toml").write_text(CASE.replace('fit = "tabulated"', 'fit = "modes"'))
     with raises_fault("structure", "beyond"):
         Case.from_file(tmp_path / "case.toml")

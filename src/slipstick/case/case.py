@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.case.contact import AUTO, SurfaceContactTable, build_contacts, in_block
-from slipstick.case.cross_checks import heating_faults, parameter_faults, request_faults, table_faults, unit_faults
+from slipstick.case.cross_checks import (
+    heating_faults,
+    parameter_faults,
+    reached_faults,
+    request_faults,
+    table_faults,
+    unit_faults,
+)
 from slipstick.case.fe import reaching
 from slipstick.case.load import build_load
 from slipstick.case.response import (
@@ -245,6 +252,9 @@ class Case:
         if reading is not None and not faults:
             swept = reading.response.parameter is not None
             faults = list(request_faults(reading.problem, further, swept=swept))
+            if not swept:
+                ends = [swept_value(end, False) for end in (reading.response.start, reading.response.stop)]
+                faults += reached_faults(reading.problem, ends)
         if reading is None or faults:
             gathering = Gathering()
             if section is not None:

@@ -259,6 +259,13 @@ def request_faults(problem: Problem, tables: Mapping[str, RequestTable], *, swep
         yield from (fault.inside(name) for fault in table.faults(problem, swept=swept))
 
 
+def reached_faults(problem: Problem, ends: Sequence[float]) -> list[Fault]:
+    """Frequencies of the response whose harmonics a table of receptances does not reach."""
+    from slipstick.balance.checks import reach_faults
+
+    return [replace(fault, where=("response",)) for fault in reach_faults(problem, ends)]
+
+
 def _refusal(fault: Fault) -> str:
     expected = f" (expected {fault.expected})" * bool(fault.expected)
     return f"{place(fault.where)}: {fault.found or fault.statement}{expected}"

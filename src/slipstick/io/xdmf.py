@@ -1,8 +1,8 @@
-"""The moving surface of a body as XDMF, for ParaView: one text file, a frame for each of many times of the period."""
+"""The moving surface of a body as XDMF, for ParaView: frames are times of a period, or points of wear."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
@@ -26,14 +26,16 @@ _FIRST = '<xi:include xpointer="xpointer(/Xdmf/Domain/Grid/Grid[1]/*[self::Topol
 def write_shape(branch: Branch, path: str | Path, point: int, *, frames: int = 36) -> Path:
     """Write the motion of a body's surface at a point of a branch as XDMF with times in units of time; the path.
 
-    In ParaView: open it, add the filter "Warp By Vector", play.
+    In ParaView: open it, add the filter "Warp By Vector", play. Nodes round each contact, where it lies on the surface,
+    show its ``contact_state`` (1 stick, 2 slip, 3 separation, 4 unknown, 0 no contact), ``dissipated_power`` and
+    ``worn_depth`` where there is one.
 
     Raises
     ------
     InputError
         If the file cannot be written, the surface is not known, or there is no such point.
     """
-    from slipstick.results.deflection import deflection_of
+    from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts
 
     target = path_of("shape", path, "the path of a file such as shape.xdmf")
     frames = whole("shape frames", frames, 1, MOST_FRAMES)
@@ -43,33 +45,109 @@ def write_shape(branch: Branch, path: str | Path, point: int, *, frames: int = 3
     tau = np.arange(frames) * (2.0 * np.pi / frames)
     motion = np.einsum("ndl,tl->tnd", deflection.at(int(d["point"])), branch.harmonics.H_minus(tau))
     title = str(branch.dataset.attrs.get("title", "")) or "shape"
-    text = "\n".join(_lines(title, deflection.skin.nodes, deflection.skin.triangles, tau / omega, motion))
+    assert branch.problem is not None
+    shown = nearest_contacts(deflection.skin, contact_nodes(branch.problem))
+    still = {name: _at_nodes(d[name].values, shown) for name in (POWER, WORN) if name in d and (shown >= 0).any()}
+    states = _states(branch, int(d["point"]), tau) if (shown >= 0).any() else None
+    frames_of = (
+        {"displacement": x, **({} if states is None else {STATE: _at_nodes(states[k], shown)}), **still}
+        for k, x in enumerate(motion)
+    )
+    _written(target, _lines(title, deflection.skin.nodes, deflection.skin.triangles, tau / omega, frames_of))
+    return target
+
+
+STATE, POWER, WORN = "contact_state", "dissipated_power", "worn_depth"
+_NUMBERS = {"stick": 1, "slip": 2, "separation": 3}
+_UNKNOWN = 4
+
+
+def _states(branch: Branch, point: int, tau: AnyArray) -> AnyArray:
+    """Numbers of the states of all contacts at times (n_frames, n_contacts)."""
+    out = np.full((len(tau), branch.dataset.sizes["contact"]), _UNKNOWN)
+    try:
+        told = branch.states(point)
+    except InputError:  # no law tells its own
+        return out
+    for c, name in enumerate(branch.dataset["contact"].values):
+        for start, end, state in told.get(str(name), ()):
+            inside = (tau - start) % (2.0 * np.pi) < (end - start)
+            out[inside, c] = _NUMBERS.get(state.rstrip("+-"), _UNKNOWN)
+    return out
+
+
+def _at_nodes(values: AnyArray, shown: AnyArray) -> AnyArray:
+    """Of contacts (n_contacts,) at the nodes that show one, 0 elsewhere."""
+    return np.where(shown >= 0, np.nan_to_num(np.asarray(values, dtype=float))[np.maximum(shown, 0)], 0.0)
+
+
+def write_wear(branch: Branch, path: str | Path) -> Path:
+    """Write the worn depth on the surface of a body as XDMF, a frame for each point of ``ss.wear``, its time cycles.
+
+    Nodes round each contact show its ``worn_depth``, ``normal_load`` and ``dissipated_power``; ``displacement`` is the
+    motion of harmonic 1 at the phase of its cosine.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, the results are not of wear, the surface is not known, or no contact lies on it.
+    """
+    from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts
+
+    target = path_of("wear", path, "the path of a file such as wear.xdmf")
+    data = branch.dataset
+    if "cycles" not in data or WORN not in data:
+        raise InputError("these results are not of wear over cycles; give those of ss.wear")
+    deflection = deflection_of(branch)
+    assert branch.problem is not None
+    shown = nearest_contacts(deflection.skin, contact_nodes(branch.problem))
+    if not (shown >= 0).any():
+        raise InputError("no contact lies on the surface of the body: no node of it moves as a contact does")
+    names = [name for name in (WORN, "normal_load", POWER) if name in data]
+    first = branch.harmonics.index(1, "c") if 1 in branch.harmonics.orders else 0
+    frames = (
+        {"displacement": deflection.at(k)[..., first],
+         **{name: _at_nodes(data[name].values[k], shown) for name in names}}
+        for k in range(len(branch))
+    )  # fmt: skip
+    title = str(data.attrs.get("title", "")) or "wear"
+    _written(target, _lines(title, deflection.skin.nodes, deflection.skin.triangles, data["cycles"].values, frames))
+    return target
+
+
+def _written(target: Path, lines: Iterator[str]) -> None:
+    text = "\n".join(lines)
     try:
         with replacing(target) as temporary:
             temporary.write_text(text, encoding="utf-8")
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{target}: the shape cannot be written ({reason}); choose another place") from None
-    return target
 
 
-def _lines(title: str, nodes: AnyArray, triangles: AnyArray, times: AnyArray, motion: AnyArray) -> Iterator[str]:
+def _lines(
+    title: str, nodes: AnyArray, triangles: AnyArray, times: AnyArray, frames: Iterable[Mapping[str, AnyArray]]
+) -> Iterator[str]:
     yield '<?xml version="1.0" encoding="utf-8"?>'
     yield '<Xdmf Version="3.0" xmlns:xi="http://www.w3.org/2001/XInclude"><Domain>'
     yield f'<Grid Name={quoteattr(title)} GridType="Collection" CollectionType="Temporal">'
     topology = f'<Topology TopologyType="Triangle" NumberOfElements="{len(triangles)}">{_item(triangles)}</Topology>'
     mesh = f'{topology}<Geometry GeometryType="XYZ">{_item(nodes)}</Geometry>'
-    for time, displacement in zip(times, motion, strict=True):
+    for time, values in zip(times, frames, strict=True):
         yield f'<Grid Name="surface" GridType="Uniform">{mesh}<Time Value="{time:.9g}"/>'
-        yield f'<Attribute Name="displacement" AttributeType="Vector" Center="Node">{_item(displacement)}</Attribute>'
+        for name, of_nodes in values.items():
+            kind = "Vector" if of_nodes.ndim == 2 else "Scalar"
+            yield f'<Attribute Name="{name}" AttributeType="{kind}" Center="Node">{_item(of_nodes)}</Attribute>'
         yield "</Grid>"
         mesh = _FIRST
     yield "</Grid></Domain></Xdmf>"
 
 
 def _item(values: AnyArray) -> str:
-    """Numbers (n, 3) as a data item."""
+    """Numbers (n, 3) or (n,) as a data item."""
     counted = values.dtype.kind in "iu"
-    numbers = "\n".join(" ".join(("%d" if counted else "%.6g") % value for value in row) for row in values.tolist())
+    rows = values.reshape(len(values), -1)
+    numbers = "\n".join(" ".join(("%d" if counted else "%.6g") % value for value in row) for row in rows.tolist())
     kind = 'DataType="Int"' if counted else 'DataType="Float" Precision="8"'
-    return f'<DataItem {kind} Dimensions="{len(values)} 3" Format="XML">\n{numbers}\n</DataItem>'
+    shape = " ".join(map(str, values.shape))
+    return f'<DataItem {kind} Dimensions="{shape}" Format="XML">\n{numbers}\n</DataItem>'

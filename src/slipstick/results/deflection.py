@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from slipstick.balance.balance import Balance
 from slipstick.errors import InputError
 from slipstick.results.truncation import moved
 from slipstick.structure.skin import AtSkin, Skin
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
@@ -61,6 +61,62 @@ def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:
     kept = max(1, int(np.sum(sizes > small * sizes[0])) if sizes.size else 1)
     kept_shapes = shapes[:, :kept]
     return Deflection(skin=skin, fields=basis @ kept_shapes, coefficients=kept_shapes.T @ motion)
+
+
+_ALIKE = 0.3
+"""What the motion of the node where a contact lies leaves of the square of its own, at most: contacts are patches."""
+_NEAR = 0.75
+"""Nodes within this share of the distance between contacts show what is at a contact."""
+_ALONE = 0.05
+"""Of a single contact: within this share of the size of the body."""
+
+
+def contact_nodes(problem: Problem) -> IntArray:
+    """Node of the skin at which each contact lies (n_elements,); -1 where none moves as the contact does.
+
+    Problems know directions of contacts, no positions: the node is the one of whose motion in all modes, each over its
+    frequency, that of the contact is a projection, as nearly as any.
+    """
+    structure: Any = problem.structure
+    skin, balance = structure.skin, Balance(problem)
+    omega = np.maximum(structure.omega, 1e-300)
+    of_nodes = (skin.modes / omega).astype(float).reshape(len(skin.nodes), 3, -1)
+    of_dofs = structure.mode_shapes / omega
+    square = np.linalg.pinv(of_nodes @ of_nodes.swapaxes(1, 2), rcond=1e-9)
+    nodes = np.full(len(problem.elements), -1)
+    for batch in balance.batches:
+        for element in range(batch.count):
+            rows = np.concatenate([
+                np.arange(balance.n_ports)[port.rows][np.arange(batch.count)[port.members] == element]
+                for port in batch.ports
+            ])  # fmt: skip
+            motion = balance.directions[:, rows].T @ of_dofs
+            across = np.einsum("kr,ndr->nkd", motion, of_nodes)
+            whole = float(np.sum(motion**2))
+            left = whole - np.einsum("nkd,nde,nke->n", across, square, across)
+            best = int(np.argmin(left))
+            if whole > 0.0 and left[best] <= _ALIKE * whole:
+                nodes[np.arange(len(nodes))[batch.elements][element]] = best
+    return nodes
+
+
+def nearest_contacts(skin: Skin, nodes: IntArray) -> IntArray:
+    """Contact that each node of the skin shows (n_nodes,), -1 for none, of contacts at ``nodes`` (n_elements,)."""
+    from scipy.spatial import KDTree
+
+    out, placed = np.full(len(skin.nodes), -1), np.flatnonzero(nodes >= 0)
+    if not placed.size:
+        return out
+    at = skin.nodes[nodes[placed]]
+    tree = KDTree(at)
+    reach = _ALONE * float(np.linalg.norm(np.ptp(skin.nodes, axis=0)))
+    if len(np.unique(at, axis=0)) > 1:
+        apart = KDTree(np.unique(at, axis=0)).query(np.unique(at, axis=0), k=2)[0][:, 1]
+        reach = _NEAR * float(np.median(apart))
+    distance, place = tree.query(skin.nodes)
+    near = distance <= reach
+    out[near] = placed[place[near]]
+    return out
 
 
 def _parts(branch: Branch) -> Iterator[tuple[Balance, ResultTable]]:
