@@ -76,6 +76,26 @@ def test_a_point_is_checked_in_time():
     assert check.relative_difference < 2e-4
 
 
+def test_behind_a_static_residual():
+    """One mode and the residual of the other: sliders that share a port answer at once."""
+    K = np.array([[2.0, -0.8], [-0.8, 1.5]])
+    squared, shapes = np.linalg.eigh(K)
+    structure = ss.ModalStructure(
+        omega=np.sqrt(squared[:1]), mode_shapes=shapes[:, :1], static_compliance=np.linalg.inv(K), dofs=["a", "b"],
+        damping_ratio=0.03,
+    )  # fmt: skip
+    branch = ss.forced_response(
+        ss.Problem(
+            structure, contacts=ss.ContactPair(name="joint", contact=iwan(), tangential="b"),
+            loads=[ss.Load(dof="a", sin=0.8)], harmonics=range(16), told=None,
+        ), omega=(1.1, 1.102), stability=True,
+    )  # fmt: skip
+    assert branch.dataset["unstable_multipliers"][0] == 0
+    check = branch.check_in_time(0)
+    assert check.converged
+    assert check.relative_difference < 1e-3
+
+
 def test_of_several_elements():
     """Three joints of one pair, of which two stand on the same mass."""
     law = iwan(3)

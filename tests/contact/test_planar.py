@@ -180,7 +180,7 @@ class TestBesideMarching:
         assert np.nanmax(error) < 1e-8
 
     @pytest.mark.verify
-    @pytest.mark.parametrize(("states", "count"), [(random_states, 5_000), (structured_states, 2_000)])
+    @pytest.mark.parametrize(("states", "count"), [(random_states, 10_000), (structured_states, 2_000)])
     def test_many_states(self, states: Any, count: int) -> None:
         """Marching with large steps misses short slips: where it is apart from the element its steps are cut."""
         X, par = states(count, seed=2)
@@ -214,6 +214,23 @@ class TestDerivatives:
         assert_derivatives(*random_states(600, seed=20), 1e-6)
         assert_derivatives(*structured_states(300, seed=21), 1e-6, ties=True)
 
+    @pytest.mark.parametrize(
+        ("states", "count"),
+        [
+            (random_states, 60), (structured_states, 60),
+            pytest.param(random_states, 10_000, marks=pytest.mark.verify),
+            pytest.param(structured_states, 2_000, marks=pytest.mark.verify),
+        ],
+    )  # fmt: skip
+    def test_of_contacts_that_separate(self, states: Any, count: int) -> None:
+        """By differences of fourth order; none may be wrong but where a step reaches over the birth of a state."""
+        X, par = states(count, seed=31)
+        apart = respond(X, par).detail.separation_fraction > 1e-3
+        error = by_fourth_order(X[apart], par[apart])
+        assert apart.sum() > 0.1 * count
+        assert np.quantile(error, 0.99) < 1e-8
+        assert np.count_nonzero(error > 1e-7) <= 0.002 * error.size, np.sort(error)[-5:]
+
     def test_of_a_contact_that_never_slips(self) -> None:
         """The mean is that of the largest least margin: it moves with the motion."""
         X, par = random_states(12, seed=3)
@@ -222,6 +239,22 @@ class TestDerivatives:
         par[:, :2] = 0.0
         assert respond(X, par).detail.loose.all()
         assert_derivatives(X, par, 1e-7)
+
+
+def by_fourth_order(X: Array, par: Array) -> Array:
+    """Error of the derivatives along one direction each, over their largest, (n,)."""
+    rng, L, e = np.random.default_rng(0), X.shape[2], 1e-5
+    d = rng.normal(size=(len(X), 3 * L + 6))
+    d[:, 3 * L : 3 * L + 2] *= (par[:, :2] != 0).any(axis=1)[:, None]
+    along = np.einsum("eric,ec->eri", by_all(respond(X, par, tolerance=1e-12)), d)
+
+    def forces(step: float) -> Array:
+        moved = X + step * d[:, : 3 * L].reshape(X.shape)
+        return np.stack(respond(moved, par + step * d[:, 3 * L :], tolerance=1e-12).force, axis=1)
+
+    difference = (8.0 * (forces(e) - forces(-e)) - forces(2 * e) + forces(-2 * e)) / (12.0 * e)
+    size = np.maximum(np.abs(difference).max(axis=(1, 2)), 1e-9)
+    return np.asarray(np.abs(difference - along).max(axis=(1, 2)) / size)
 
 
 def assert_derivatives(X: Array, par: Array, tolerance: float, ties: bool = False) -> None:
@@ -260,6 +293,26 @@ class TestSymmetries:
         Z[:, :2], turned[:, :2] = np.einsum("ij,ejl->eil", turn, X[:, :2]), par[:, :2] @ turn.T
         expected = np.einsum("ij,ejl->eil", turn, friction(X, par, tolerance=1e-11))
         np.testing.assert_allclose(friction(Z, turned, tolerance=1e-11), expected, atol=1e-10)
+
+    @pytest.mark.parametrize(
+        ("states", "count"),
+        [
+            (structured_states, 60),
+            pytest.param(random_states, 10_000, marks=pytest.mark.verify),
+            pytest.param(structured_states, 2_000, marks=pytest.mark.verify),
+        ],
+    )  # fmt: skip
+    def test_shifted_and_turned_states(self, states: Any, count: int) -> None:
+        X, par = states(count, seed=32)
+        forces, R = friction(X, par, tolerance=1e-11), shift(0.83)
+        c, s = np.cos(1.1), np.sin(1.1)
+        turn = np.array([[c, -s], [s, c]])
+        Z, turned = X @ R.T, par.copy()
+        Z[:, :2], turned[:, :2] = np.einsum("ij,ejl->eil", turn, Z[:, :2]), par[:, :2] @ turn.T
+        moved = np.einsum("ij,ejl->eil", turn, forces @ R.T)
+        limit = par[:, 3] * par[:, 4] * (np.abs(X[:, 2]).sum(1) - par[:, 5])
+        error = np.abs(friction(Z, turned, tolerance=1e-11) - moved).max(axis=(1, 2)) / limit
+        assert error.max() < 1e-10, np.sort(error)[-5:]
 
     def test_more_elements_at_once_and_no_harmonics(self) -> None:
         X, par = random_states(9, seed=13)
