@@ -235,9 +235,9 @@ def _result(
     def of_all(values: Array, axis: int = 0) -> Array:
         """Values of friction contacts among those of all contacts."""
         out = np.full([count if i == axis else n for i, n in enumerate(values.shape)], np.nan)
-        there = (slice(None),) * axis
-        out[(*there, frictional)] = 0.0
-        np.add.at(out, (*there, frictional), values)  # sliders of one contact carry its force together
+        rows = np.moveaxis(out, axis, 0)
+        rows[frictional] = 0.0
+        np.add.at(rows, frictional, np.moveaxis(values, axis, 0))  # sliders of one contact carry its force together
         return out
 
     work, fractions = of_all(last.work), of_all(last.fractions)
