@@ -49,7 +49,7 @@ class TransientResult:
     Time series are given at every step and every change of state; coefficients, amplitude, mean, power and fractions
     belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2). Contacts of laws
     other than friction have no friction force, normal force and fractions, which are nan; their power is known. Of
-    those that consist of several sliders the friction force is known too, and no changes of state are told.
+    those that consist of several sliders the friction force is known too, but no changes of state.
     """
 
     omega: float
