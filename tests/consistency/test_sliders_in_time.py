@@ -148,3 +148,14 @@ def test_its_motion_and_multipliers_are_those_of_a_march():
     found = multipliers(branch)
     found = found[np.argsort(-np.abs(found))][:2]
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(largest), atol=2e-2)
+
+
+def test_run_up_is_that_of_its_sliders():
+    one, many = (
+        ss.runs.run_up(problem(joints, harmonics=range(3), told=None), omega=(0.9, 1.1), rate=0.005).dataset
+        for joints in ([iwan()], sliders(iwan()))
+    )
+    np.testing.assert_allclose(one["amplitude"], many["amplitude"], rtol=0, atol=1e-11)
+    power = many["dissipated_power"].values
+    np.testing.assert_allclose(one["dissipated_power"][:, 0], power[:, [0, *range(2, power.shape[1])]].sum(axis=1))
+    assert set(one["change_contact"].values) == {"damper"}
