@@ -76,6 +76,26 @@ def test_a_point_is_checked_in_time():
     assert check.relative_difference < 2e-4
 
 
+def test_behind_a_static_residual():
+    """One mode and the residual of the other: sliders that share a port answer at once."""
+    K = np.array([[2.0, -0.8], [-0.8, 1.5]])
+    squared, shapes = np.linalg.eigh(K)
+    structure = ss.ModalStructure(
+        omega=np.sqrt(squared[:1]), mode_shapes=shapes[:, :1], static_compliance=np.linalg.inv(K), dofs=["a", "b"],
+        damping_ratio=0.03,
+    )  # fmt: skip
+    branch = ss.forced_response(
+        ss.Problem(
+            structure, contacts=ss.ContactPair(name="joint", contact=iwan(), tangential="b"),
+            loads=[ss.Load(dof="a", sin=0.8)], harmonics=range(16), told=None,
+        ), omega=(1.1, 1.102), stability=True,
+    )  # fmt: skip
+    assert branch.dataset["unstable_multipliers"][0] == 0
+    check = branch.check_in_time(0)
+    assert check.converged
+    assert check.relative_difference < 1e-3
+
+
 def test_of_several_elements():
     """Three joints of one pair, of which two stand on the same mass."""
     law = iwan(3)
@@ -128,3 +148,14 @@ def test_its_motion_and_multipliers_are_those_of_a_march():
     found = multipliers(branch)
     found = found[np.argsort(-np.abs(found))][:2]
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(largest), atol=2e-2)
+
+
+def test_run_up_is_that_of_its_sliders():
+    one, many = (
+        ss.runs.run_up(problem(joints, harmonics=range(3), told=None), omega=(0.9, 1.1), rate=0.005).dataset
+        for joints in ([iwan()], sliders(iwan()))
+    )
+    np.testing.assert_allclose(one["amplitude"], many["amplitude"], rtol=0, atol=1e-11)
+    power = many["dissipated_power"].values
+    np.testing.assert_allclose(one["dissipated_power"][:, 0], power[:, [0, *range(2, power.shape[1])]].sum(axis=1))
+    assert set(one["change_contact"].values) == {"damper"}

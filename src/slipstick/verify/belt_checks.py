@@ -17,7 +17,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from slipstick.branch import Branch
     from slipstick.contact.velocity_friction import StribeckContact
 
-CUBIC = {"mu_s": 0.4, "mu_d": 0.25, "v_s": 0.5}
+CUBIC: Mapping[str, Any] = {"mu_s": 0.4, "mu_d": 0.25, "v_s": 0.5}
 CUBIC_DAMPING = 0.1
 """Damping per friction N: what averaging has as a whole."""
-EXPONENTIAL = {"mu_s": 1.0, "mu_d": 0.5, "v_s": 0.5}
+EXPONENTIAL: Mapping[str, Any] = {"mu_s": 1.0, "mu_d": 0.5, "v_s": 0.5}
 EXPONENTIAL_DAMPING = 0.1
 
 COUNTED: Mapping[float, tuple[float, float]] = {
@@ -113,7 +113,7 @@ def averaged_amplitude(velocity: float) -> float:
 
 def closed_cycles(branch: Branch) -> Iterator[tuple[float, Array, Array]]:
     """Belt velocity, x and x' over a period of the cycles that slide at all times."""
-    h, tau = branch.problem.harmonics, np.linspace(0.0, 2.0 * np.pi, 4001)
+    h, tau = branch.harmonics, np.linspace(0.0, 2.0 * np.pi, 4001)
     d = branch.dataset
     for k in np.flatnonzero((d["branch_part"] == 1) & (d["stick_fraction"][:, 0] == 0)):
         X = np.asarray(d["displacement"])[k, 0]

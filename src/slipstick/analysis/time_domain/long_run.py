@@ -130,7 +130,9 @@ class LongRun:
                 times=np.array(times),
                 series=np.array(series).reshape(len(times), outputs.stop - outputs.start),
                 changes=tuple(
-                    ((base + c.tau) / system.omega, c.contact, int(c.before), int(c.after)) for c in sums.changes
+                    ((base + c.tau) / system.omega, c.contact, int(c.before), int(c.after))
+                    for c in sums.changes
+                    if not self._one_of_several(c.contact)
                 ),
                 checkpoint=Checkpoint(
                     period=period + 1, z=stepper.z.copy(), states=stepper.states, energy=Energy(**asdict(energy))
@@ -150,6 +152,15 @@ class LongRun:
             tau = stop
         stepper.z[system.n_dynamic :] = system.forcing(end)
 
+    @cached_property
+    def _several(self) -> Array:
+        """Whether friction contacts are sliders of one contact, which tells no states."""
+        friction = friction_elements(self.problem)
+        return np.asarray(np.bincount(friction, minlength=1)[friction] > 1)
+
+    def _one_of_several(self, contact: int) -> bool:
+        return contact < len(self._several) and bool(self._several[contact])
+
     def _values(self, period: int, sums: PeriodSums, outputs: slice, base: float) -> dict[str, Any]:
         stepper, system, end = self.stepper, self.stepper.model.system, self.time_of(period + 1)
         begin = self.time_of(period)
@@ -159,7 +170,7 @@ class LongRun:
         power, fractions = np.full(count, np.nan), np.full((count, 4), np.nan)
         power[friction], fractions[friction] = 0.0, sums.fractions
         np.add.at(power, friction, sums.work / (end - begin))
-        fractions[np.bincount(friction, minlength=count) > 1] = np.nan
+        fractions[friction[self._several]] = np.nan
         for law, rows, *_ in system.laws.each:
             power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
         linear, z = stepper.model(stepper.states), stepper.z

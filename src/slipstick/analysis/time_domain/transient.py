@@ -50,7 +50,7 @@ class TransientResult:
     Time series are given at every step and every change of state; coefficients, amplitude, mean, power and fractions
     belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2). Contacts of laws
     other than friction have no friction force, normal force and fractions, which are nan; their power is known. Of
-    those that consist of several sliders the friction force is known too, and no changes of state are told.
+    those that consist of several sliders the friction force is known too, but no changes of state.
     """
 
     omega: float
@@ -241,9 +241,9 @@ def _result(
     def of_all(values: Array, axis: int = 0) -> Array:
         """Values of friction contacts among those of all contacts."""
         out = np.full([count if i == axis else n for i, n in enumerate(values.shape)], np.nan)
-        there = (slice(None),) * axis
-        out[(*there, frictional)] = 0.0
-        np.add.at(out, (*there, frictional), values)  # sliders of one contact carry its force together
+        rows = np.moveaxis(out, axis, 0)
+        rows[frictional] = 0.0
+        np.add.at(rows, frictional, np.moveaxis(values, axis, 0))  # sliders of one contact carry its force together
         return out
 
     work, fractions = of_all(last.work), of_all(last.fractions)
