@@ -256,7 +256,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "K": np.diag([2.0, 3.0]), "M": np.eye(2), "keep": ["a"], "dofs": ["a", "b"], "names": None,
             "load_shapes": {"p": [1.0, 1.0]}, "modes": 1, "accuracy": 1e-3, "frequency_range": None, "loss_factor": 0.1,
             "damping_ratio": 0.0, "rayleigh": (0.0, 0.0), "force": True, "solver": None, "cache": None,
-            "listener": None,
+            "listener": None, "residuals": "written",
         },
     ),
     "Load": (
@@ -426,7 +426,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "model": MODEL, "surface": "y1", "contacts": 1, "radius": 0.01, "keep": (), "base": ["x"], "modes": 3,
             "accuracy": None, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0, "force": True,
-            "cache": None, "listener": None,
+            "residuals": "written", "cache": None, "listener": None,
         },
     ),
     "reduced_body with heat": (

@@ -53,6 +53,7 @@ def kinds(n, span, points, **options):
 def same_kinds(written, solved, size=1e-8, kind="requested"):
     """The same motion and forces at the frequencies asked for."""
     assert type(solved.problem.structure).__name__ == "SolvedModes"
+    assert [b.dataset.attrs.get("reduction_residuals") for b in (written, solved)] == [None, "solved"]
     asked = [
         branch.dataset.isel(point=(branch.dataset.kind.values == kind) | (kind is None)) for branch in (written, solved)
     ]

@@ -68,12 +68,14 @@ def excited_orders(problem: Problem) -> list[int]:
 
 
 def reduction_attributes(problem: Problem) -> dict[str, str]:
-    """What results say of the reduced structure: how many modes it has, and up to which frequency its receptance is
-    right to one percent."""
+    """What results say of the reduced structure: how many modes it has, whether its residuals are solved for, and up to
+    which frequency its receptance is right to one percent."""
     limit = getattr(problem.structure, "valid_to", None)
     if limit is None:
         return {}
     told = {"reduction_modes": str(len(problem.structure.omega))}  # type: ignore[attr-defined]
+    if kind := getattr(problem.structure, "residuals", None):
+        told["reduction_residuals"] = str(kind)
     if problem.structure.error_kind == "unknown" or not np.isfinite(limit):  # type: ignore[attr-defined]
         return told
     return told | {"reduction_valid_to": f"{float(limit):.6g} {problem.units.angular}"}

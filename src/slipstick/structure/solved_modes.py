@@ -52,6 +52,9 @@ class SolvedModes(ModalStructure):
         Frequencies (n_modes,) of the modes when the model was reduced; None: ``omega``.
     """
 
+    residuals = "solved"
+    """What results say of how the residuals are applied."""
+
     def __init__(
         self,
         *,
