@@ -16,6 +16,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from queue import SimpleQueue
 from typing import Any
 
@@ -123,9 +124,7 @@ def _served(child: subprocess.Popen[bytes], told: bytes, waiting: deque[Portion]
 def _pickled(what: object) -> bytes:
     """Also what a script defines, where cloudpickle is there, which comes with Dask."""
     with suppress(ImportError):
-        from cloudpickle import dumps
-
-        return bytes(dumps(what))
+        return bytes(import_module("cloudpickle").dumps(what))
     return pickle.dumps(what)
 
 
