@@ -26,6 +26,7 @@ from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
+from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Outcome
 from slipstick.results.record import Outputs, Point
 from slipstick.results.schema import LARGEST, attributes_of, make_table
@@ -52,6 +53,7 @@ def in_lockstep(request: CurveRequest) -> bool:
     return (
         isinstance(request.system, FrequencySystem)
         and evaluated_together(balance)
+        and all(is_friction(batch.law) for batch in balance.batches)
         and balance.size <= MOST_UNKNOWNS
         and adapted_to(request.options) is None
         and request.stability is None
