@@ -64,7 +64,7 @@ def test_a_file_that_was_lost_is_made_again_from_the_cases(
     problem: ss.Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: str
 ) -> None:
     """A study with a case that failed keeps its journal; nothing is computed twice."""
-    monkeypatch.setattr(workers, "portions", lambda job, plan, todo: [Portion((case,)) for case in todo])
+    monkeypatch.setattr(workers, "portions", lambda job, todo, count, tried: [Portion((case,)) for case in todo])
     monkeypatch.setattr(
         together,
         "solve",

@@ -12,7 +12,7 @@ from slipstick.errors import Outcome
 from slipstick.studies import together
 from slipstick.studies.plan import StudyPlan, make_plan
 from slipstick.studies.solving import CaseSolved, Job, solve
-from slipstick.studies.together import MOST, Portion, portions, solve_portion
+from slipstick.studies.together import Portion, portions, solve_portion
 from slipstick.verify.cases import oscillator
 
 
@@ -96,12 +96,19 @@ def _arrays(solved: CaseSolved) -> dict[str, object]:
     return {name: value.tolist() for name, value in solved.row.items() if isinstance(value, np.ndarray)}
 
 
-def test_what_is_solved_side_by_side(job: Job, plan: StudyPlan) -> None:
-    assert portions(job, plan, range(MOST + 2)) == [side_by_side(*range(MOST)), side_by_side(MOST, MOST + 1)]
-    assert portions(job, plan, [3]) == [side_by_side(3)]
+def test_what_is_solved_side_by_side(job: Job) -> None:
+    assert portions(job, [3]) == [side_by_side(3)]
+    assert portions(job, []) == []
+    assert [len(portion.cases) for portion in portions(job, range(600))] == [200, 200, 200]
+    assert [len(portion.cases) for portion in portions(job, range(600), 2)] == [100] * 6
+    assert [len(portion.cases) for portion in portions(job, range(616), 2, tried=True)] == [16, *[100] * 6]
+    assert [case for portion in portions(job, range(617), 3, tried=True) for case in portion.cases] == list(range(617))
+    wide = replace(job, problem=replace(job.problem, harmonics=range(28)))
+    assert len(portions(wide, range(256))) > 1  # the room of their Jacobians
+    assert portions(replace(job, problem=replace(job.problem, harmonics=range(62))), [0]) == [Portion((0,))]
     over = replace(job, parameter="damper.velocity", span=(5.0, 15.0), omega=6.0)
     for alone in (replace(job, stability=True), over, replace(job, requested=(5.0,)), replace(job, span=(8.0, 8.0))):
-        assert portions(alone, plan, [0, 1]) == [Portion((0,)), Portion((1,))]
+        assert portions(alone, [0, 1]) == [Portion((0,)), Portion((1,))]
 
 
 def test_the_study_says_how_each_case_was_solved(job: Job) -> None:

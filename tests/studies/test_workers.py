@@ -41,7 +41,7 @@ def singly(todo: Iterable[int]) -> list[Portion]:
 @pytest.fixture
 def alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every case by itself."""
-    monkeypatch.setattr(workers, "portions", lambda job, plan, todo: singly(todo))
+    monkeypatch.setattr(workers, "portions", lambda job, todo, count=1, *, tried=False: singly(todo))
 
 
 def same(one: CaseSolved, other: CaseSolved) -> bool:
@@ -50,7 +50,7 @@ def same(one: CaseSolved, other: CaseSolved) -> bool:
 
 @pytest.mark.verify
 def test_workers_find_the_same_bits(client: Any) -> None:
-    for todo in (singly(range(4)), portions(JOB, PLAN, range(4))):
+    for todo in (singly(range(4)), portions(JOB, range(4))):
         here = {one.row["case"]: one for one in in_turn(JOB, PLAN, todo)}
         there = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, todo)}
         assert set(there) == {0, 1, 2, 3}
@@ -71,7 +71,7 @@ def test_a_worker_that_dies_is_a_case_that_failed(client: Any, monkeypatch: pyte
         return whole(_dies if isinstance(what, Portion) and 1 in what.cases else function, shared, what, **more)
 
     monkeypatch.setattr(client, "submit", submit)
-    found = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, portions(JOB, PLAN, range(4)))}
+    found = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, portions(JOB, range(4)))}
     assert found[1].outcome is Outcome.FAILED
     assert "was killed, or ran out of memory; compute it once more with --missing" in found[1].message
     assert all(found[case].outcome.ok for case in (0, 2, 3))

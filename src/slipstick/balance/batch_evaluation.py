@@ -54,11 +54,20 @@ def respond(
 
 def _joined(motions: Sequence[ContactInputs]) -> ContactInputs:
     """The elements of all in one, the motion in a new array."""
-    if len(motions) == 1:
-        return motions[0].changed(motion=motions[0].motion.copy())
+    first, count = motions[0], len(motions)
+    if count == 1:
+        return first.changed(motion=first.motion.copy())
+    if all(one is first for one in motions):  # as along a curve over the frequency
+        surface = {name: _repeated(getattr(first, name), count, 1) for name in SURFACE}
+        return ContactInputs(values={name: _repeated(v, count, 0) for name, v in first.values.items()}, **surface)
     surface = {name: np.concatenate([getattr(g, name) for g in motions], axis=1) for name in SURFACE}
     values = {name: np.concatenate([g.values[name] for g in motions]) for name in motions[0].values}
     return ContactInputs(values=values, **surface)
+
+
+def _repeated(array: Array, count: int, axis: int) -> Array:
+    """An array as often along an axis, one after the other."""
+    return np.concatenate([np.asarray(array)] * count, axis=axis)
 
 
 def _in(wide: Harmonics, narrow: Harmonics, Q: Array) -> Array:
@@ -123,7 +132,9 @@ class Together:
         balance, x = self._balance, self._x
         stiffness, prescribed = np.zeros((len(x), balance.n_ports)), np.zeros(len(x))
         for k, (batch, response) in enumerate(zip(balance.batches, self.responses, strict=True)):
-            prescribed += [float(np.sum(one.batches[k].motion[..., 1:] ** 2)) for one in self._inputs]
+            motions = {id(one.batches[k]): one.batches[k].motion for one in self._inputs}
+            sizes = {key: float(np.sum(motion[..., 1:] ** 2)) for key, motion in motions.items()}
+            prescribed += [sizes[id(one.batches[k])] for one in self._inputs]
             for i, springs in batch.law.springs(response).items():
                 port = batch.ports[i]
                 stiffness[:, port.rows] += springs.reshape(len(x), batch.count)[:, port.members]

@@ -6,9 +6,11 @@ import time
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
+from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
-from slipstick.analysis.curve.lockstep import Lockstep, alike, in_lockstep
+from slipstick.analysis.curve.lockstep import Lockstep, alike, in_lockstep, most_together
 from slipstick.errors import InputError, Outcome
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job, kept, solve
@@ -17,8 +19,7 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.branch import Branch
 
-MOST = 64
-"""So many cases are solved side by side: of twice as many each takes hardly less time."""
+_TRIED = 16
 
 
 class Portion(NamedTuple):
@@ -28,21 +29,31 @@ class Portion(NamedTuple):
     lockstep: bool = False
 
 
-def portions(job: Job, plan: StudyPlan, todo: Sequence[int]) -> list[Portion]:
-    """What is computed in one go: cases after one another, or each alone."""
-    if todo and _small(job):
-        return [Portion(tuple(todo[i : i + MOST]), lockstep=True) for i in range(0, len(todo), MOST)]
-    return [Portion((case,)) for case in todo]
+def portions(job: Job, todo: Sequence[int], count: int = 1, *, tried: bool = False) -> list[Portion]:
+    """What is computed in one go by one of ``count`` processes: cases after one another, or each alone.
+
+    ``tried``: of many the first portion is small, to see how long they take.
+    """
+    most = _together_at_most(job) if todo else 0
+    if not most:
+        return [Portion((case,)) for case in todo]
+    most = most if count == 1 else ceil(most / 2)  # so that all end at about one time
+    first = _TRIED if tried and len(todo) > 4 * _TRIED else 0
+    rest = len(todo) - first
+    parts = min(rest, count * ceil(rest / (count * most)))
+    ends = [*([0] if first else []), *(first + i * rest // parts for i in range(parts + 1))]
+    return [Portion(tuple(todo[a:b]), lockstep=True) for a, b in pairwise(ends)]
 
 
-def _small(job: Job) -> bool:
-    """Whether curves of this kind can be followed side by side, seen from the problem that all cases begin from."""
+def _together_at_most(job: Job) -> int:
+    """How many cases are followed side by side, seen from the problem that all begin from; 0: each is alone."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return not job.stability and in_lockstep(job.request(replace(job.problem, told=None)))
+            request = None if job.stability else job.request(replace(job.problem, told=None))
+            return most_together(request) if request is not None and in_lockstep(request) else 0
     except InputError:  # the cases may be right all the same, and say themselves what is wrong
-        return False
+        return 0
 
 
 def solve_portion(job: Job, plan: StudyPlan, portion: Portion) -> Iterator[CaseSolved]:

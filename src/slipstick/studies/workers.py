@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from slipstick.errors import InputError
 from slipstick.interrupts import held
 from slipstick.studies.plan import StudyPlan
+from slipstick.studies.processes import DIED, environment, side_by_side
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.together import Portion, portions, solve_portion
 
@@ -27,9 +28,10 @@ if TYPE_CHECKING:
 
 WORTH = 6.0
 """Seconds that local workers must save to be started; they take about three to be there."""
+WORTH_BESIDE = 2.0
+"""The same of processes beside this one, which goes on meanwhile."""
 _QUEUED = 4
 """Portions of cases sent out to each worker ahead of what it computes."""
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _WAIT = 30
 _CLOSING = 10.0
 
@@ -74,13 +76,12 @@ def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Iterable[Portion
         else:
             yield from solved
     for portion in suspects:
-        died = "the worker that computed it was killed, or ran out of memory; compute it once more with --missing"
         with held():
             send(portion)
         future = finished.get()
         with held():
             solved = _outcome_of(future, sent.pop(future.key))
-        yield from solved or [CaseSolved.failed(case, died) for case in portion.cases]
+        yield from solved or [CaseSolved.failed(case, DIED) for case in portion.cases]
 
 
 class _Shared:
@@ -182,9 +183,8 @@ def _begun(stack: ExitStack, count: int) -> Client:
     options = {"nworkers": count, "nthreads": 1, "memory-limit": 0, "death-timeout": _WAIT, "local-directory": folder}
     command = [sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address), "--no-dashboard"]
     command += [f"--{name}={value}" for name, value in options.items()]
-    environment = {**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)}
     null = subprocess.DEVNULL
-    process = subprocess.Popen(command, env=environment, stdin=null, stdout=null, stderr=null, start_new_session=True)
+    process = subprocess.Popen(command, env=environment(), stdin=null, stdout=null, stderr=null, start_new_session=True)
     stack.callback(_kill, process)
     client.wait_for_workers(1, timeout=2 * _WAIT)
     return client
@@ -221,18 +221,26 @@ def solutions(
     ``workers`` None: as many as there are processors, started only where that saves time. ``tell`` hears why there are
     none where they would help.
     """
-    rest = portions(job, plan, todo)
     if client is not None:
-        yield from on_cluster(client, job, plan, rest)
+        yield from on_cluster(client, job, plan, portions(job, todo, max(1, sum(client.nthreads().values()))))
         return
-    count = min(workers or cores(), max(1, len(rest)))
-    if workers is not None and count > 1:
+    count = min(workers or cores(), max(1, len(todo)))
+    rest = portions(job, todo, count, tried=workers is None and count > 1)
+    light = any(portion.lockstep for portion in rest)
+    if workers is not None and count > 1 and not light:
         require_dask()
     while rest and count > 1 and workers is None:
-        begin = time.perf_counter()
-        yield from solve_portion(job, plan, rest.pop(0))
-        if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
+        begin, some = time.perf_counter(), rest.pop(0)
+        yield from solve_portion(job, plan, some)
+        each = (time.perf_counter() - begin) / len(some.cases)
+        left = sum(len(portion.cases) for portion in rest)
+        if left * each * (1.0 - 1.0 / count) > (WORTH_BESIDE if light else WORTH):
             break
+    if light:
+        yield from (
+            in_turn(job, plan, rest) if count == 1 else side_by_side(job, plan, rest, min(count, len(rest)), tell)
+        )
+        return
     with ExitStack() as stack:
         workers_client = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
         yield from in_turn(job, plan, rest) if workers_client is None else on_cluster(workers_client, job, plan, rest)

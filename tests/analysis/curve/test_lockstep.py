@@ -80,10 +80,13 @@ def hold(found: Branch, problem: ss.Problem, span: tuple[float, float]) -> None:
     assert abs(len(found) - len(alone)) <= 2
     if len(found) == len(alone):
         assert found.table["kind"].to_numpy().tolist() == alone.table["kind"].to_numpy().tolist()
+        solved = alone.table["kind"].to_numpy() != "interpolated"
         for name in ("omega", "amplitude", "mean", "displacement", "dissipated_power", "stick_fraction"):
             expected = alone.table[name].to_numpy()
             scale = max(np.abs(expected).max(), 0.01)  # rounding beside the motion, of order one, is not compared
-            np.testing.assert_allclose(found.table[name].to_numpy(), expected, rtol=0, atol=1e-6 * scale)
+            error = np.abs(found.table[name].to_numpy() - expected).reshape(len(found), -1).max(axis=1)
+            assert error[solved].max() <= 1e-7 * scale, name
+            assert error.max() <= 2e-4 * scale, name
         estimate, expected = (one.table["truncation"].to_numpy() for one in (found, alone))
         np.testing.assert_allclose(estimate, expected, rtol=1e-3, atol=1e-8)
 
@@ -133,7 +136,7 @@ def test_folds_of_an_elastic_stop() -> None:
 
 def test_several_contacts_that_open_and_close() -> None:
     span = (3.0, 12.0)
-    problems = randomly(two_contacts, 4, 7, (20.0, 60.0), (0.1, 0.5), (-0.3, 0.2), (0.0, 20.0))
+    problems = randomly(two_contacts, 3, 7, (20.0, 60.0), (0.1, 0.5), (-0.3, 0.2), (0.0, 20.0))
     found = side_by_side(problems, span)
     assert sum(branch is not None for branch in found) >= 2
     for branch, problem in zip(found, problems, strict=True):
@@ -153,6 +156,24 @@ def test_stuck_free_and_equal_cases_beside_others() -> None:
     assert len(same) == 3
     np.testing.assert_array_equal(same[0], same[1])
     np.testing.assert_array_equal(same[0], same[2])
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("seed", [100, 200])
+def test_many_random_cases(seed: int) -> None:
+    """No curve differs from the one followed alone, and few are left to be."""
+    stuck_and_slipping = ((60.0, 140.0), (0.1, 0.5), (50.0, 1100.0), (0.0, 20.0), (30.0, 120.0))
+    ensembles = (
+        (randomly(damper, 16, seed, *stuck_and_slipping), (2.0, 15.0)),
+        (randomly(stop, 16, seed + 1, (20.0, 120.0), (-0.5, 2.0), (5.0, 40.0)), (4.0, 11.0)),
+        (randomly(two_contacts, 16, seed + 2, (20.0, 60.0), (0.1, 0.5), (-0.3, 0.2), (0.0, 20.0)), (3.0, 12.0)),
+    )
+    for problems, span in ensembles:
+        branches = side_by_side(problems, span)
+        assert sum(branch is not None for branch in branches) >= 14
+        for branch, problem in zip(branches, problems, strict=True):
+            if branch is not None:
+                hold(branch, problem, span)
 
 
 def test_a_case_does_not_depend_on_the_others() -> None:

@@ -26,6 +26,7 @@ from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
+from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Outcome
 from slipstick.results.record import Outputs, Point
 from slipstick.results.schema import LARGEST, attributes_of, make_table
@@ -38,6 +39,12 @@ from slipstick.typing import Array, BoolArray
 
 MOST_UNKNOWNS = 120
 """Unknowns up to which a curve is followed with others: of more, the work of one fills a processor anyway."""
+MOST_CURVES = 256
+"""So many are followed side by side: of twice as many each takes hardly less time."""
+_ROOM = 25_000_000
+"""Numbers that the Jacobians of all points of curves side by side may hold."""
+_POINTS = 80
+"""Points that a curve is expected to be stepped to."""
 
 
 def in_lockstep(request: CurveRequest) -> bool:
@@ -46,6 +53,7 @@ def in_lockstep(request: CurveRequest) -> bool:
     return (
         isinstance(request.system, FrequencySystem)
         and evaluated_together(balance)
+        and all(is_friction(batch.law) for batch in balance.batches)
         and balance.size <= MOST_UNKNOWNS
         and adapted_to(request.options) is None
         and request.stability is None
@@ -55,6 +63,11 @@ def in_lockstep(request: CurveRequest) -> bool:
         and request.peaks_of != (LARGEST,)
         and not Outputs(balance, balance.problem.outputs or ()).far
     )
+
+
+def most_together(request: CurveRequest) -> int:
+    """How many such curves are followed side by side."""
+    return max(1, min(MOST_CURVES, _ROOM // (_POINTS * (request.balance.size + 1) ** 2)))
 
 
 def alike(first: CurveRequest, other: CurveRequest) -> bool:
@@ -203,6 +216,8 @@ class Lockstep:
         firsts = set(segments.first[np.append(True, others)].tolist())
         lasts = set(segments.second[np.append(others, True)].tolist())
         inverses: dict[int, _Inverse] = {}
+        whose, arclength, rates = (part.tolist() for part in (nodes.branch, nodes.arclength, nodes.tangents[:, -1]))
+        ends = list(zip(*(part[between.segment].tolist() for part in (pieces.first, pieces.second)), strict=True))
 
         def inverse(node: int) -> _Inverse:
             if node not in inverses:
@@ -210,13 +225,13 @@ class Lockstep:
             return inverses[node]
 
         def bend(first: int, second: int) -> float:
-            length = abs(nodes.arclength[second] - nodes.arclength[first])
-            return float(nodes.tangents[second, -1] - nodes.tangents[first, -1]) / length if length else 0.0
+            length = abs(arclength[second] - arclength[first])
+            return float((rates[second] - rates[first]) / length) if length else 0.0
 
         points, branch, before = list[Point](), list[int](), -1
         for node, number in order:
             if node >= 0:
-                i, z, tangent = int(nodes.branch[node]), nodes.states[node], nodes.tangents[node]
+                i, z, tangent = whose[node], nodes.states[node], nodes.tangents[node]
                 kind, name = located.kinds.get(
                     node, ("start" if node in firsts else "end" if node in lasts else "regular", "")
                 )
@@ -224,9 +239,8 @@ class Lockstep:
                 reaction = Reaction(inverse(node), tangent, bent)  # type: ignore[arg-type]
                 before, iterations = node, int(nodes.iterations[node])
             else:
-                piece = int(between.segment[number])
-                first, second = int(pieces.first[piece]), int(pieces.second[piece])
-                i, z, tangent = int(nodes.branch[first]), between.states[number], between.tangents[number]
+                first, second = ends[number]
+                i, z, tangent = whose[first], between.states[number], between.tangents[number]
                 kind, name, iterations = "interpolated", "", 0
                 reaction = Reaction(inverse(second), tangent, bend(first, second))  # type: ignore[arg-type]
             parameter = float(z[-1])
