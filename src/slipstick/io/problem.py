@@ -194,7 +194,8 @@ def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
     if "array" in plain:
         return arrays[plain["array"]]
     if "csc" in plain:
-        return _sparse(*(np.asarray(_made(part, arrays)) for part in plain["csc"]), rows=plain.get("rows"))
+        data, indices, indptr = (np.asarray(_made(part, arrays)) for part in plain["csc"])
+        return _sparse(data, indices, indptr, plain.get("rows"))
     if "map" in plain:
         return {_made(key, arrays): _made(value, arrays) for key, value in plain["map"]}
     arguments = {name: _made(value, arrays) for name, value in plain["arguments"].items()}

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import array_faults, number_faults, real
 from slipstick.structure.protocol import Receptance
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Matrix
 
 if TYPE_CHECKING:
     from slipstick.structure.modal import ModalStructure
@@ -101,7 +100,7 @@ class AtSkin:
     basis: Array
     sparse_directions = True
 
-    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+    def project(self, rows: Matrix, columns: Matrix, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance from directions ``columns`` (n_dofs, n_columns) and loads to the basis; ``rows`` do not matter.
 
         How what the modes leave out grows with frequency is not known at the skin.
