@@ -13,13 +13,13 @@ force at the start of the period ``f1, f2``.
 
 from __future__ import annotations
 
-from math import pi
+from math import comb, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import roots_jacobi
 
-from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, powers
+from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, circle, powers
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.integrals import fill_matrix, fill_vectors
 from slipstick.trig.roots import _roots
@@ -37,28 +37,39 @@ COLUMNS = 8
 DONE, FULL, LOST = 0, -1, -2
 """How a period ends: as it should, without room for another piece, or with no periodic state."""
 
-_SHORTEST = 1e-7
-"""Slip before a separation that is left of it, rad."""
+_SHORTEST = 0.1
+"""Slip before a separation that is left of it, rad, over the root of the tolerance: its force falls to nothing."""
 _INSTANT = 1e-15
 """Shorter times, rad, are none."""
-_OF_LAST = 5e-7
-"""Error of the force over the last term of the angle's polynomial in a panel: at most, of 80 measured states."""
-_BLOCK = 192
+_OF_LAST = 1e-5
+"""Error of the force over the last term of a panel's angle to the power 1.5: at most, of 4000 measured states."""
+_NEXT = 0.1
+"""Part of the last term but one that the last is taken to have at least."""
+_BLOCK = 48
 """Nodes whose derivatives are summed by one product of matrices."""
 _PERIODS = 200
 _NEWTON = 14
+_CLOSED = 1e-9
+"""Distance from the periodic state, over the limit, that one step of Newton's makes nothing."""
+_BEYOND = 1.1
+"""Part of an interval up to an event that the next period tries."""
 
 
-def _radau(stages: int) -> tuple[Array, Array, Array]:
-    """Nodes, weights ``A`` and the weights of the last coefficient of the polynomial through the nodes."""
+def _radau(stages: int) -> tuple[Array, Array, Array, Array]:
+    """Nodes, weights ``A``, those of the last two Legendre coefficients of the polynomial through the nodes, and of all
+    coefficients but the constant one of that through the start too (rows: powers 1, 2, ...; columns: values at the
+    nodes less the start's)."""
     inner, _ = roots_jacobi(stages - 1, 1.0, 0.0)
     nodes = np.append(0.5 * (inner + 1.0), 1.0)
     vander = np.vander(nodes, stages, increasing=True)
     integrals = np.vander(nodes, stages + 1, increasing=True)[:, 1:] / np.arange(1, stages + 1)
-    return nodes, np.ascontiguousarray(np.linalg.solve(vander.T, integrals.T).T), np.linalg.inv(vander)[-1]
+    through_start = np.linalg.inv(vander * nodes[:, None])
+    weights = np.ascontiguousarray(np.linalg.solve(vander.T, integrals.T).T)
+    last = np.linalg.inv(np.polynomial.legendre.legvander(2.0 * nodes - 1.0, stages - 1))[-2:]
+    return nodes, weights, np.ascontiguousarray(last[::-1]) * comb(2 * stages - 2, stages - 1), through_start
 
 
-_C, _A, _TOP = _radau(STAGES)
+_C, _A, _TOP, _POWERS = _radau(STAGES)
 
 
 class Planar(NamedTuple):
@@ -75,6 +86,8 @@ class Planar(NamedTuple):
     kn: float
     b: float
     """``mu kn``: friction limit over penetration."""
+    series: Array
+    """Of each order the coefficients of the cosine in ``w1', w2', y, y', w1, w2``, then those of the sine (n, 12)."""
 
 
 class Pieces(NamedTuple):
@@ -82,7 +95,7 @@ class Pieces(NamedTuple):
 
     kind: IntArray
     at: Array
-    """Start, end, force at the start, angle at the start (room, 5)."""
+    """Start, end, force at the start, angle at the start, how far slip was tried (room, 6)."""
     theta: Array
     """Angle at the nodes of a panel (room, STAGES)."""
     rates: Array
@@ -95,74 +108,89 @@ class Room(NamedTuple):
     c: Array
     s: Array
     jacobian: Array
-    g: Array
-    slope: Array
     residual: Array
+    node_cos: Array
+    """``cos m_j t`` at the nodes of a panel (STAGES, padded orders), and sines."""
+    node_sin: Array
     nodes: Array
     """Rates at the nodes of the panel that is tried (STAGES, 4)."""
     theta: Array
+    cos: Array
+    """Of the angles at the nodes, as ``sin``, the rate ``g`` of the angle and its derivative ``slope`` by it."""
+    sin: Array
+    g: Array
+    slope: Array
+    speed: Array
+    """Velocity of slip at the nodes, then coefficients of its polynomial, of that of the angle (3, STAGES)."""
     state: Array
     """Motion at a time: ``w1, w2, w1', w2', penetration, its rate``."""
+    rows: Array
+    """Of ``differentiate``: both forces and their derivatives at nodes (_BLOCK, 2 (1 + columns))."""
+    weighted: Array
+    """And their weights (_BLOCK, L)."""
 
 
 @compiled
 def look(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
-    """``w1, w2, w1', w2', y - gap, y'`` at a time."""
-    c, s, m = room.c, room.s, grid.orders
+    """``w1, w2, w1', w2', y - gap, y'`` at a time, whose basis stays in the room."""
+    a, c, s = p.series, room.c, room.s
     basis(t, grid, c, s)
     w1, w2, d1, d2, y, dy = p.v1 * t, p.v2 * t, p.v1, p.v2, p.Y[0], 0.0
     for j in range(grid.n):
-        i = 2 * j + 1
-        cj, sj, k = c[j], s[j], m[j]
-        w1 += p.X1[i] * cj + p.X1[i + 1] * sj
-        w2 += p.X2[i] * cj + p.X2[i + 1] * sj
-        y += p.Y[i] * cj + p.Y[i + 1] * sj
-        d1 += k * (p.X1[i + 1] * cj - p.X1[i] * sj)
-        d2 += k * (p.X2[i + 1] * cj - p.X2[i] * sj)
-        dy += k * (p.Y[i + 1] * cj - p.Y[i] * sj)
+        cj, sj = c[j], s[j]
+        d1 += a[j, 0] * cj + a[j, 6] * sj
+        d2 += a[j, 1] * cj + a[j, 7] * sj
+        y += a[j, 2] * cj + a[j, 8] * sj
+        dy += a[j, 3] * cj + a[j, 9] * sj
+        w1 += a[j, 4] * cj + a[j, 10] * sj
+        w2 += a[j, 5] * cj + a[j, 11] * sj
     out[0], out[1], out[2], out[3], out[4], out[5] = w1, w2, d1, d2, y, dy
 
 
 @compiled
 def look_rates(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
-    """``w1', w2', y - gap, y'`` at a time."""
-    c, s, m = room.c, room.s, grid.orders
+    """``w1', w2', y - gap, y'`` at a time, whose basis stays in the room."""
+    a, c, s = p.series, room.c, room.s
     basis(t, grid, c, s)
     d1, d2, y, dy = p.v1, p.v2, p.Y[0], 0.0
     for j in range(grid.n):
-        i = 2 * j + 1
-        cj, sj, k = c[j], s[j], m[j]
-        y += p.Y[i] * cj + p.Y[i + 1] * sj
-        d1 += k * (p.X1[i + 1] * cj - p.X1[i] * sj)
-        d2 += k * (p.X2[i + 1] * cj - p.X2[i] * sj)
-        dy += k * (p.Y[i + 1] * cj - p.Y[i] * sj)
+        cj, sj = c[j], s[j]
+        d1 += a[j, 0] * cj + a[j, 6] * sj
+        d2 += a[j, 1] * cj + a[j, 7] * sj
+        y += a[j, 2] * cj + a[j, 8] * sj
+        dy += a[j, 3] * cj + a[j, 9] * sj
     out[0], out[1], out[2], out[3] = d1, d2, y, dy
 
 
 @compiled
+def look_at_nodes(p: Planar, t: float, h: float, grid: Grid, room: Room) -> None:
+    """The same at the nodes of a panel, in ``room.nodes``."""
+    a, c, s, nodes = p.series, room.node_cos, room.node_sin, room.nodes
+    for i in range(STAGES):
+        basis(t + _C[i] * h, grid, c[i], s[i])
+        nodes[i, 0], nodes[i, 1], nodes[i, 2], nodes[i, 3] = p.v1, p.v2, p.Y[0], 0.0
+    for j in range(grid.n):
+        for i in range(STAGES):
+            cj, sj = c[i, j], s[i, j]
+            for k in range(4):
+                nodes[i, k] += a[j, k] * cj + a[j, 6 + k] * sj
+
+
+@compiled
 def solve(J: Array, r: Array) -> None:
-    """``r = J^-1 r`` by elimination with row exchange; both are overwritten."""
-    n = r.size
-    for k in range(n):
-        p = k
-        for i in range(k + 1, n):
-            if abs(J[i, k]) > abs(J[p, k]):
-                p = i
-        if p != k:
-            for j in range(k, n):
-                J[k, j], J[p, j] = J[p, j], J[k, j]
-            r[k], r[p] = r[p], r[k]
-        inverse = 1.0 / J[k, k]
-        for i in range(k + 1, n):
-            q = J[i, k] * inverse
-            for j in range(k + 1, n):
+    """``r = J^-1 r`` of a panel by elimination; both are overwritten."""
+    for k in range(STAGES):
+        J[k, k] = 1.0 / J[k, k]
+        for i in range(k + 1, STAGES):
+            q = J[i, k] * J[k, k]
+            for j in range(k + 1, STAGES):
                 J[i, j] -= q * J[k, j]
             r[i] -= q * r[k]
-    for k in range(n - 1, -1, -1):
+    for k in range(STAGES - 1, -1, -1):
         total = r[k]
-        for j in range(k + 1, n):
+        for j in range(k + 1, STAGES):
             total -= J[k, j] * r[j]
-        r[k] = total / J[k, k]
+        r[k] = total * J[k, k]
 
 
 @compiled
@@ -199,39 +227,43 @@ def eliminate(J: Array, B: Array, r: Array) -> float:
     return abs(det)
 
 
+@inlined
+def turning(p: Planar, room: Room) -> None:
+    """``theta'`` at the nodes, and its derivative by theta."""
+    for i in range(STAGES):
+        d1, d2 = room.nodes[i, 0], room.nodes[i, 1]
+        over = p.kt / (p.b * room.nodes[i, 2])
+        c, s = circle(room.theta[i])
+        room.cos[i], room.sin[i] = c, s
+        room.g[i] = over * (d2 * c - d1 * s)
+        room.slope[i] = -over * (d1 * c + d2 * s)
+
+
 @compiled
-def collocate(p: Planar, start: float, h: float, room: Room) -> bool:
+def collocate(p: Planar, start: float, h: float, small: float, room: Room) -> bool:
     """Angles at the nodes of a panel of length ``h`` whose rates are known; the first guess stands in ``room.theta``.
 
-    Leaves ``theta'`` in ``room.g`` and its derivative by theta in ``room.slope``. False: Newton does not converge.
+    Newton's steps end below ``small``: the next would be its square. False: they do not converge.
     """
-    theta, g, slope, J, r, nodes = room.theta, room.g, room.slope, room.jacobian, room.residual, room.nodes
+    theta, J, r = room.theta, room.jacobian, room.residual
     for _ in range(_NEWTON):
-        for i in range(STAGES):
-            over = p.kt / (p.b * nodes[i, 2])
-            c, s = np.cos(theta[i]), np.sin(theta[i])
-            g[i] = over * (nodes[i, 1] * c - nodes[i, 0] * s)
-            slope[i] = -over * (nodes[i, 0] * c + nodes[i, 1] * s)
+        turning(p, room)
         for i in range(STAGES):
             total = theta[i] - start
             for j in range(STAGES):
-                total -= h * _A[i, j] * g[j]
-                J[i, j] = -h * _A[i, j] * slope[j]
+                total -= h * _A[i, j] * room.g[j]
+                J[i, j] = -h * _A[i, j] * room.slope[j]
             J[i, i] += 1.0
             r[i] = total
         solve(J, r)
-        largest = 0.0
+        size = 0.0
         for i in range(STAGES):
             theta[i] -= r[i]
-            largest = max(largest, abs(r[i]))
-        if largest < 1e-8:  # the next step would be its square
-            for i in range(STAGES):
-                over = p.kt / (p.b * nodes[i, 2])
-                c, s = np.cos(theta[i]), np.sin(theta[i])
-                g[i] = over * (nodes[i, 1] * c - nodes[i, 0] * s)
-                slope[i] = -over * (nodes[i, 0] * c + nodes[i, 1] * s)
+            size += abs(r[i])
+        if size < small:
+            turning(p, room)
             return True
-        if not largest < 4.0:
+        if not size < 12.0:
             return False
     return False
 
@@ -242,17 +274,23 @@ def slip_rate(p: Planar, d1: float, d2: float, dy: float, theta: float) -> float
     return d1 * np.cos(theta) + d2 * np.sin(theta) - p.b * dy / p.kt
 
 
+@inlined
+def slip_rate_at_end(p: Planar, room: Room) -> float:
+    """``lambda`` at the last node of a panel."""
+    z = STAGES - 1
+    along = room.nodes[z, 0] * room.cos[z] + room.nodes[z, 1] * room.sin[z]
+    return along - p.b * room.nodes[z, 3] / p.kt
+
+
 @compiled
-def panel(p: Planar, t: float, start: float, h: float, slope: float, grid: Grid, room: Room) -> bool:
-    """Collocation from a time and angle on, over ``h``; ``slope`` is a guess of ``theta'``."""
-    for i in range(STAGES):
-        look_rates(p, t + _C[i] * h, grid, room, room.nodes[i])
-        room.theta[i] = start + slope * _C[i] * h
-    if collocate(p, start, h, room):
+def panel(p: Planar, t: float, start: float, h: float, small: float, grid: Grid, room: Room) -> bool:
+    """Collocation from a time and angle on, over ``h``; the first guess stands in ``room.theta``."""
+    look_at_nodes(p, t, h, grid, room)
+    if collocate(p, start, h, small, room):
         return True
     for i in range(STAGES):
         room.theta[i] = start
-    return collocate(p, start, h, room)
+    return collocate(p, start, h, small, room)
 
 
 @compiled
@@ -334,88 +372,156 @@ def onset_rate(p: Planar, speed: float, theta: float, dy: float, grid: Grid, roo
     return turn / (1.0 + 1.0 / kappa)
 
 
+@inlined
+def polynomial(x: float, first: float, coefficients: Array) -> tuple[float, float]:
+    """Value and derivative of a panel's polynomial at part ``x`` of it."""
+    value, rate = 0.0, 0.0
+    for k in range(STAGES - 1, -1, -1):
+        rate = rate * x + value
+        value = value * x + coefficients[k]
+    return first + x * value, value + x * rate
+
+
 @compiled
-def find_stick(
-    p: Planar, t: float, start: float, h: float, slope: float, first: float, grid: Grid, room: Room
+def falls(p: Planar, first: float, room: Room) -> float:
+    """Part of the panel just computed after which the velocity of slip, ``first`` at its start, is negative; or 2.
+
+    It is sought on the polynomial through the nodes, which stays in ``room.speed``.
+    """
+    speed, coefficients = room.speed[0], room.speed[1]
+    for i in range(STAGES):
+        along = room.nodes[i, 0] * room.cos[i] + room.nodes[i, 1] * room.sin[i]
+        speed[i] = along - p.b * room.nodes[i, 3] / p.kt
+    rate = 0.0
+    for k in range(STAGES):
+        coefficients[k] = 0.0
+        for i in range(STAGES):
+            coefficients[k] += _POWERS[k, i] * (speed[i] - first)
+        rate += (k + 1.0) * coefficients[k]
+    low, high, at, value = 0.0, 2.0, 0.0, first
+    for i in range(-1, STAGES):  # -1 is the start
+        if i >= 0 and speed[i] < 0.0:
+            low, high = at, _C[i]
+            break
+        if i < 0:
+            dips = coefficients[0] < 0.0 and speed[0] >= first
+        elif i == STAGES - 1:
+            dips = speed[i] < value and rate > 0.0
+        else:
+            dips = speed[i] < value and speed[i] < speed[i + 1]
+        if dips:  # the lowest point, by bisection
+            left, right = at, _C[min(i + 1, STAGES - 1)]
+            for _ in range(40):
+                middle = 0.5 * (left + right)
+                _, rises = polynomial(middle, first, coefficients)
+                if rises > 0.0:
+                    right = middle
+                else:
+                    left = middle
+            least, _ = polynomial(left, first, coefficients)
+            if least < 0.0:
+                low, high = at, left
+                break
+        if i >= 0:
+            at, value = _C[i], speed[i]
+    if high > 1.0:
+        return 2.0
+    x = 0.5 * (low + high)
+    for _ in range(60):
+        value, rate = polynomial(x, first, coefficients)
+        if value >= 0.0:
+            low = x
+        else:
+            high = x
+        new = x - value / rate if rate < 0.0 else -1.0
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        moved = abs(new - x)
+        x = new
+        if moved < 1e-14:
+            break
+    return x
+
+
+@compiled
+def end_of_slip(
+    p: Planar, t: float, start: float, h: float, first: float, small: float, grid: Grid, room: Room
 ) -> tuple[float, bool]:
     """Where in the panel just computed slip ends, as its length: there its last node is, collocated anew; and whether.
 
-    ``first`` is the slip velocity at its start.
+    ``first`` is the slip velocity at its start. Force and its rate are steady there: an error of the time enters the
+    force by its square.
     """
-    nodes, theta = room.nodes, room.theta
-    low, value_low, high, value_high = 0.0, first, -1.0, 0.0
-    before, at_before, value, at = first, 0.0, first, 0.0
-    for i in range(STAGES):
-        x = _C[i] * h
-        new = slip_rate(p, nodes[i, 0], nodes[i, 1], nodes[i, 3], theta[i])
-        if new < 0.0:
-            high, value_high = x, new
-            break
-        if i > 0 and value < before and value < new:  # a dip: where its parabola is lowest
-            fall, rise = (before - value) / (at - at_before), (new - value) / (x - at)
-            curve = (fall + rise) / (x - at_before)
-            lowest = at - 0.5 * (rise - curve * (x - at)) / curve
-            if value - curve * (lowest - at) ** 2 < 0.1 * value:
-                z = STAGES - 1
-                if panel(p, t, start, lowest, slope, grid, room):
-                    there = slip_rate(p, nodes[z, 0], nodes[z, 1], nodes[z, 3], theta[z])
-                    if there < 0.0:
-                        high, value_high = lowest, there
-                        low, value_low = at_before, before
-                        break
-                panel(p, t, start, h, slope, grid, room)
-        before, at_before, value, at = value, at, new, x
-        low, value_low = x, new
-    if high < 0.0:
+    x = falls(p, first, room)
+    if x > 1.0:
         return h, False
-    if value_low <= 0.0:
-        return low, low > 0.0
-    if high - low < _INSTANT:
-        return low, True
-    size = abs(value_low) + abs(value_high)
-    for k in range(60):
-        x = low + (high - low) * value_low / (value_low - value_high)
-        if k % 3 == 2:
-            x = 0.5 * (low + high)
-        if not panel(p, t, start, x, slope, grid, room):
+    if first <= 0.0 and x * h < _INSTANT:
+        return 0.0, True
+    coefficients = room.speed[2]
+    for k in range(STAGES):
+        coefficients[k] = 0.0
+        for i in range(STAGES):
+            coefficients[k] += _POWERS[k, i] * (room.theta[i] - start)
+    for i in range(STAGES):
+        room.theta[i], _ = polynomial(_C[i] * x, start, coefficients)
+    last = 1.0
+    for _ in range(8):
+        if not panel(p, t, start, x * h, small, grid, room):
             break
-        z = STAGES - 1
-        value = slip_rate(p, nodes[z, 0], nodes[z, 1], nodes[z, 3], theta[z])
-        if value >= 0.0:
-            low, value_low = x, value
-        else:
-            high, value_high = x, value
-        if abs(value) < 1e-14 * size or high - low < _INSTANT:
-            return x, True
-    return low, True
+        _, rate = polynomial(x, first, room.speed[1])
+        move = -slip_rate_at_end(p, room) / rate if rate < 0.0 else 0.0
+        if abs(move) < 1e-10 or abs(move) > 0.5 * last or not 0.0 < x + move < 1.0:
+            break
+        last = abs(move)
+        x += move
+    return x * h, True
+
+
+@inlined
+def longest_panel(tolerance: float, grid: Grid) -> float:
+    """Longest panel whose nodes sum a force of that tolerance, rad."""
+    return pi / (0.5 * grid.top + 1.0) * min(0.5, max(0.25, 0.55 * (1e8 * tolerance) ** (1.0 / (2 * STAGES - 1))))
 
 
 @compiled
 def march(
-    p: Planar, f1: float, f2: float, arcs: Array, tolerance: float, grid: Grid, room: Room, out: Pieces, P: Array
+    p: Planar,
+    f1: float,
+    f2: float,
+    arcs: Array,
+    tolerance: float,
+    grid: Grid,
+    room: Room,
+    old: Pieces,
+    known: int,
+    out: Pieces,
+    P: Array,
 ) -> tuple[int, float, float]:
     """One period of contact arcs ``(start, end, whether the contact has been closed before)`` from a force on.
 
-    Fills ``out``, and ``P`` (2, 2) with the derivative of the force at the end by that at the start. Returns the number
-    of pieces, or ``FULL``, and the force at the end.
-    """
-    longest = pi / (grid.top + 2.0)
-    count = 0
+    Fills ``out``, and ``P`` (2, 2) with the derivative of the force at the end by that at the start. ``old`` holds the
+    ``known`` pieces of the period before: its panels are kept. Returns the number of pieces, or ``FULL``, and the force
+    at the end.
+    """  # fmt: skip
+    longest, small, shortest = longest_panel(tolerance, grid), np.sqrt(1e-5 * tolerance), _SHORTEST * np.sqrt(tolerance)
+    count, k = 0, 0
     P[0, 0], P[0, 1], P[1, 0], P[1, 1] = 1.0, 0.0, 0.0, 1.0
     kind, at, o, z = out.kind, out.at, room.state, STAGES - 1
     for a in range(arcs.shape[0]):
         t, end, whole = arcs[a, 0], arcs[a, 1], arcs[a, 2] > 0.5
-        slope, turn0, turn1 = 0.0, 0.0, 0.0
+        slope, curve, first, turn0, turn1 = 0.0, 0.0, 0.0, 0.0, 0.0
+        look(p, t, grid, room, o)
         if whole:
-            look(p, t, grid, room, o)
             theta, b = np.arctan2(f2, f1), p.b * o[4]
             size = np.sqrt(f1 * f1 + f2 * f2)
-            slip = size >= b * (1.0 - 1e-12) and slip_rate(p, o[2], o[3], o[5], theta) > 0.0
+            first = slip_rate(p, o[2], o[3], o[5], theta)
+            slip = size >= b * (1.0 - 1e-12) and first > 0.0
             if slip:
                 turn0, turn1 = -np.sin(theta) / b, np.cos(theta) / b
         else:
             f1, f2 = 0.0, 0.0
             slip, theta, slope = begin_slip(p, t, grid, room)
+            first = slip_rate(p, o[2], o[3], o[5], theta)
             P[0, 0], P[0, 1], P[1, 0], P[1, 1] = 0.0, 0.0, 0.0, 0.0
         h, still = longest, 0
         while t < end - _INSTANT * (1.0 + end):
@@ -428,7 +534,7 @@ def march(
                 w1, w2 = o[0], o[1]
                 look(p, until, grid, room, o)
                 f1, f2 = f1 + p.kt * (o[0] - w1), f2 + p.kt * (o[1] - w2)
-                kind[count], at[count, 1] = STICK, until
+                kind[count], at[count, 1], at[count, 5] = STICK, until, until
                 count += 1
                 still = still + 1 if until - t < 1e-13 else 0
                 t = until
@@ -438,10 +544,11 @@ def march(
                     theta = np.arctan2(f2, f1)
                     c, s, over = np.cos(theta), np.sin(theta), 1.0 / (p.b * o[4])
                     turn0, turn1 = (c * P[1, 0] - s * P[0, 0]) * over, (c * P[1, 1] - s * P[0, 1]) * over
-                    h, slope = longest, p.kt * over * (o[3] * c - o[2] * s)
+                    h, slope, curve = longest, p.kt * over * (o[3] * c - o[2] * s), 0.0
+                    first = slip_rate(p, o[2], o[3], o[5], theta)
                 continue
             left = end - t
-            if not whole and left <= _SHORTEST:
+            if not whole and left <= shortest:
                 kind[count], at[count, 1] = LAST_SLIP, end
                 look_rates(p, t + 0.5 * left, grid, room, out.rates[count, 0])
                 count += 1
@@ -449,40 +556,60 @@ def march(
                 break
             h = min(h, left)
             if not whole:
-                h = min(h, max(0.6 * left, 0.5 * _SHORTEST))
-            look_rates(p, t, grid, room, o)
-            first = slip_rate(p, o[0], o[1], o[3], theta)
-            error = 0.0
+                h = min(h, max(0.6 * left, 0.5 * shortest))
+            while k < known and old.at[k, 5] <= t + 1e-3 * longest:
+                k += 1
+            again = k < known and old.kind[k] == SLIP and old.at[k, 0] < t + 0.5 * longest
+            same = again and old.at[k, 0] == t and old.at[k, 5] == old.at[k, 1]
+            if again:
+                h = min(old.at[k, 5] - t, left)
+                shift = theta - old.at[k, 4]
+                for i in range(STAGES):
+                    room.theta[i] = old.theta[k, i] + shift
+            error, settled = 0.0, False
+            if same:
+                for i in range(STAGES):
+                    for j in range(4):
+                        room.nodes[i, j] = old.rates[k, i, j]
+                settled = collocate(p, theta, h, small, room)
             for _ in range(60):
-                if panel(p, t, theta, h, slope, grid, room):
-                    error = 0.0
+                if not settled:
+                    if not again:
+                        for i in range(STAGES):
+                            x = _C[i] * h
+                            room.theta[i] = theta + x * (slope + 0.5 * curve * x)
+                    settled = panel(p, t, theta, h, small, grid, room)
+                if settled:
+                    top, next_to = 0.0, 0.0
                     for j in range(STAGES):
-                        error += _TOP[j] * room.g[j]
-                    error = abs(error) * h * _OF_LAST
-                    if error < tolerance and abs(room.theta[z] - theta) < 1.5:
+                        top += _TOP[0, j] * room.g[j]
+                        next_to += _TOP[1, j] * room.g[j]
+                    last = max(abs(top), _NEXT * abs(next_to)) * h  # the last alone may pass through zero
+                    error = _OF_LAST * last * np.sqrt(last)
+                    if error < (1.5 * tolerance if again else tolerance) and abs(room.theta[z] - theta) < 1.5:
                         break
                 h *= 0.5
-            length, ends = find_stick(p, t, theta, h, slope, first, grid, room)
+                again, settled = False, False
+            length, ends = end_of_slip(p, t, theta, h, first, small, grid, room)
             slip = not ends
             if length > 0.0:
+                total = 0.0
                 for i in range(STAGES):
                     out.theta[count, i] = room.theta[i]
+                    total += _A[z, i] * room.slope[i]
                     for j in range(4):
                         out.rates[count, i, j] = room.nodes[i, j]
-                # what the angle at the end owes to that at the start: the collocation, differentiated
-                J, r = room.jacobian, room.residual
-                for i in range(STAGES):
-                    for j in range(STAGES):
-                        J[i, j] = -length * _A[i, j] * room.slope[j]
-                    J[i, i] += 1.0
-                    r[i] = 1.0
-                solve(J, r)
-                turn0, turn1 = turn0 * r[z], turn1 * r[z]
+                # what the angle at the end owes to that at the start
+                owed = np.exp(length * total)
+                turn0, turn1 = turn0 * owed, turn1 * owed
                 kind[count], at[count, 1] = SLIP, t + length
+                at[count, 5] = t + min(h, _BEYOND * length) if ends else t + length
                 count += 1
                 t, theta, slope = t + length, room.theta[z], room.g[z]
+                curve = (room.g[z] - room.g[z - 1]) / ((1.0 - _C[z - 1]) * length)
+                first = slip_rate_at_end(p, room)
                 b = p.b * room.nodes[z, 2]
-                c, s = np.cos(theta), np.sin(theta)
+                c, s = room.cos[z], room.sin[z]
                 f1, f2 = b * c, b * s
                 P[0, 0], P[0, 1], P[1, 0], P[1, 1] = -b * s * turn0, -b * s * turn1, b * c * turn0, b * c * turn1
             still = still + 1 if length < 1e-13 else 0
@@ -757,6 +884,45 @@ def basis_row(t: float, grid: Grid, room: Room, H: Array, dH: Array) -> None:
         H[r], H[r + 1], dH[r], dH[r + 1] = c, s, -m * s, m * c
 
 
+@inlined
+def force_row(p: Planar, depth: float, c: float, s: float, H: Array, angle: Array, row: Array) -> None:
+    """Both forces while slipping and their derivatives, from those of the angle: two rows (1 + columns), joined."""
+    L, limit = H.size, p.b * depth
+    columns = 3 * L + COLUMNS
+    for r in range(2):
+        start = r * (columns + 1)
+        along, across = (c, -limit * s) if r == 0 else (s, limit * c)
+        row[start] = limit * along
+        for j in range(columns):
+            row[start + 1 + j] = across * angle[j]
+        first = start + 1 + 2 * L
+        for j in range(L):
+            row[first + j] += p.b * along * H[j]
+        first = start + 1 + 3 * L
+        row[first + MU] += limit / p.mu * along
+        row[first + KN] += limit / p.kn * along
+        row[first + GAP] -= p.b * along
+
+
+@inlined
+def divide(J: Array, B: Array) -> None:
+    """``B = J^-1 B`` of a panel, (STAGES, STAGES + 1); both are overwritten."""
+    for k in range(STAGES):
+        J[k, k] = 1.0 / J[k, k]
+        for i in range(k + 1, STAGES):
+            q = J[i, k] * J[k, k]
+            for j in range(k + 1, STAGES):
+                J[i, j] -= q * J[k, j]
+            for j in range(STAGES + 1):
+                B[i, j] -= q * B[k, j]
+    for k in range(STAGES - 1, -1, -1):
+        for i in range(k + 1, STAGES):
+            for j in range(STAGES + 1):
+                B[k, j] -= J[k, i] * B[i, j]
+        for j in range(STAGES + 1):
+            B[k, j] *= J[k, k]
+
+
 @compiled(allocates=True)
 def differentiate(
     p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid, room: Room
@@ -771,18 +937,16 @@ def differentiate(
     D = np.zeros((2, columns))
     D[0, q + F1], D[1, q + F2] = 1.0, 1.0
     turn = np.zeros(columns)
-    H, dH, o = np.zeros(L), np.zeros(L), room.state
+    H, dH, bases, o = np.zeros(L), np.zeros(L), np.zeros((STAGES, L)), room.state
     edge = np.zeros((2, 2, grid.top + 4))
     h, hv, W = np.zeros(L), np.zeros(L), np.zeros((L, L))
     C, S, moved = np.zeros(grid.top + 4), np.zeros(grid.top + 4), np.zeros((2, columns))
     stick = 0.0
-    # slip: rows of derivatives of the angle at _BLOCK nodes, summed with their weights by one product
-    angles, weights = np.zeros((_BLOCK, columns)), np.zeros((2 * L, _BLOCK))
-    bases, limits = np.zeros((_BLOCK, L)), np.zeros((2 * L, _BLOCK))
-    by_angle, by_limit = np.zeros((2 * L, columns)), np.zeros((2 * L, L))
-    slipping = np.zeros((2, L))
-    rates, g, J = np.zeros((STAGES, columns)), np.zeros(STAGES), np.zeros((STAGES, STAGES))
-    B, start = np.zeros((STAGES, STAGES)), np.zeros(STAGES)
+    # slip: rows of both forces with their derivatives at _BLOCK nodes, summed with their weights by one product
+    wide = columns + 1
+    rows, weighted = room.rows, room.weighted
+    sums, angles = np.zeros((L, 2 * wide)), np.zeros((STAGES, columns))
+    rates, J, B = np.zeros((STAGES, columns)), np.zeros((STAGES, STAGES)), np.zeros((STAGES, STAGES + 1))
     filled, was_slip, opened = 0, False, arcs.shape[0] == 0 or arcs[0, 2] < 0.5
     for piece in range(count):
         kind, a, b = pieces.kind[piece], pieces.at[piece, 0], pieces.at[piece, 1]
@@ -838,15 +1002,10 @@ def differentiate(
         theta = pieces.at[piece, 4]
         if kind == LAST_SLIP:
             basis_row(0.5 * (a + b), grid, room, H, dH)
-            c, s, limit = np.cos(theta), np.sin(theta), p.b * pieces.rates[piece, 0, 2]
+            angles[0] = 0.0
+            force_row(p, pieces.rates[piece, 0, 2], np.cos(theta), np.sin(theta), H, angles[0], rows[filled])
             for j in range(L):
-                bases[filled, j] = H[j]
-                w = (b - a) / pi * H[j] * (0.5 if j == 0 else 1.0)
-                slipping[0, j] += w * limit * c
-                slipping[1, j] += w * limit * s
-                limits[j, filled], limits[L + j, filled] = w * c, w * s
-                weights[j, filled], weights[L + j, filled] = 0.0, 0.0
-            angles[filled] = 0.0
+                weighted[filled, j] = (b - a) / pi * H[j]
             filled += 1
             was_slip = False
             D[:] = 0.0
@@ -868,72 +1027,47 @@ def differentiate(
                     turn[j] = over * (c * D[1, j] - s * D[0, j])
             length = b - a
             for i in range(STAGES):
-                basis_row(a + _C[i] * length, grid, room, H, dH)
-                angle = pieces.theta[piece, i]
-                c, s = np.cos(angle), np.sin(angle)
-                d1, d2, limit = pieces.rates[piece, i, 0], pieces.rates[piece, i, 1], p.b * pieces.rates[piece, i, 2]
-                over = p.kt / limit
-                g[i] = over * (d2 * c - d1 * s)
-                slope = -over * (d1 * c + d2 * s)
+                basis_row(a + _C[i] * length, grid, room, bases[i], dH)
+                room.theta[i] = pieces.theta[piece, i]
+                room.nodes[i] = pieces.rates[piece, i]
+                room.cos[i], room.sin[i] = circle(room.theta[i])
+                c, s, depth = room.cos[i], room.sin[i], room.nodes[i, 2]
+                over = p.kt / (p.b * depth)
+                g = over * (room.nodes[i, 1] * c - room.nodes[i, 0] * s)
+                slope = -over * (room.nodes[i, 0] * c + room.nodes[i, 1] * s)
+                by1, by2, by3 = -over * s, over * c, -g / depth
                 for j in range(STAGES):
                     J[j, i] = -length * _A[j, i] * slope
-                row = filled + i
+                    B[i, j] = length * _A[i, j]
+                B[i, STAGES] = 1.0
                 for j in range(L):
-                    bases[row, j] = H[j]
-                    rates[i, j], rates[i, L + j] = -over * s * dH[j], over * c * dH[j]
-                    rates[i, 2 * L + j] = -g[i] * p.b / limit * H[j]
-                    w = length * _A[z, i] / pi * H[j] * (0.5 if j == 0 else 1.0)
-                    slipping[0, j] += w * limit * c
-                    slipping[1, j] += w * limit * s
-                    limits[j, row], limits[L + j, row] = w * c, w * s
-                    weights[j, row], weights[L + j, row] = -w * limit * s, w * limit * c
-                rates[i, q + V1], rates[i, q + V2] = -over * s, over * c
-                rates[i, q + KT], rates[i, q + MU], rates[i, q + KN] = g[i] / p.kt, -g[i] / p.mu, -g[i] / p.kn
-                rates[i, q + GAP] = g[i] * p.b / limit
+                    rates[i, j], rates[i, L + j], rates[i, 2 * L + j] = by1 * dH[j], by2 * dH[j], by3 * bases[i, j]
+                rates[i, q + V1], rates[i, q + V2] = by1, by2
+                rates[i, q + KT], rates[i, q + MU], rates[i, q + KN] = g / p.kt, -g / p.mu, -g / p.kn
+                rates[i, q + GAP] = -by3
             for i in range(STAGES):
                 J[i, i] += 1.0
-            # angles = J^-1 (1 turn + length A rates)
-            for i in range(STAGES):
-                for k in range(STAGES):
-                    B[i, k] = length * _A[i, k]
-                start[i] = 1.0
-            eliminate(J, B, start)
-            for i in range(STAGES):
-                row = filled + i
+            divide(J, B)
+            for i in range(STAGES):  # angles = J^-1 (1 turn + length A rates)
                 for j in range(columns):
-                    angles[row, j] = start[i] * turn[j]
-                for k in range(STAGES):
-                    factor = B[i, k]
-                    for j in range(columns):
-                        angles[row, j] += factor * rates[k, j]
-            filled += STAGES
-            for j in range(columns):
-                turn[j] = angles[filled - 1, j]
-            # the force at the end
-            angle = pieces.theta[piece, z]
-            c, s, limit = np.cos(angle), np.sin(angle), p.b * pieces.rates[piece, z, 2]
-            for j in range(columns):
-                D[0, j], D[1, j] = -limit * s * turn[j], limit * c * turn[j]
-            over = 1.0 / pieces.rates[piece, z, 2]
-            for r in range(2):
-                along = c if r == 0 else s
+                    total = B[i, STAGES] * turn[j]
+                    for k in range(STAGES):
+                        total += B[i, k] * rates[k, j]
+                    angles[i, j] = total
+                force_row(p, room.nodes[i, 2], room.cos[i], room.sin[i], bases[i], angles[i], rows[filled])
+                weight = length * _A[z, i] / pi
                 for j in range(L):
-                    D[r, 2 * L + j] += p.b * along * H[j]
-                D[r, q + MU] += limit / p.mu * along
-                D[r, q + KN] += limit / p.kn * along
-                D[r, q + GAP] -= p.b * along
+                    weighted[filled, j] = weight * bases[i, j]
+                filled += 1
+            for j in range(columns):
+                turn[j], D[0, j], D[1, j] = angles[z, j], rows[filled - 1, 1 + j], rows[filled - 1, wide + 1 + j]
             was_slip = True
-        if filled > _BLOCK - STAGES or piece == count - 1:
-            weights[:, filled:] = 0.0
-            limits[:, filled:] = 0.0
-            by_angle += np.dot(weights, angles)
-            by_limit += np.dot(limits, bases)
+        if filled > _BLOCK - STAGES:
+            sums += np.dot(weighted[:filled].T, rows[:filled])
             filled = 0
     if filled > 0:
-        weights[:, filled:] = 0.0
-        limits[:, filled:] = 0.0
-        by_angle += np.dot(weights, angles)
-        by_limit += np.dot(limits, bases)
+        sums += np.dot(weighted[:filled].T, rows[:filled])
+    sums[0] *= 0.5
     for i in range(grid.top):
         C[i] /= i + 1.0
         S[i] /= i + 1.0
@@ -945,15 +1079,10 @@ def differentiate(
             for j in range(1, L):
                 moves += W[i, j] * X[j]
                 dF[r, i, r * L + j] += p.kt * W[i, j]
-            F[r, i] += p.kt * moves + slipping[r, i]
+            F[r, i] += p.kt * moves + sums[i, r * wide]
             dF[r, i, q + KT] += moves
-            dF[r, i, q + MU] += slipping[r, i] / p.mu
-            dF[r, i, q + KN] += slipping[r, i] / p.kn
-            dF[r, i, q + GAP] -= p.b * by_limit[r * L + i, 0]
-            for j in range(L):
-                dF[r, i, 2 * L + j] += p.b * by_limit[r * L + i, j]
             for j in range(columns):
-                dF[r, i, j] += by_angle[r * L + i, j]
+                dF[r, i, j] += sums[i, r * wide + 1 + j]
     return F, dF, D
 
 
@@ -988,72 +1117,100 @@ def contact_arcs(p: Planar, grid: Grid) -> tuple[bool, Array]:
 @compiled(allocates=True)
 def new_room(grid: Grid) -> Room:
     """Room of one thread."""
-    padded = grid.orders.size
+    padded, L = grid.orders.size, 2 * grid.n + 1
     return Room(
-        np.zeros(padded), np.zeros(padded), np.zeros((STAGES, STAGES)), np.zeros(STAGES), np.zeros(STAGES),
-        np.zeros(STAGES), np.zeros((STAGES, 4)), np.zeros(STAGES), np.zeros(6),
+        np.zeros(padded), np.zeros(padded), np.zeros((STAGES, STAGES)), np.zeros(STAGES),
+        np.zeros((STAGES, padded)), np.zeros((STAGES, padded)), np.zeros((STAGES, 4)),
+        np.zeros(STAGES), np.zeros(STAGES), np.zeros(STAGES), np.zeros(STAGES), np.zeros(STAGES), np.zeros((3, STAGES)),
+        np.zeros(6), np.zeros((_BLOCK, 2 * (3 * L + COLUMNS + 1))), np.zeros((_BLOCK, L)),
     )  # fmt: skip
 
 
 @compiled(allocates=True)
 def new_pieces(room: int) -> Pieces:
     """Room for the pieces of a period."""
-    return Pieces(np.zeros(room, np.int64), np.zeros((room, 5)), np.zeros((room, STAGES)), np.zeros((room, STAGES, 4)))
+    return Pieces(np.zeros(room, np.int64), np.zeros((room, 6)), np.zeros((room, STAGES)), np.zeros((room, STAGES, 4)))
 
 
 @compiled(allocates=True)
 def periodic(
-    p: Planar, arcs: Array, f1: float, f2: float, tolerance: float, grid: Grid, room: Room, pieces: Pieces, P: Array
-) -> int:
-    """Pieces of the period that ends as it begins, from a guess of the force; their number, ``FULL`` or ``LOST``.
+    p: Planar,
+    arcs: Array,
+    f1: float,
+    f2: float,
+    tolerance: float,
+    grid: Grid,
+    room: Room,
+    pieces: Pieces,
+    old: Pieces,
+    P: Array,
+) -> tuple[int, float, float]:
+    """Pieces of the period that ends as it begins, from a guess of the force: their number, ``FULL`` or ``LOST``; and
+    what the force at its end is more than that at its start, which Newton's next step makes nothing.
 
     Marching never lets two states part (the circle is convex), so it converges; Newton's steps make it quick.
-    """
+    """  # fmt: skip
     o = room.state
     look(p, arcs[0, 0], grid, room, o)
     limit = p.b * o[4]
-    best, stalled, wanted = 1e300, 0, tolerance
+    best, stalled, wanted, count = 1e300, 0, tolerance, 0
     for lap in range(_PERIODS):
-        count, g1, g2 = march(p, f1, f2, arcs, tolerance, grid, room, pieces, P)
+        for i in range(count):
+            old.kind[i] = pieces.kind[i]
+            old.at[i] = pieces.at[i]
+            old.theta[i] = pieces.theta[i]
+            old.rates[i] = pieces.rates[i]
+        count, g1, g2 = march(p, f1, f2, arcs, tolerance, grid, room, old, count, pieces, P)
         if count < 0:
-            return count
+            return count, 0.0, 0.0
         r1, r2 = g1 - f1, g2 - f2
         gap = max(abs(r1), abs(r2))
         if gap <= 4e-15 * limit:
-            return count
+            return count, r1, r2
         stalled = stalled + 1 if gap >= 0.5 * best else 0
         best = min(best, gap)
         if stalled > 1 and gap <= 1e-2 * limit:  # panels that change from lap to lap
             if gap <= wanted * limit:
-                return count
-            tolerance, best, stalled = max(0.1 * tolerance, 1e-14), 1e300, 0
+                return count, r1, r2
+            tolerance, best, stalled, count = max(0.1 * tolerance, 1e-14), 1e300, 0, 0
         a, b, c, d = 1.0 - P[0, 0], -P[0, 1], -P[1, 0], 1.0 - P[1, 1]
         det = a * d - b * c
         n1, n2 = g1, g2
         if det != 0.0 and lap % 6 < 5:
             s1, s2 = (d * r1 - b * r2) / det, (a * r2 - c * r1) / det
-            shorter = min(1.0, 0.5 * limit / max(abs(s1), abs(s2), 1e-300))
+            step = max(abs(s1), abs(s2))
+            if step <= min(_CLOSED, 0.1 * wanted) * limit:
+                return count, r1, r2
+            shorter = min(1.0, 0.5 * limit / step)
             n1, n2 = f1 + shorter * s1, f2 + shorter * s2
         size = np.sqrt(n1 * n1 + n2 * n2)
         if size > limit:
             n1, n2 = n1 * limit / size, n2 * limit / size
         f1, f2 = n1, n2
-    return LOST
+    return LOST, 0.0, 0.0
 
 
 @compiled(allocates=True)
 def settle(
-    p: Planar, whole: bool, arcs: Array, tolerance: float, grid: Grid, room: Room, pieces: Pieces, P: Array
-) -> tuple[int, Array, Array]:
-    """The periodic state in ``pieces``: their number, ``FULL`` or ``LOST``.
+    p: Planar,
+    whole: bool,
+    arcs: Array,
+    tolerance: float,
+    grid: Grid,
+    room: Room,
+    pieces: Pieces,
+    old: Pieces,
+    P: Array,
+) -> tuple[int, float, float, Array, Array]:
+    """The periodic state in ``pieces``: their number, ``FULL`` or ``LOST``; what remains of ``periodic``.
 
     A contact that never slips has one piece, of all the period, with the mean force in the place of that at the start;
     that mean is one of many: it is returned with its derivatives (2,), (2, columns); else arrays of no length.
-    """
+    """  # fmt: skip
     none, nothing = np.zeros(0), np.zeros((0, 0))
     if not whole:
-        count, _, _ = march(p, 0.0, 0.0, arcs, tolerance, grid, room, pieces, P)
-        return count, none, nothing
+        count, _, _ = march(p, 0.0, 0.0, arcs, tolerance, grid, room, old, 0, pieces, P)
+        return count, 0.0, 0.0, none, nothing
     o, f1, f2 = room.state, 0.0, 0.0
     look(p, 0.0, grid, room, o)
     limit, speed = p.b * o[4], np.sqrt(p.v1 * p.v1 + p.v2 * p.v2)
@@ -1066,11 +1223,12 @@ def settle(
         if least <= 0.0:
             pieces.kind[0] = STICK
             pieces.at[0, 0], pieces.at[0, 1], pieces.at[0, 2], pieces.at[0, 3] = 0.0, TWO_PI, f1, f2
-            return 1, np.array([c1, c2]), dc
+            return 1, 0.0, 0.0, np.array([c1, c2]), dc
         size = np.sqrt(f1 * f1 + f2 * f2)
         if size > limit:
             f1, f2 = f1 * limit / size, f2 * limit / size
-    return periodic(p, arcs, f1, f2, tolerance, grid, room, pieces, P), none, nothing
+    count, r1, r2 = periodic(p, arcs, f1, f2, tolerance, grid, room, pieces, old, P)
+    return count, r1, r2, none, nothing
 
 
 @compiled(allocates=True, nogil=True)
@@ -1087,21 +1245,21 @@ def run_planar(
     forces, derivatives, scalars = outputs
     L, q = 2 * grid.n + 1, 3 * (2 * grid.n + 1)
     kept = q + COLUMNS - 2
-    room, pieces, P = new_room(grid), new_pieces(capacity), np.zeros((2, 2))
+    room, pieces, old, P = new_room(grid), new_pieces(capacity), new_pieces(capacity), np.zeros((2, 2))
     for e in range(first, last):
         F, dF = forces[e], derivatives[e]
         if not (np.isfinite(X[e]).all() and np.isfinite(par[e]).all()):
             F[:], dF[:], scalars[e] = np.nan, np.nan, np.nan
             continue
         F[:], dF[:], scalars[e] = 0.0, 0.0, 0.0
-        p = element(X[e], par[e])
+        p = element(X[e], par[e], grid)
         whole, arcs = contact_arcs(p, grid)
         length = normal_force(p, arcs, grid, F[2], dF[2])
         scalars[e, 2] = 1.0 - length / TWO_PI
         if arcs.shape[0] == 0 or p.mu == 0.0 or p.kt == 0.0:
             scalars[e, 1] = length / TWO_PI
             continue
-        count, mean, dc = settle(p, whole, arcs, tolerance, grid, room, pieces, P)
+        count, r1, r2, mean, dc = settle(p, whole, arcs, tolerance, grid, room, pieces, old, P)
         if count == FULL:
             return e
         if count == LOST:
@@ -1128,9 +1286,12 @@ def run_planar(
             for r in range(2):
                 for i in range(L):
                     dF[r, i, j] = dG[r, i, j] + dG[r, i, kept] * s1 + dG[r, i, kept + 1] * s2
+        s1, s2 = 0.0, 0.0
+        if whole and det != 0.0:
+            s1, s2 = (d * r1 - b * r2) / det, (a * r2 - c * r1) / det
         for r in range(2):
             for i in range(L):
-                F[r, i] = G[r, i]
+                F[r, i] = G[r, i] + dG[r, i, kept] * s1 + dG[r, i, kept + 1] * s2
         stick = 0.0
         for i in range(count):
             if pieces.kind[i] == STICK:
@@ -1147,21 +1308,27 @@ def trace(X: Array, par: Array, tables: Any, tolerance: float, capacity: int) ->
     None of a contact that is open, or has no friction; the arcs of contact come last.
     """
     grid = Grid(*tables)
-    p = element(X, par)
+    p = element(X, par, grid)
     whole, arcs = contact_arcs(p, grid)
     pieces, count = new_pieces(capacity), 0
     if arcs.shape[0] > 0 and p.mu > 0.0 and p.kt > 0.0:
-        count, _, _ = settle(p, whole, arcs, tolerance, grid, new_room(grid), pieces, np.zeros((2, 2)))
-    return count, pieces.kind, pieces.at, pieces.theta, arcs
+        old, P = new_pieces(capacity), np.zeros((2, 2))
+        count, _, _, _, _ = settle(p, whole, arcs, tolerance, grid, new_room(grid), pieces, old, P)
+    return count, pieces.kind, pieces.at[:, :5], pieces.theta, arcs
 
 
 @compiled(allocates=True)
-def element(X: Array, par: Array) -> Planar:
+def element(X: Array, par: Array, grid: Grid) -> Planar:
     """One element: the tangential means do not matter."""
     X1, X2, Y = X[0].copy(), X[1].copy(), X[2].copy()
     X1[0], X2[0] = 0.0, 0.0
     Y[0] -= par[5]
-    return Planar(X1, X2, Y, par[0], par[1], par[2], par[3], par[4], par[3] * par[4])
+    series = np.zeros((grid.n, 12))
+    for j in range(grid.n):
+        i, m, a = 2 * j + 1, grid.orders[j], series[j]
+        a[0], a[1], a[2], a[3], a[4], a[5] = m * X1[i + 1], m * X2[i + 1], Y[i], m * Y[i + 1], X1[i], X2[i]
+        a[6], a[7], a[8], a[9], a[10], a[11] = -m * X1[i], -m * X2[i], Y[i + 1], -m * Y[i], X1[i + 1], X2[i + 1]
+    return Planar(X1, X2, Y, par[0], par[1], par[2], par[3], par[4], par[3] * par[4], series)
 
 
 @compiled(allocates=True)
