@@ -192,7 +192,7 @@ def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
     if "array" in plain:
         return arrays[plain["array"]]
     if "csc" in plain:
-        return _sparse(*(np.asarray(_made(part, arrays)) for part in plain["csc"]), rows=plain.get("rows"))
+        return _sparse([np.asarray(_made(part, arrays)) for part in plain["csc"]], plain.get("rows"))
     if "map" in plain:
         return {_made(key, arrays): _made(value, arrays) for key, value in plain["map"]}
     arguments = {name: _made(value, arrays) for name, value in plain["arguments"].items()}
@@ -207,10 +207,11 @@ def _disc_dofs(sector: CyclicStructure) -> int:
     return sector.sectors * len(sector.dofs)
 
 
-def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray, rows: int | None) -> Any:
+def _sparse(parts: list[AnyArray], rows: int | None) -> Any:
     """A matrix, square where ``rows`` are not told, of which nothing is believed that its arrays do not hold."""
     from scipy.sparse import csc_array
 
+    data, indices, indptr = parts
     columns = len(indptr) - 1
     matrix = csc_array((data, indices, indptr), shape=(columns if rows is None else int(rows), columns))
     matrix.check_format(full_check=True)

@@ -32,13 +32,13 @@ class Residuals(Protocol):
     def __len__(self) -> int:
         """How many matrices."""
 
-    def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray:
-        """``sum_p weight_p R_p x`` (n_rows, k) for numbers on the first columns, (any, k)."""
+    def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
+        """``sum_p weight_p R_p x`` (n_rows, k) for numbers on the first columns, (any, k); 0 of no matrices."""
 
-    def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray:
+    def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
         """``sum_p weight_p R_p^T z`` (n_columns, k) for numbers on the rows, (n_rows, k)."""
 
-    def reach(self, sizes: Array, weight: Array) -> Array:
+    def reach(self, sizes: Array, weight: Array) -> Array | float:
         """``sum_p weight_p |R_p| sizes`` (n_rows, k), or more, for sizes on the first columns, (any, k)."""
 
     def entries(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> list[Array]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -180,9 +181,9 @@ class Truncation:
         return float(grid[max(above[0] - 1, 0)]) if len(above) else float("inf")
 
 
-def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Any]:
     """What :class:`Truncation` takes of load shapes; second responses where all have one."""
-    arrays = {}
+    arrays: dict[str, Any] = {}
     if shapes:
         arrays["participation"] = np.array([shape["participation"] for shape in shapes])
         arrays["load_response"] = np.column_stack([shape["static_response"] for shape in shapes])
