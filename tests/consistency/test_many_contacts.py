@@ -83,13 +83,20 @@ def test_residuals_solved_for_at_twenty_contacts():
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize(
-    "n, span, points", [(100, (1600.0, 1900.0), 9), (300, (1600.0, 1850.0), 5), (1000, (1640.0, 1700.0), 3)]
-)
-def test_residuals_solved_for_through_a_resonance(n, span, points):
-    written, solved = kinds(n, span, points)
+def test_residuals_solved_for_through_a_resonance():
+    written, solved = kinds(100, (1640.0, 1760.0), 4)
     same_kinds(written, solved)
     assert float(written.dataset.slip_fraction.max()) > 0.02
+    assert float(written.dataset.separation_fraction.max()) > 0.3
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("n", [300, 1000])
+def test_residuals_solved_for_at_hundreds_of_contacts(n):
+    """On the flank of the resonance, where many slip or lift off."""
+    problems = (PLATE.problem(*PLATE.plate(*PLATE.GRIDS[n], residuals=kind)) for kind in ("written", "solved"))
+    written, solved = (ss.steady_response(problem, omega=[1660.0, 1685.0]) for problem in problems)
+    same_kinds(written, solved, kind=None)
     assert float(written.dataset.separation_fraction.max()) > 0.3
 
 

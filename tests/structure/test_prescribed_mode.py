@@ -46,7 +46,7 @@ def test_derivatives_and_factors():
     assert np.allclose(rates[0], slope)
     for along in (None, {XI: 1.0}):
         f = receptance.factors(ORDERS, 4.0, along)
-        parts = np.array(f.parts)
+        parts = np.array(f.parts.matrices)
         whole = np.einsum("rj,kj,cj->krc", f.left, f.weight, f.right) + np.einsum("pk,prc->krc", f.part_weight, parts)
         assert np.allclose(whole, np.concatenate([receptance.static[None], value]), rtol=1e-10)
         rate = np.einsum("rj,kj,cj->krc", f.left, f.slope, f.right) + np.einsum("pk,prc->krc", f.part_slope, parts)

@@ -33,7 +33,7 @@ class Residuals(Protocol):
         """How many matrices."""
 
     def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
-        """``sum_p weight_p R_p x`` (n_rows, k) for numbers on the first columns, (any, k)."""
+        """``sum_p weight_p R_p x`` (n_rows, k) for numbers on the first columns, (any, k); 0 of no matrices."""
 
     def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
         """``sum_p weight_p R_p^T z`` (n_columns, k) for numbers on the rows, (n_rows, k)."""

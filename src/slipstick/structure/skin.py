@@ -105,6 +105,7 @@ class AtSkin:
 
         How what the modes leave out grows with frequency is not known at the skin.
         """
-        static = np.column_stack([self.skin.static @ columns, *(self.skin.loads[name] for name in shapes)])
+        known: Any = columns  # dense or sparse
+        static = np.column_stack([self.skin.static @ known, *(self.skin.loads[name] for name in shapes)])
         left = self.basis.T @ self.skin.modes
         return self.structure.receptance_to(left, self.basis.T @ static, columns, shapes)

@@ -183,7 +183,7 @@ class Truncation:
 
 def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Any]:
     """What :class:`Truncation` takes of load shapes; second responses where all have one."""
-    arrays = {}
+    arrays: dict[str, Any] = {}
     if shapes:
         arrays["participation"] = np.array([shape["participation"] for shape in shapes])
         arrays["load_response"] = np.column_stack([shape["static_response"] for shape in shapes])

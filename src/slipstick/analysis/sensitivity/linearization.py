@@ -88,6 +88,8 @@ class Linearization:
     def solutions(self, directions: Sequence[Move]) -> tuple[Array, Array]:
         """How the solution moves along directions: unknowns (n, N) and outputs (n, n_outputs, L)."""
         still = np.zeros(self.balance.size)
+        if not directions:
+            return np.zeros((0, still.size)), np.zeros((0, len(self.outputs), self.balance.L))
         R = [self.change(still, direction)[0] for direction in directions]
         dX = -self.jacobian.solve(np.column_stack(R)).T
         U = [self.change(dx, direction)[1] for dx, direction in zip(dX, directions, strict=True)]
