@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import against_pyharm
 import curves
 import element
+import in_time
 import numba
 import numpy as np
 import scipy
@@ -85,6 +86,7 @@ SECTIONS = {
     "pyharm-element": Section("An element with constant load, beside pyHarm", lambda: pyharm(against_pyharm.element)),
     "pyharm-curve": Section("The oscillator's curve, beside pyHarm", lambda: pyharm(against_pyharm.curve)),
     "curves": Section("Curves, after warm-up", curves.measure),
+    "in-time": Section("Time integration of the reduced blade", in_time.measure),
     "contacts": Section("Many contacts, eight points on a flank", lambda: contacts(10, 50, 100, 200)),
     "contacts-whole": Section("Many contacts, whole curves", lambda: contacts(100, 1000, whole=True), long=True),
     "blade": Section("From nothing to a reduced blade", lambda: blades("medium")),
