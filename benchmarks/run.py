@@ -25,6 +25,7 @@ import against_pyharm
 import curves
 import element
 import ensembles
+import in_time
 import numba
 import numpy as np
 import scipy
@@ -89,6 +90,7 @@ SECTIONS = {
     "curves": Section("Curves, after warm-up", curves.measure),
     "besides": Section("What is asked of a curve besides, in curves", curves.besides),
     "ensembles": Section("Curves of a study, in lockstep and alone", ensembles.measure),
+    "in-time": Section("Time integration of the reduced blade", in_time.measure),
     "contacts": Section("Many contacts, eight points on a flank", lambda: contacts(10, 50, 100, 200)),
     "contacts-whole": Section("Many contacts, whole curves", lambda: contacts(100, 1000, whole=True), long=True),
     "blade": Section("From nothing to a reduced blade", lambda: blades("medium")),

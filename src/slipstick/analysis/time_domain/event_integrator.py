@@ -274,17 +274,17 @@ class Stepper:
         """Pieces and state changes of one period; ends with ``self.z``, ``self.states`` set to the state at its end."""
         self.z, self.states = z.copy(), states
         system, i = self.model.system, 0
-        forcing = np.array([system.forcing(tau + k * self.step) for k in range(self.steps)])
         while i < self.steps:
             linear = self.model(self.states)
             if not (linear.smooth or linear.regimes):
-                starts = self._steady(linear, forcing[i : i + _CHUNK])
+                now = tau + self.step * np.arange(i, min(i + _CHUNK, self.steps), dtype=float)
+                starts = self._steady(linear, system.forcings(now))
                 for start in starts:
                     yield Piece(tau=tau + i * self.step, fraction=1.0, states=self.states, linear=linear, start=start)
                     i += 1
                 if len(starts) == _CHUNK or i == self.steps:
                     continue
-            self.z[system.n_dynamic :] = forcing[i]
+            self.z[system.n_dynamic :] = system.forcing(tau + i * self.step)
             yield from self._one_step(tau + i * self.step)
             i += 1
         self.z[system.n_dynamic :] = system.forcing(tau + 2 * np.pi)

@@ -163,9 +163,13 @@ class FrictionSystem:
 
     def forcing(self, tau: float) -> Array:
         """The last entries of z: 1, cos m tau, sin m tau, ..."""
-        out = np.ones(1 + 2 * len(self.orders))
-        angle = tau * np.asarray(self.orders, dtype=float)
-        out[1::2], out[2::2] = np.cos(angle), np.sin(angle)
+        return self.forcings(np.array([tau]))[0]
+
+    def forcings(self, tau: Array) -> Array:
+        """The same at phases (k,), (k, n_forcing)."""
+        out = np.ones((len(tau), 1 + 2 * len(self.orders)))
+        angle = np.outer(tau, np.asarray(self.orders, dtype=float))
+        out[:, 1::2], out[:, 2::2] = np.cos(angle), np.sin(angle)
         return out
 
 

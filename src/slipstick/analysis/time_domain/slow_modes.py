@@ -1,4 +1,4 @@
-"""The periodic state of a structure of many modes by Newton's method on its slow modes alone.
+"""The periodic state of a structure of many modes by Newton's method on its slow modes alone (THEORY.md (12.3)).
 
 Modes far above the forcing follow the forces on them nearly as static flexibilities. With these instead of them the
 period map and its derivative are small. Its periodic state, the fast modes added to it, is carried over a period of

@@ -143,7 +143,7 @@ def transient(
     method
         "march" integrates period after period; "shooting" corrects the start of a period by Newton's method on the
         period map (needed where damping is light). Of a modal structure with many fast modes Newton's method sees the
-        slow ones; the periods whose change is told are those of all modes.
+        slow ones; the periods whose change is reported are those of all modes.
     initial
         Periodic motion of the contacts to start from; None is rest.
     record_periods
