@@ -148,3 +148,39 @@ def test_study_loops_and_report(tmp_path: Any) -> None:
     energy = sum(np.trapezoid(loop["force"], loop["total"]) for loop in (first, second))
     assert energy * float(branch.dataset["omega"][3]) / (2.0 * np.pi) == pytest.approx(power, rel=1e-3)
     assert branch.report(tmp_path / "r.html")
+
+
+CIRCLE = ss.Problem(
+    ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=40.0 * np.eye(2), dofs=["x", "y"]),
+    contacts=[
+        ss.ContactPair(
+            name="foot", contact=ss.PlanarFrictionContact(kt=100.0, mu=0.3, normal_load=800.0), tangential=("x", "y")
+        )
+    ],
+    loads=[ss.Load(dof="x", cos=200.0), ss.Load(dof="y", sin=200.0)], harmonics=range(4),
+)  # fmt: skip
+
+
+class TestCircleThatSlipsEverywhereAtOnce:
+    """Stuck, the circle has the amplitude p / |k + kt - omega^2 + i c omega|; it slips where that is mu N / kt."""
+
+    @staticmethod
+    def marked(branch: ss.Branch, name: str) -> list[float]:
+        d = branch.dataset
+        assert branch.outcome.ok
+        return [float(value) for value in d[name].to_numpy()[d["kind"].to_numpy() == "state change"]]
+
+    @pytest.mark.parametrize("stability", [False, True])
+    @pytest.mark.parametrize("span", [(2.0, 20.0), (20.0, 2.0)])
+    def test_both_corners_over_frequency(self, span: tuple[float, float], stability: bool) -> None:
+        roots = np.roots([1.0, -2.0 * 140.0 + 0.4**2, 140.0**2 - (200.0 / 2.4) ** 2])
+        begins, ends = sorted(np.sqrt(roots.real), reverse=span[0] > span[1])
+        found = self.marked(ss.forced_response(CIRCLE, omega=span, stability=stability), "omega")
+        assert found == [pytest.approx(begins, abs=2e-4), pytest.approx(ends, abs=5e-8)]  # of the element: 1e-8
+
+    def test_over_the_normal_load(self) -> None:
+        limit = 100.0 * 200.0 / abs(140.0 - 64.0 + 3.2j) / 0.3
+        loads = [(600.0, 1200.0, 5e-8), (1200.0, 600.0, 1e-4)]
+        for start, stop, within in loads:
+            branch = ss.parameter_response(CIRCLE, "foot.normal_load", (start, stop), omega=8.0)
+            assert self.marked(branch, "parameter") == [pytest.approx(limit, rel=within)]

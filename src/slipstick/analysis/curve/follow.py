@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -225,7 +226,9 @@ class CurveRun(Run[CurveRequest]):
                     segment.message, segment.error = steps.message, steps.error
                     return
                 point = self._point(step, before, steps.residual)
-                before = before if step.place is not None else step
+                if step.place is None:
+                    yield from self._at_once(request, before, step)
+                    before = step
                 segment.add(step.parameter, step.x)
                 self.checkpoint = state.checkpoint(step, steps, self.seconds)
                 self.progress, self.step = progress(state.segments), steps.step_length
@@ -247,6 +250,14 @@ class CurveRun(Run[CurveRequest]):
                 return
             yield replace(first, kind=STATE_CHANGE)
             yield from points
+
+    def _at_once(self, request: CurveRequest, before: Step | None, step: Step) -> Generator[Point, None, None]:
+        """The corner between two steps on one side of which a contact sticks at all times, on the other slips."""
+        if before is None or not any(batch.law.slips_at_once for batch in request.balance.batches):
+            return
+        corner = where_all_slips(request, before, step)
+        if corner is not None:
+            yield replace(self._point(corner, None, corner.residual_norm), kind=STATE_CHANGE)
 
     def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> StateContinuation | None:
         """From the first point of a segment, or from where it was interrupted; None without a first point."""
@@ -317,6 +328,8 @@ class CurveRun(Run[CurveRequest]):
 _REACHES = (1e-4, 1e-3, 1e-2, 0.05)
 """Of the range: how far beyond its end the rest of a segment is sought."""
 _NEAREST = 1e-7
+_AT_ALL_TIMES = 1.0 - 1e-9
+"""Change of the part in slip that is one from stick at all times to slip at all times."""
 _FARTHEST, _CONTINUOUS = 0.5, 1e-3
 """Of the motion: how far off it is sought, and how far apart both sides of a corner may be."""
 
@@ -356,6 +369,42 @@ def beyond_corner(request: CurveRequest, segment: Segment) -> Departure | None:
             direction = np.append(np.zeros(x.size), np.sign(span))
             return Departure(x=nearest[1], at=nearest[0], direction=direction)
     return None
+
+
+def where_all_slips(request: CurveRequest, first: Step, second: Step) -> Step | None:
+    """The last step at which a contact sticks at all times, where it slips at all times beyond; None: there is none.
+
+    The corner of ``beyond_corner``, when a step leads across: it is narrowed down from the side that sticks, where
+    the motion is smooth.
+    """
+    before, after = slip_fractions(request, first), slip_fractions(request, second)
+    crossing = np.abs(after - before) > _AT_ALL_TIMES
+    if not crossing.any():
+        return None
+    sticking, slipping = (second, first) if before[crossing][0] > after[crossing][0] else (first, second)
+    low, high, found = sticking.parameter, slipping.parameter, copy(sticking)
+    least = 1e-12 * abs(request.stop - request.start)
+    while abs(high - low) > least:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        options, scale = request.options.newton, norm(found.x) or 1.0
+        result = newton_at(request.system, found.x, middle, options=options, scale=scale)
+        there = copy(sticking)
+        there.state, there.evaluation = np.append(result.x, middle), result.evaluation
+        there.iterations, there.residual_norm = result.iterations, result.residual_norm
+        if result.converged and not slip_fractions(request, there)[crossing].any():
+            low, found = middle, there
+        else:
+            high = middle
+    return found
+
+
+def slip_fractions(request: CurveRequest, step: Step) -> Array:
+    """Parts of the period in slip of the contacts that can begin to slip at all times at once."""
+    batches, responses = request.balance.batches, step.evaluation.detail.responses
+    pairs = zip(batches, responses, strict=True)
+    return np.concatenate([response.detail.slip_fraction for batch, response in pairs if batch.law.slips_at_once])
 
 
 def special_points(request: CurveRequest) -> SpecialPoints | None:
