@@ -47,3 +47,29 @@ kt = 2e5
 mu = 0.3
 normal_load = 0.7
 """
+
+
+MEASURED = """
+format = 1
+harmonics = [0, 1, 3]
+[structure]
+kind = "measured"
+file = "rig.npz"
+{keys}[[load]]
+dof = "low"
+sin = 8.0
+[[contact]]
+name = "joint"
+tangential = {{ tip = 1.0, root = -1.0 }}
+kt = 20.0
+mu = 0.3
+normal_load = 20.0
+[response]
+from = 4.0
+to = {to}
+"""
+
+
+def measured(keys: str = "", to: float = 9.0) -> str:
+    """The case of a joint between two points of a structure measured in rig.npz, with these lines of the structure."""
+    return MEASURED.format(keys=keys, to=to)

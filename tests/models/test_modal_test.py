@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from helpers.cases import measured as measured_case
 from helpers.faults import raises_fault
 
 import slipstick as ss
@@ -161,27 +162,7 @@ def test_a_case_of_a_measured_structure(tmp_path):
     table = measured().receptance.values.copy()
     table[:, 0, 1] *= 1.3
     np.savez(tmp_path / "rig.npz", omega=OMEGA, outputs=DOFS, inputs=["tip", "root"], receptance=table)
-    (tmp_path / "case.toml").write_text(
-        """
-        format = 1
-        harmonics = [0, 1, 3]
-        [structure]
-        kind = "measured"
-        file = "rig.npz"
-        [[load]]
-        dof = "low"
-        sin = 8.0
-        [[contact]]
-        name = "joint"
-        tangential = { tip = 1.0, root = -1.0 }
-        kt = 20.0
-        mu = 0.3
-        normal_load = 20.0
-        [response]
-        from = 4.0
-        to = 6.0
-        """
-    )
+    (tmp_path / "case.toml").write_text(measured_case(to=6.0))
     case = Case.from_file(tmp_path / "case.toml")
     assert case.problem().structure.dofs == ("tip", "root", "mid", "low")
     assert any("reciprocity" in sentence for sentence in case.noticed)

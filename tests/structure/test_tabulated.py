@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 import xarray as xr
+from helpers.cases import measured as measured_case
 from helpers.faults import raises_fault
 
 import slipstick as ss
@@ -197,27 +198,7 @@ def test_files_hold_it(tmp_path):
     np.testing.assert_allclose(again.dataset.displacement, branch.dataset.displacement, rtol=1e-10)
 
 
-CASE = """
-format = 1
-harmonics = [0, 1, 3]
-[structure]
-kind = "measured"
-file = "rig.npz"
-fit = "tabulated"
-beyond = "line"
-[[load]]
-dof = "low"
-sin = 8.0
-[[contact]]
-name = "joint"
-tangential = { tip = 1.0, root = -1.0 }
-kt = 20.0
-mu = 0.3
-normal_load = 20.0
-[response]
-from = 4.0
-to = 9.0
-"""
+CASE = measured_case('fit = "tabulated"\nbeyond = "line"\n')
 
 
 def test_in_a_case(tmp_path):
