@@ -5,6 +5,8 @@ export OMP_NUM_THREADS ?= 1
 # tests are rewritten and modules compiled once, not by each process, whatever the shell says
 export PYTHONDONTWRITEBYTECODE =
 VENV ?= .venv
+# all of them, or those that are named
+TESTS ?=
 LOWEST = $(VENV)-lowest
 ifeq ($(OS),Windows_NT)
 SCRIPTS = Scripts
@@ -25,7 +27,7 @@ demo: $(VENV)/.ready
 	$(BIN)/python examples/demo.py
 
 test: $(VENV)/.ready
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 $(TESTS)
 
 verify: $(VENV)/.ready
 	$(MAKE) docs
