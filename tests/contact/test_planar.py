@@ -399,8 +399,9 @@ class TestForcedCircle:
         b, limit = 240.0, 2.4
         squares = np.roots([1.0, 0.16 - 280.0, 140.0**2 - (200 / 2.4) ** 2]).real
         corners = np.sqrt(np.sort(squares)).tolist()
-        (at,) = np.flatnonzero(d["kind"].to_numpy() == "state change")
-        assert abs(float(d["omega"][at]) - corners[0]) < 1e-4
+        begins, ends = d["omega"].to_numpy()[d["kind"].to_numpy() == "state change"]
+        assert abs(begins - corners[0]) < 1e-4
+        assert abs(ends - corners[1]) < 1e-7
         w, a, stuck = (d[name].to_numpy() for name in ("omega", "amplitude", "stick_fraction"))
         a, stuck = a[:, 0], stuck[:, 0] > 0.5
         np.testing.assert_array_equal(

@@ -236,7 +236,7 @@ class TabulatedStructure:
         """Lowest and highest frequency that is answered, rad/s."""
         return (0.0, inf) if self.beyond == "line" else (float(self.omega[0]), float(self.omega[-1]))
 
-    @cached_property
+    @property
     def natural_frequencies(self) -> Array:
         """Where the table shows resonances, ascending, rad/s: to a line, no better."""
         size = np.sqrt(np.sum(np.abs(self.values[:, self.known]) ** 2, axis=1))
