@@ -144,11 +144,7 @@ def _evaluate(
     out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
     intervals = _room(count, kernel.most_intervals(tables.top)) if states else kernel.no_room
     work = ((X, Y, par), tuple(tables), out, intervals)
-    if count < SERIAL:
-        ended = [kernel.run_elements(0, count, *work)]
-    else:
-        ended = shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work))
-    for e in ended:
+    for e in shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work)):
         if e != kernel.done:
             raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
     return out, intervals

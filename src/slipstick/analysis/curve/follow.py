@@ -253,7 +253,7 @@ class CurveRun(Run[CurveRequest]):
 
     def _at_once(self, request: CurveRequest, before: Step | None, step: Step) -> Generator[Point, None, None]:
         """The corner between two steps on one side of which a contact sticks at all times, on the other slips."""
-        if before is None or not any(batch.law.slips_at_once for batch in request.balance.batches):
+        if before is None or not may_slip_at_once(request):
             return
         corner = where_all_slips(request, before, step)
         if corner is not None:
@@ -334,6 +334,11 @@ _FARTHEST, _CONTINUOUS = 0.5, 1e-3
 """Of the motion: how far off it is sought, and how far apart both sides of a corner may be."""
 
 
+def may_slip_at_once(request: CurveRequest) -> bool:
+    """Whether a curve can have the corner of a contact that begins to slip at all times at one point."""
+    return any(batch.law.slips_at_once for batch in request.balance.batches)
+
+
 def beyond_corner(request: CurveRequest, segment: Segment) -> Departure | None:
     """Where a segment goes on that ended at the corner of a square root; None where there is none such.
 
@@ -341,7 +346,7 @@ def beyond_corner(request: CurveRequest, segment: Segment) -> Departure | None:
     force grows with the root of what the circle is larger than the limit, and Newton's method finds no way from the one
     side to the other. Beyond it the curve is smooth again: a solution is found there and followed back to the corner.
     """
-    if segment.last is None or not any(batch.law.slips_at_once for batch in request.balance.batches):
+    if segment.last is None or not may_slip_at_once(request):
         return None
     (end, x), span = segment.last, request.stop - request.start
     size = norm(x)
