@@ -78,7 +78,13 @@ def besides(repeats: int = 5) -> list[Row]:
         with one_thread():
             times = interleaved([follow, *calls.values()], repeats)
         rows += [
-            {"curve": name, "besides": what, "s": float(t.min()), "curves": float(t.min() / times[:, 0].min())}
+            {
+                "curve": name,
+                "besides": what,
+                "s": float(t.min()),
+                "s, median": float(np.median(t)),
+                "curves": float(np.median(t / times[:, 0])),
+            }
             for what, t in zip(calls, times.T[1:], strict=True)
         ]
     return rows

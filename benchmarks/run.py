@@ -120,6 +120,11 @@ def processor() -> str:
     return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
+def load() -> str:
+    """Processes that wanted a processor in the last minute, on average: figures taken beside others are larger."""
+    return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
+
+
 def commit() -> str:
     """Of the sources that were measured."""
     done = subprocess.run(
@@ -140,15 +145,23 @@ def main() -> None:
     chosen = options.sections or [name for name, section in SECTIONS.items() if options.all or not section.long]
     console, stored = Console(width=200), table.Stored.open(machine())
     for name in chosen:
+        before = load()
         rows = SECTIONS[name].measure()
         if not rows:
             console.print(f"{SECTIONS[name].title}: {against_pyharm.ABSENT}")
             continue
-        stored.put(name, SECTIONS[name].title, rows, f"{datetime.now(UTC):%Y-%m-%d}", commit())
+        made = {
+            "date": f"{datetime.now(UTC):%Y-%m-%d}",
+            "commit": commit(),
+            "load": f"{before} before, {load()} after",
+            "command": f"OMP_NUM_THREADS=1 python benchmarks/run.py {name}",
+        }
+        stored.put(name, SECTIONS[name].title, rows, made=made)
         if name == "element":
             title = "Samples that the best sampled form needs, and its cost there over the exact element"
-            stored.put("equal-accuracy", title, element.equal_accuracy(rows), f"{datetime.now(UTC):%Y-%m-%d}", commit())
+            stored.put("equal-accuracy", title, element.equal_accuracy(rows), made=made)
         console.print(table.rich_table(SECTIONS[name].title, rows))
+        console.print(f"load {made['load']}; again by: {made['command']}\n")
         stored.write()
     console.print(f"kept in {stored.path.with_suffix('.md')}")
 

@@ -46,8 +46,9 @@ class Stored:
         kept = json.loads(path.read_text(encoding="utf-8"))
         return cls(path, kept["machine"], kept["sections"])
 
-    def put(self, name: str, title: str, rows: Rows, date: str, commit: str) -> None:
-        self.sections[name] = {"title": title, "date": date, "commit": commit, "rows": rows}
+    def put(self, name: str, title: str, rows: Rows, *, made: dict[str, str]) -> None:
+        """``made``: when, of which sources, beside which load, and by which command."""
+        self.sections[name] = {"title": title, **made, "rows": rows}
 
     def rows(self, name: str, **where: Any) -> Rows:
         """Rows of a section with these values."""
@@ -71,6 +72,8 @@ class Stored:
         ]
         for section in self.sections.values():
             made = f"{section['date']}, sources {section['commit']}"
+            if "command" in section:
+                made += f", load of the machine {section['load']} (1 is the benchmark's own), by `{section['command']}`"
             parts += [f"## {section['title']}\n", f"{made}\n", markdown(section["rows"])]
         return "\n".join(parts)
 

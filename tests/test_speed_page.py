@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers.benchmarks import benchmark
@@ -31,9 +33,9 @@ def element(samples: int) -> dict[str, float]:
 
 def claims() -> dict[str, float]:
     """What README says, and what the table says of it."""
-    curves = [row["s"] for row in stored.rows("curves")]
+    curves = [row["s, median"] for row in stored.rows("curves")]
     return {
-        r"about ([\d.]+) microseconds for an element with 21 coefficients": element(0)["us"],
+        r"about ([\d.]+) microseconds for an element with 21 coefficients": element(0)["us, median"],
         r"with 512 samples costs ([\d.]+) times as much": element(512)["over exact"],
         r"its tangents are wrong by ([\d.]+) % in the median": 100.0 * element(512)["tangent error, median"],
         r"and its forces by ([\d.]+) % at worst": 100.0 * element(512)["force, worst"],
@@ -50,6 +52,23 @@ def test_the_readme_claims_what_was_measured(pattern: str) -> None:
     assert found, pattern
     digits = len(found[1].replace(".", "").lstrip("0"))
     assert float(found[1]) == float(f"{claims()[pattern]:.{digits}g}")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "where"),
+    [
+        (
+            r"it takes (\d+) to (\d+) times as long as ours, and its",
+            lambda row: row["samples"] < 1024 and row["points"] < 100,
+        ),
+        (r"with 1024 samples it takes (\d+) to (\d+) times as long", lambda row: row["samples"] == 1024),
+    ],
+)
+def test_the_page_says_how_long_the_other_code_takes(pattern: str, where: Callable[[dict[str, Any]], bool]) -> None:
+    found = re.search(pattern.replace(" ", r"\s+"), PAGE)
+    assert found
+    ratios = [row["over ours"] for row in stored.rows("pyharm-curve") if row["samples"] and where(row)]
+    assert (int(found[1]), int(found[2])) == (round(min(ratios)), round(max(ratios)))
 
 
 @pytest.mark.verify
