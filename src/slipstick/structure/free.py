@@ -192,10 +192,11 @@ def free_structure(
     B[[all_names.index(name) for name in kept], np.arange(len(kept))] = 1.0
     rigid, omega, shapes = _modes(stiffness, mass, min(count, n))
     U = _inertia_relief(stiffness, mass, rigid, B, omega[0])
-    a, static, second = B.T @ shapes, B.T @ U, U.T @ (mass @ U)
+    a, static = B.T @ shapes, B.T @ U
+    second = U.T @ (mass @ U) - (a / omega**4) @ a.T
     elastic = ModalStructure(
         omega=omega, mode_shapes=a, dofs=kept, static_compliance=0.5 * (static + static.T),
-        second_residual=second - (a / omega**4) @ a.T, loss_factor=loss_factor, damping_ratio=damping_ratio,
+        second_residual=0.5 * (second + second.T), loss_factor=loss_factor, damping_ratio=damping_ratio,
     )  # fmt: skip
     return FreeStructure(elastic=elastic, rigid_shapes=B.T @ rigid)
 

@@ -563,10 +563,11 @@ def first_modes(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
     """The arrays of the first modes; the second residuals hold what the dropped ones leave."""
     if modes == arrays["omega"].size:
         return dict(arrays)
-    dropped = arrays["mode_shapes"][:, modes:] / arrays["omega"][modes:] ** 4
+    shapes = arrays["mode_shapes"][:, modes:]
+    dropped, root = shapes / arrays["omega"][modes:] ** 4, shapes / arrays["omega"][modes:] ** 2
     kept = {**arrays, "omega": arrays["omega"][:modes], "mode_shapes": arrays["mode_shapes"][:, :modes]}
     kept |= {name: arrays[name][:modes] for name in _DAMPING if name in arrays and arrays[name].ndim == 1}
-    kept["second_residual"] = arrays.get("second_residual", 0.0) + dropped @ arrays["mode_shapes"][:, modes:].T
+    kept["second_residual"] = arrays.get("second_residual", 0.0) + root @ root.T
     if "load_participation" in arrays:
         participation = arrays["load_participation"]
         kept["load_participation"] = participation[:modes]
