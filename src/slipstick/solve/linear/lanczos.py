@@ -4,8 +4,9 @@ K and M are real and symmetric; or complex and Hermitian, for those who bring fa
 
 The operator ``(K - s M)^-1 M`` is symmetric in the M inner product; a block of vectors finds repeated eigenvalues. The
 number of eigenvalues below a shift is the number of negative ones of ``K - shift M`` (Sylvester's law of inertia).
-Full reorthogonalisation keeps the basis clean (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Sparse Anal. Appl. 15,
-228, 1994), thick restarts bound the memory (K. Wu, H. Simon, SIAM J. Sparse Anal. Appl. 22, 602, 2000).
+Where a second factorisation would cost much, a search from random vectors takes the place of this count. Full
+reorthogonalisation keeps the basis clean (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Sparse Anal. Appl. 15, 228,
+1994), thick restarts bound the memory (K. Wu, H. Simon, SIAM J. Sparse Anal. Appl. 22, 602, 2000).
 """
 
 from __future__ import annotations
@@ -37,6 +38,25 @@ from slipstick.typing import Array, Sparse
 
 _AHEAD = 2.0
 """Where factors are shared, eigenvalues are counted up to this many times the last one wanted."""
+
+_COUNTED = 256e6
+"""Bytes of factors up to which eigenvalues are counted by other ones, which is a proof, instead of searched for."""
+
+_DOUBT = 1e-12
+"""Probability with which a search may overlook a mode."""
+
+_WIDTH = 16
+"""Random vectors of a search: solutions of some columns take hardly longer than of one."""
+
+_MASSES = 1e3
+"""Largest over smallest eigenvalue of a mass matrix whose diagonal is scaled to one: of finite elements some tens
+(A. J. Wathen, IMA J. Numer. Anal. 7, 449, 1987). Only its logarithm counts."""
+
+_STEPS, _MOST_STEPS = 16, 60
+"""Steps of a search from which on the basis is widened first, and from which on eigenvalues are too crowded for it."""
+
+_BASIS = 0.75e9
+"""Bytes of a basis from which on it is restarted sooner."""
 
 
 def modes(
@@ -137,16 +157,22 @@ class BlockLanczos:
             made = factors.at(shift)
             require_regular(self.K, made)
         self.solver, self.inertia, self.ordering = made.name, made.inertia, made.ordering
+        self._memory = made.memory
         self.solve = _Inverse(self.K, self.M, shift, made)
         dtype = np.result_type(self.K.dtype, self.M.dtype, float)
         self.basis = KrylovBasis(self.solve, self.M, self.options.block, start, dtype)
 
-    def modes(self, n_modes: int, *, count: bool = True) -> Modes:
-        """The lowest ``n_modes``, converged; with ``count``, proven complete by inertia if the solver can."""
+    def modes(self, n_modes: int, *, count: bool = True, last: bool = False) -> Modes:
+        """The lowest ``n_modes``, converged; with ``count``, made sure that none is missing.
+
+        ``last``: nothing is solved for afterwards, so that the factors need not stay beside the modes.
+        """
         if not 1 <= n_modes <= self.n:
             raise InputError(f"n_modes = {n_modes} is not to be had from {self.n} dofs; ask for 1 to {self.n}")
         with one_blas_thread():
             complete = self._search(n_modes, count)
+            if last:
+                self.solve.factors = None
             return self._result(n_modes, complete)
 
     def participations(self, n_modes: int, B: Sparse) -> tuple[Array, Array]:
@@ -161,12 +187,14 @@ class BlockLanczos:
             return omega, (B.conj().T @ self.basis.V[:, : self.basis.m]) @ Y[:, :n_modes]
 
     def _search(self, n_modes: int, count: bool) -> bool | None:
-        """Converge, count below a shift, and search with random blocks for what is missing; whether it is all."""
+        """Converge, count below a shift or search, and add random blocks for what is missing; whether it is all."""
         self._converge(n_modes)
         if not count:
             return None
         at = self._gap_near(n_modes)
         if at is None:
+            return True
+        if self._made is None and (self.inertia is None or self._memory > _COUNTED) and self._searched(n_modes):
             return True
         self._report("counting modes", n_modes, n_modes)
         if self._made is not None:
@@ -180,6 +208,52 @@ class BlockLanczos:
             return None
         self._complete(at, inertia.negative, n_modes)
         return True
+
+    def _searched(self, n_modes: int) -> bool:
+        """Search from random vectors, and on, until no mode is missing; False where eigenvalues are too crowded.
+
+        A mode that the basis lacks would show, but for a probability of ``_DOUBT`` (J. Kuczynski, H. Wozniakowski, SIAM
+        J. Matrix Anal. Appl. 13, 1094, 1992, theorem 4.2, on what the modes found leave of the operator).
+        """
+        for _ in range(40 + 8 * n_modes // self.options.block):
+            self._report("searching for missing modes", n_modes, n_modes)
+            level, steps = self._search_level(n_modes)
+            limit = self._limit(n_modes)
+            while steps > _STEPS and self.basis.m + self.basis.Q.shape[1] <= limit:
+                self._make_room(n_modes)
+                self.basis.step()
+                level, steps = self._search_level(n_modes)
+            if self.basis.m == self.n:
+                return True
+            if steps > _MOST_STEPS:
+                return False
+            if not self.basis.lacks(level, int(steps), _WIDTH):
+                return True
+            self._report("modes were missing, searching on", 0, n_modes)
+            self.basis.add_random()
+            for _ in range(4):
+                self._make_room(n_modes)
+                self.basis.step()
+            self._converge(n_modes)
+        return False
+
+    def _search_level(self, n_modes: int) -> tuple[float, float]:
+        """A value below the Ritz values wanted, and the steps that a search for others above it takes.
+
+        It stands in a gap between modes that have nearly converged; the further away, the fewer steps.
+        """
+        theta, _, error = self.basis.ritz()
+        near = error <= 1e-4
+        last = len(near) if near.all() else int(np.argmin(near))
+        gaps = theta[n_modes - 1 : last - 1] - theta[n_modes:last]
+        clear = np.flatnonzero(gaps > 1e-3 * theta[n_modes - 1 : last - 1])
+        if not clear.size:
+            return 0.0, np.inf
+        place = n_modes - 1 + int(clear[-1])
+        level = 0.5 * (theta[place] + theta[place + 1])
+        share = 1.0 - level / theta[n_modes - 1]
+        doubt = np.log(1.648 * np.sqrt(_MASSES * self.n)) - np.log(_DOUBT) / _WIDTH
+        return float(level), float(np.ceil(0.5 * (1.0 + doubt / np.sqrt(share))))
 
     def _complete(self, at: float, expected: int, n_modes: int) -> None:
         """Search until ``expected`` converged modes lie below ``at``.
@@ -226,7 +300,9 @@ class BlockLanczos:
 
     def _limit(self, n_modes: int) -> int:
         """Largest basis: what the options say, but room for the modes, some more, and two blocks."""
-        wanted = self.options.subspace or 3 * n_modes + 16 * self.options.block
+        block = self.options.block
+        fits = max(n_modes + 6 * block, int(_BASIS / (8 * self.n)))
+        wanted = self.options.subspace or min(3 * n_modes + 16 * block, fits)
         return min(self.n, max(wanted, n_modes + 2 * self.options.block + 2 * self.basis.Q.shape[1]))
 
     def _make_room(self, n_modes: int) -> None:
@@ -338,8 +414,9 @@ class KrylovBasis:
         """Room for the next block: a restart, or columns that take memory only when they are written."""
         if self.m + self.Q.shape[1] > limit:
             self._restart(keep)
-        if limit > self.V.shape[1]:
-            grown = np.zeros((self.n, limit), dtype=self.dtype, order="F")
+        columns = limit + _WIDTH * _MOST_STEPS  # those of a search
+        if columns > self.V.shape[1]:
+            grown = np.zeros((self.n, columns), dtype=self.dtype, order="F")
             grown[:, : self.m] = self.V[:, : self.m]
             self.V = grown
 
@@ -357,6 +434,22 @@ class KrylovBasis:
         width = self.Q.shape[1]
         Q, MQ, R = self._orthonormalise(np.hstack([self.Q, self._random_block()]))
         self.Q, self.MQ, self.coupling = Q, MQ, R[:, :width] @ self.coupling
+
+    def lacks(self, level: float, steps: int, width: int) -> bool:
+        """Whether Krylov vectors of random ones hold Ritz values above a level that the basis does not have.
+
+        The basis is as before then: they stand in columns beyond it for a while.
+        """
+        kept = self.m, self.H, self.Q, self.MQ, self.coupling
+        known = int(np.count_nonzero(self.ritz()[0] > level))
+        mass = self.M.diagonal().real
+        self.Q, self.MQ, _ = self._orthonormalise(self._random(width) / np.sqrt(mass)[:, None])
+        for _ in range(steps):
+            if self.Q.shape[1]:
+                self.step()
+        found = int(np.count_nonzero(np.linalg.eigvalsh(self.H) > level))
+        self.m, self.H, self.Q, self.MQ, self.coupling = kept
+        return found > known
 
     def _random_block(self) -> Array:
         """Random unit vectors; one application of the operator damps what the high modes put into them."""

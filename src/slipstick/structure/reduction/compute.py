@@ -195,7 +195,7 @@ def compute(
         skin_static=seen,
     )
     if want.modes is not None:
-        modes = iteration.modes(min(want.modes, K.shape[0]))
+        modes = iteration.modes(min(want.modes, K.shape[0]), last=True)
         data = _with_modes(partial, modes, B)
     elif probe is None:
         data, modes = _grow_by_estimate(iteration, partial, B, n_keep, want)
@@ -253,7 +253,7 @@ def _grow(
                 f"{want.relative:.1e} was asked; ask for less accuracy or a lower highest frequency"
             )
         n_modes = max(n_modes + 8, int(n_modes * min(2.0, (error / (0.5 * want.relative)) ** (1 / 3) + 0.05)))
-    modes = iteration.modes(n_modes)
+    modes = iteration.modes(n_modes, last=True)
     return replace(_with_modes(partial, modes, B), error_estimate=error), modes
 
 
@@ -273,7 +273,7 @@ def _grow_by_estimate(
         if error <= want.relative:
             break
         n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), limit)
-    modes = iteration.modes(n_modes)
+    modes = iteration.modes(n_modes, last=True)
     return _with_modes(partial, modes, B), modes
 
 

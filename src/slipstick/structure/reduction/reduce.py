@@ -46,11 +46,11 @@ from slipstick.typing import Array, FrequencyRange, IntArray, Matrix, Reals
 class Reduction:
     """A reduced structure and where it comes from.
 
-    ``directions`` (n, n_keep) sparse; ``residuals`` (n_modes,) backward errors of the modes; ``complete``: whether the
-    inertia proved that no mode is missing (None: the solver does not tell); ``error_estimate``: largest relative error
-    of the receptance over the frequency range asked, load shapes included: bounded by what is measured against the full
-    model at its upper end, for a fixed number of modes estimated (``structure.reduction_error``), None without a range;
-    ``seconds`` by stage; ``reused``: read from the store.
+    ``directions`` (n, n_keep) sparse; ``residuals`` (n_modes,) backward errors of the modes; ``complete``: no mode is
+    missing, by a count or, of large models, by a search that overlooks one with a probability of 1e-12;
+    ``error_estimate``: largest relative error of the receptance over the frequency range asked, load shapes included:
+    bounded by what is measured against the full model at its upper end, for a fixed number of modes estimated
+    (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from the store.
     """
 
     structure: ModalStructure
