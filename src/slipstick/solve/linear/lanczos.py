@@ -45,7 +45,7 @@ _COUNTED = 256e6
 _DOUBT = 1e-12
 """Probability with which a search may overlook a mode."""
 
-_WIDTH = 16
+_WIDTH = 8
 """Random vectors of a search: solutions of some columns take hardly longer than of one."""
 
 _MASSES = 1e3
@@ -227,6 +227,7 @@ class BlockLanczos:
                 return True
             if steps > _MOST_STEPS:
                 return False
+            self.basis.restart(self._near(self.basis.ritz()[2]) + self.options.block)  # the room is for the search
             if not self.basis.lacks(level, int(steps), _WIDTH):
                 return True
             self._report("modes were missing, searching on", 0, n_modes)
@@ -243,8 +244,7 @@ class BlockLanczos:
         It stands in a gap between modes that have nearly converged; the further away, the fewer steps.
         """
         theta, _, error = self.basis.ritz()
-        near = error <= 1e-4
-        last = len(near) if near.all() else int(np.argmin(near))
+        last = self._near(error)
         gaps = theta[n_modes - 1 : last - 1] - theta[n_modes:last]
         clear = np.flatnonzero(gaps > 1e-3 * theta[n_modes - 1 : last - 1])
         if not clear.size:
@@ -254,6 +254,11 @@ class BlockLanczos:
         share = 1.0 - level / theta[n_modes - 1]
         doubt = np.log(1.648 * np.sqrt(_MASSES * self.n)) - np.log(_DOUBT) / _WIDTH
         return float(level), float(np.ceil(0.5 * (1.0 + doubt / np.sqrt(share))))
+
+    def _near(self, error: Array) -> int:
+        """How many of the first Ritz values have nearly converged."""
+        near = error <= 1e-4
+        return len(near) if near.all() else int(np.argmin(near))
 
     def _complete(self, at: float, expected: int, n_modes: int) -> None:
         """Search until ``expected`` converged modes lie below ``at``.
@@ -413,14 +418,14 @@ class KrylovBasis:
     def make_room(self, limit: int, keep: int) -> None:
         """Room for the next block: a restart, or columns that take memory only when they are written."""
         if self.m + self.Q.shape[1] > limit:
-            self._restart(keep)
+            self.restart(keep)
         columns = limit + _WIDTH * _MOST_STEPS  # those of a search
         if columns > self.V.shape[1]:
             grown = np.zeros((self.n, columns), dtype=self.dtype, order="F")
             grown[:, : self.m] = self.V[:, : self.m]
             self.V = grown
 
-    def _restart(self, keep: int) -> None:
+    def restart(self, keep: int) -> None:
         """Keep the best Ritz vectors and the next block: the invariants of the iteration still hold."""
         theta, Y, _ = self.ritz()
         keep = min(keep, self.m - self.coupling.shape[1])
