@@ -513,7 +513,9 @@ class Branch:
         >>> from slipstick.importers.mesh_model import MeshModel, assemble_mesh
         >>> bar = MeshModel(mesh=box((20.0, 2.0, 2.0), (2, 2, 2)))
         >>> model = assemble_mesh(bar, source="bar", material=steel, fixed=["x0"])
-        >>> body = ss.reduced_body(model, keep=["n27x"], modes=4, pressure="x1", loss_factor=1e-3, stress="all")
+        >>> body = ss.reduced_body(
+        ...     model, surface="x1", contacts=1, pressure="x1", modes=4, loss_factor=1e-3, stress="all"
+        ... )
         >>> problem = ss.Problem(body.structure, loads=ss.Load(shape="pressure", cos=-2.5), harmonics=[0, 1])
         >>> stress = ss.linear_response(problem, omega=[100.0]).stress()
         >>> stress.stress.sel(component="xx", coefficient="c1").values.round(4)[0, [0, -1]].tolist()
@@ -668,6 +670,11 @@ class BranchPlots:
         drawn: tuple[Axes, Axes, Axes, Axes] = _plots().wear(self._branch, contact, dof)
         return drawn
 
+    def worn_surface(self, points: Points = None) -> tuple[Axes, ...]:
+        """Worn depth on the surface of a body at some points of ``ss.wear``; bars where the surface is not known."""
+        drawn: tuple[Axes, ...] = _plots().worn_surface(self._branch, points)
+        return drawn
+
     def fractions(self, contact: str | None = None, **options: Any) -> DrawnAxes:
         """Fractions of the period in stick, slip and separation."""
         return _plots().fractions(self._branch, contact, **options)
@@ -691,6 +698,14 @@ class BranchPlots:
     def spectrum(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
         """Harmonics of the motion of dofs, or of the friction force of ``contact=``."""
         return _plots().spectrum(self._branch, point, dof, **options)
+
+    def haigh(self, point: int, at: int | Sequence[int] | None = None, **options: Any) -> DrawnAxes:
+        """Alternating over mean stress of elements at a point; with the Goodman line, ``endurance=``, ``strength=``."""
+        return _plots().haigh(self._branch, point, at, **options)
+
+    def blades(self, dof: str | None = None, **options: Any) -> DrawnAxes:
+        """Amplitudes of a dof of every blade of a disc, and the largest."""
+        return _plots().blades(self._branch, dof, **options)
 
     def disc(self, point: int, dof: str | None = None, **options: Any) -> DrawnAxes:
         """A disc from the front at a point: blades coloured by the amplitude of a dof, as long as its motion."""

@@ -306,6 +306,12 @@ def listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
     return items
 
 
+def one_or_listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
+    """As ``listed``; one item alone, a text too, is a list of it."""
+    alone = isinstance(value, str) or not isinstance(value, Iterable) or getattr(value, "shape", None) == ()
+    return (value,) if alone else listed(name, value, expected)
+
+
 def table(name: Name, value: object, expected: str) -> dict[str, Any]:
     """Values by name, of a dict or another mapping."""
     if not isinstance(value, Mapping):

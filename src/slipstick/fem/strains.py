@@ -21,7 +21,7 @@ from slipstick.fem.elements import ELEMENTS, FACES, LINEAR_TO_QUADRATIC, REDUCED
 from slipstick.fem.geometry import solid_gradients
 from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh, user_names
-from slipstick.structure.strains import COMPONENTS, NODES, StrainPlaces
+from slipstick.structure.strains import COMPONENTS, MOST_NUMBER, NODES, StrainPlaces
 from slipstick.structure.strains import ELEMENTS as AT_ELEMENTS
 from slipstick.typing import Array, IntArray
 
@@ -61,7 +61,8 @@ def chosen_elements(mesh: Mesh, wanted: str | int | Iterable[str | int]) -> dict
             continue
         for kind, members in found.items():
             parts[kind].append(members.astype(np.int64))
-    numbers = np.array([whole("stress, element number", item) for item in items if not isinstance(item, str)], np.int64)
+    given = [item for item in items if not isinstance(item, str)]
+    numbers = np.array([whole("stress, element number", item, 0, MOST_NUMBER) for item in given], dtype=np.int64)
     faults += _take_numbers(mesh, np.unique(numbers), parts)
     if faults:
         raise InputError(faults)

@@ -16,11 +16,11 @@ from slipstick.faults import (
     Gathering,
     count_or_numbers,
     frequency,
-    listed,
     names,
     number,
     number_or_numbers,
     one,
+    one_or_listed,
     shown,
     suggestion,
     table,
@@ -39,7 +39,7 @@ from slipstick.models.surface_model import ContactModel, of_import, skin_rows, s
 from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind, tools
-from slipstick.structure.strains import ELEMENTS, NODES
+from slipstick.structure.strains import ELEMENTS, MOST_NUMBER, NODES
 from slipstick.typing import Array, Matrix, Reals
 
 if TYPE_CHECKING:
@@ -398,17 +398,15 @@ def _seen(model: ImportedModel) -> SkinRows | None:
 
 def wanted_elements(stress: Any, at: Any) -> Any:
     """What ``chosen_elements`` takes, or None."""
-    if at not in (ELEMENTS, NODES):
+    if not isinstance(at, str) or at not in (ELEMENTS, NODES):
         raise wrong("stress_at", at, f'"{ELEMENTS}" or "{NODES}"')
     if stress is None:
         return None
     expected = '"all", or numbers of elements, names of element sets or surfaces'
-    if isinstance(stress, str) or np.ndim(stress) == 0:
-        stress = [stress]
-    items = listed("stress", stress, expected)
+    items = one_or_listed("stress", stress, expected)
     if not items:
         raise wrong("stress", stress, expected)
-    return [item if isinstance(item, str) else whole("stress, element number", item) for item in items]
+    return [item if isinstance(item, str) else whole("stress, element number", item, 0, MOST_NUMBER) for item in items]
 
 
 def _strains(model: ImportedModel, elements: Any, at: str) -> StrainRows:

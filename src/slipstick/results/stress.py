@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import MOST_ITEMS, listed, point_numbers, shown, whole
+from slipstick.faults import MOST_ITEMS, one_or_listed, point_numbers, shown, whole
 from slipstick.results.deflection import parts_of, recovered_motion
-from slipstick.structure.strains import COMPONENTS, ELEMENTS, StrainPlaces, Strains
+from slipstick.structure.strains import COMPONENTS, ELEMENTS, MOST_NUMBER, StrainPlaces, Strains
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray, Points
 
@@ -127,8 +127,8 @@ def chosen_places(places: StrainPlaces, at: Any) -> IntArray:
     if at is None:
         return np.arange(len(places.labels))
     expected = f"numbers of {places.at}"
-    items = [at] if np.ndim(at) == 0 else listed("at", at, expected)
-    numbers = np.array([whole("at", item) for item in items], dtype=np.int64)
+    items = one_or_listed("at", at, expected)
+    numbers = np.array([whole("at", item, 0, MOST_NUMBER) for item in items], dtype=np.int64)
     missing = numbers[~np.isin(numbers, places.labels)]
     if missing.size or not numbers.size:
         ends = f"from {places.labels.min()} to {places.labels.max()}"

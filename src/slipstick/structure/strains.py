@@ -22,6 +22,9 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 MOST_PLACES = 100_000
 """Of each, six rows of all modes are kept."""
 
+MOST_NUMBER = 10**18
+"""Of an element or a node."""
+
 ELEMENTS, NODES = "elements", "nodes"
 """Where places are: the centroids of elements, or their nodes."""
 
