@@ -62,3 +62,12 @@ def with_structure(made: ss.Branch, structure: ss.ModalStructure) -> ss.Branch:
     """A branch as it is, of another structure."""
     assert made.problem is not None
     return ss.Branch(made.dataset, made.outcome, replace(made.problem, structure=structure, told=None))
+
+
+@cache
+def worn() -> ss.Branch:
+    """The block over 20 cycles in which both contacts wear, unlike each other."""
+    made = branch()
+    assert made.problem is not None
+    omega = float(made.dataset.omega[3])
+    return ss.wear(made.problem, {"c1": 1e-3, "c2": 2e-3}, cycles=(0, 20), omega=omega, requested=[5.0, 12.0])

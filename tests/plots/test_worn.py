@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
-from helpers.blocks import block, branch
+from helpers.blocks import block, branch, worn
 from helpers.faults import raises_fault
 
 import slipstick as ss
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
-
-
-@cache
-def worn() -> ss.Branch:
-    made = branch()
-    omega = float(made.dataset.omega[3])
-    return ss.wear(made.problem, {"c1": 1e-3, "c2": 2e-3}, cycles=(0, 20), omega=omega, requested=[5.0, 12.0])
 
 
 def test_triangles_have_the_depth_of_their_contact() -> None:

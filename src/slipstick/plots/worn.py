@@ -20,7 +20,7 @@ from slipstick.plots.quantities import (
     with_unit,
 )
 from slipstick.plots.style import legend, new_figure, short, styled, titled
-from slipstick.results.deflection import contact_nodes, nearest_contacts
+from slipstick.results.deflection import contact_nodes, nearest_contacts, outward
 from slipstick.typing import Array, IntArray, Names, Points
 
 if TYPE_CHECKING:
@@ -109,13 +109,16 @@ def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
     if seen is None:
         return (_bars(data, at, depth),)
     columns, rows = min(len(at), _PANELS), -(-len(at) // _PANELS)
-    wide, high = np.ptp(seen.flat[:, seen.triangles], axis=(1, 2))
+    low, top = (seen.flat[:, seen.triangles.ravel()].min(axis=1), seen.flat[:, seen.triangles.ravel()].max(axis=1))
+    air = 0.05 * float((top - low).max())
+    wide, high = top - low
     figure = new_figure(1.5 + 3.2 * columns, rows * float(np.clip(2.8 * high / wide, 1.0, 4.0)) + 1.2)
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    axes = figure.subplots(rows, columns, squeeze=False)
     scale = Normalize(0.0, float(depth.max(initial=0.0)) or 1.0)
     for ax, k, values in zip(axes.flat, at, depth, strict=False):
         ax.tripcolor(*seen.flat, seen.triangles, facecolors=values[seen.contacts], norm=scale, cmap="viridis")
         ax.plot(*seen.dots, linestyle="", marker="o", markersize=3, color="white", markeredgecolor="0.2")
+        ax.set(xlim=(low[0] - air, top[0] + air), ylim=(low[1] - air, top[1] + air))
         ax.set(aspect="equal", title=f"{data['cycles'].to_numpy()[k]:.6g} cycles")
         ax.title.set_fontsize("medium")
         styled(ax, *(with_unit(name, units_of(data).label("length")) for name in seen.names)).grid(False)
@@ -167,12 +170,9 @@ def _seen(branch: OneBranch) -> _Seen | None:
     nodes = contact_nodes(problem)
     shown = nearest_contacts(skin, nodes)[skin.triangles]
     placed = nodes[nodes >= 0]
-    corners = skin.nodes[skin.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    touched = np.isin(skin.triangles, placed).any(axis=1)
-    if not touched.any():
+    normals, mean = outward(skin, nodes)
+    if not mean.any():
         return None
-    mean = normals[touched].sum(axis=0)
     towards = (normals @ mean) > 0.5 * np.linalg.norm(normals, axis=1) * np.linalg.norm(mean)
     kept = towards & (shown >= 0).any(axis=1)
     along = int(np.argmax(np.abs(mean)))

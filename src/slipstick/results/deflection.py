@@ -122,6 +122,14 @@ def nearest_contacts(skin: Skin, nodes: IntArray) -> IntArray:
     return out
 
 
+def outward(skin: Skin, nodes: IntArray) -> tuple[Array, Array]:
+    """Normals (n_triangles, 3) of a skin, as long as twice the areas, and their sum where contacts lie, (3,)."""
+    corners = skin.nodes[skin.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    touched = np.isin(skin.triangles, nodes[nodes >= 0]).any(axis=1)
+    return normals, normals[touched].sum(axis=0)
+
+
 def parts_of(branch: Branch, points: Sequence[int]) -> Iterator[tuple[Balance, ResultTable]]:
     """Points of one problem together: all of them, or one by one where a parameter was followed."""
     problem: Problem | None = branch.problem
