@@ -473,7 +473,7 @@ class Branch:
         """Strain and stress at the elements that were asked for at the reduction, at some points of the branch.
 
         They are those of the motion under the contact forces and loads of a point, by the modes and what these leave
-        out, as the motion itself (THEORY.md (10.1)): that near a contact is in it. Isotropic and elastic, damping left
+        out (THEORY.md (10.5)), as the motion itself: that near a contact is in it. Isotropic and elastic, damping left
         out. The static part is that of mean contact forces and constant loads: a contact of constant ``normal_load``
         without a ``normal`` direction does not press on the structure, and the stress of rotation or assembly is not
         known.

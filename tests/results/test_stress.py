@@ -17,6 +17,8 @@ from slipstick.fem.strains import chosen_elements, strain_matrix
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.results.deflection import deflection_of
 from slipstick.results.stress import _measured, principals, von_mises
+from slipstick.structure.modal import LoadShape
+from slipstick.structure.strains import Strains
 
 
 def full_strain(made: ss.Branch, point: int) -> np.ndarray:
@@ -262,3 +264,53 @@ def test_models_without_elements_say_so() -> None:
         ss.reduced_body(model, keep=["n5x"], modes=2, stress=[])
     with raises_fault("residuals", found="'solved'"):
         ss.reduced_body(model, keep=["n5x"], modes=2, stress="all", residuals="solved")
+
+
+def test_the_stress_of_rotation_is_not_in_it() -> None:
+    metal = Material(young=2e11, poisson=0.3, density=7800.0)
+    mesh = MeshModel(mesh=box((0.3, 0.03, 0.01), (3, 1, 1)))
+    model = assemble_mesh(mesh, source="blade", material=metal, fixed=["x0"])
+    turning = ss.at_speed(model, 500.0, axis={"point": (-0.1, 0, 0), "direction": (0, 0, 1)})
+    with pytest.warns(ss.SlipstickWarning, match="the stress is that of vibration, from the mesh at rest"):
+        body = ss.reduced_body(turning, keep=["n5x"], modes=2, stress="all")
+    assert any("add it to the mean stress" in sentence for sentence in body.warnings)
+
+
+def test_strain_follows_a_natural_frequency_that_is_changed() -> None:
+    """With all modes known, static strain and motion are sums over them, before and after one becomes softer."""
+    rng = np.random.default_rng(2)
+    omega, a, e = np.array([3.0, 5.0, 9.0]), rng.normal(size=(2, 3)), rng.normal(size=(6, 3))
+    load = rng.normal(size=3)
+    places = stressed(6).problem.structure.strains.places.part(np.array([0]))  # type: ignore[union-attr]
+    strains = Strains(
+        places=places, modes=e, static=(e / omega**2) @ a.T, loads={"p": (e / omega**2) @ load},
+        second_loads={"p": np.zeros(6)},
+    )  # fmt: skip
+    structure = ss.ModalStructure(
+        omega=omega, mode_shapes=a, dofs=["x", "y"], strains=strains, static_compliance=(a / omega**2) @ a.T,
+        load_shapes={"p": LoadShape(participation=load, static_response=(a / omega**2) @ load)},
+    )  # fmt: skip
+    changed = structure.changed(**{"mode2.omega": 4.0})
+    new = np.array([3.0, 4.0, 9.0])
+    assert changed.strains is not None
+    np.testing.assert_allclose(changed.strains.static, (e / new**2) @ a.T, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(changed.strains.loads["p"], (e / new**2) @ load, rtol=1e-5, atol=1e-6)
+    seen = changed.strains.of(changed, np.arange(6)).project(np.zeros((2, 0)), np.eye(2), ["p"])
+    right = np.vstack([a, load])
+    found, _ = seen.at([1], 2.0)
+    np.testing.assert_allclose(found[0].real, (e / (new**2 - 4.0)) @ right.T, rtol=1e-5, atol=1e-6)
+
+
+def test_strains_that_do_not_fit_are_refused() -> None:
+    structure = stressed(6).problem.structure  # type: ignore[union-attr]
+    strains, arguments = structure.strains, structure.arguments
+    with raises_fault("strains", "modes", found=f"shape (3, {structure.omega.size})"):
+        replace(strains, modes=strains.modes[:3])
+    with raises_fault("strains", found=f"modes and dofs (5, {len(structure.dofs)})"):
+        ss.ModalStructure(**{**arguments, "strains": replace(strains, modes=strains.modes[:, :5])})
+    with raises_fault("strains", says="it has no load shape 'push'"):
+        ss.ModalStructure(**{**arguments, "strains": replace(strains, loads={}, second_loads={})})
+    with raises_fault("strains", "at", found="'faces'"):
+        replace(strains.places, at="faces")
+    with raises_fault("strains", "cells", "hex8", found="nodes 0 to 99 of 24"):
+        replace(strains.places, cells={"hex8": np.array([[0, 1, 2, 3, 4, 5, 6, 99]] * 5)})

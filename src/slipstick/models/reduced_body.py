@@ -164,7 +164,7 @@ def reduced_body(
     stress, stress_at
         Elements whose strain and stress are wanted of the results (``branch.stress``): "all", or their numbers, names
         of element sets, or of surfaces they have a face on; at their centroids ("elements") or their "nodes". They
-        need the mesh and its materials.
+        need the mesh and its materials, and residuals that are "written", as "auto" then takes them.
     cache
         Folder in which reductions are kept; the same model and options are read from there.
 
