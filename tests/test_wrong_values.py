@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Iterator
 from datetime import date
 from decimal import Decimal
+from functools import cache
 from itertools import chain, islice
 from pathlib import Path
 from time import process_time
@@ -26,6 +27,7 @@ from slipstick.models.blade_mesh import BladeShape
 from slipstick.models.parametric_sector import SectorShape
 from slipstick.results.table import ResultTable
 from slipstick.structure.skin import Skin
+from slipstick.structure.strains import StrainPlaces, Strains
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
@@ -101,12 +103,19 @@ BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
 SKIN = Skin(nodes=np.eye(3), triangles=[[0, 1, 2]], modes=np.ones((9, 1)), static=np.ones((9, 1)))
 BODY = ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3)
+PLACES = StrainPlaces(
+    at="elements", labels=[1], positions=[[0.0, 0.0, 0.0]], young=[1.0], poisson=[0.3], nodes=np.zeros((8, 3)),
+    cells={"hex8": np.arange(8)[None]},
+)  # fmt: skip
+STRAINS = Strains(places=PLACES, modes=np.ones((6, 1)), static=np.ones((6, 1)))
 
 
+@cache
 def moving() -> ss.Branch:
     modal = ss.ModalStructure(
-        omega=[6.3], mode_shapes=[[1.0]], static_compliance=[[0.03]], dofs=["x"], loss_factor=0.1, skin=SKIN
-    )
+        omega=[6.3], mode_shapes=[[1.0]], static_compliance=[[0.03]], dofs=["x"], loss_factor=0.1, skin=SKIN,
+        strains=STRAINS,
+    )  # fmt: skip
     problem = ss.Problem(modal, contacts=PAIR, loads=ss.Load(dof="x", sin=1.0), harmonics=H)
     return ss.forced_response(problem, omega=(2.0, 3.0), options=SHORT)
 
@@ -248,6 +257,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "omega": [10.0], "mode_shapes": [[1.0]], "dofs": ["x"], "static_compliance": [[0.02]], "loss_factor": 0.1,
             "damping_ratio": 0.0, "second_residual": [[1e-6]], "load_shapes": {}, "damping": 1.0, "skin": SKIN,
+            "strains": STRAINS,
         },
     ),
     "reduce": (
@@ -426,7 +436,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "model": MODEL, "surface": "y1", "contacts": 1, "radius": 0.01, "keep": (), "base": ["x"], "modes": 3,
             "accuracy": None, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0, "force": True,
-            "residuals": "written", "cache": None, "listener": None,
+            "residuals": "written", "cache": None, "listener": None, "stress": "all", "stress_at": "nodes",
         },
     ),
     "reduced_body with heat": (
@@ -441,7 +451,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.reduced_blade,
         {
             "shape": COARSE, "material": STEEL, "contacts": 1, "radius": 0.01, "film": 200.0, "modes": 3, "up_to": None,
-            "loss_factor": 0.01, "cache": None, "listener": None, "solver": None,
+            "loss_factor": 0.01, "cache": None, "listener": None, "solver": None, "stress": [1, "root"],
+            "stress_at": "elements",
         },
     ),
     "bladed_sector": (lambda: ss.models.bladed_sector, {"shape": SECTOR_SHAPE, "material": STEEL}),
@@ -503,6 +514,9 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         "path": "r.html", "title": "t", "contacts": 1, "dofs": 1, "tolerances": {"damper.mu": 0.1},
     }),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
+    "Branch.stress": (lambda: moving().stress, {"points": [0], "at": 1}),
+    "Branch.stress_history": (lambda: moving().stress_history, {"point": 0, "at": [1], "samples": 4}),
+    "Branch.save_stress": (lambda: moving().save_stress, {"path": "stress.xdmf", "points": 0, "at": None}),
     "Branch.save_table": (lambda: branch().save_table, {"path": "results.csv"}),
     "Branch.save_wear": (lambda: wearing().save_wear, {"path": "wear.xdmf"}),
     "Branch.sensitivity": (lambda: branch().sensitivity, {

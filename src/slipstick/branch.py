@@ -6,7 +6,7 @@ is the one file that looks both ways, and to its right only inside its methods.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -394,6 +394,21 @@ class Branch:
 
         return write_wear(self, path)
 
+    def save_stress(self, path: str | Path, points: Points = None, at: int | Sequence[int] | None = None) -> Path:
+        """Write what :meth:`stress` gives for other programs, by the ending, and return the path.
+
+        .xdmf: the chosen elements for ParaView, coloured by the largest von Mises stress, its amplitude, mean and
+        alternating stress, a frame for each point. .csv: a line for each point and place. .mat: every array.
+
+        Raises
+        ------
+        InputError
+            For another ending, where the file cannot be written, and as :meth:`stress`.
+        """
+        from slipstick.io.stress import write_stress
+
+        return write_stress(self, path, points, at)
+
     def sensitivity(
         self,
         parameters: Names = None,
@@ -453,6 +468,72 @@ class Branch:
         from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 
         return sensitivity_of(self, parameters, dof, points=points, of=of)
+
+    def stress(self, points: Points = None, at: int | Sequence[int] | None = None) -> xarray.Dataset:
+        """Strain and stress at the elements that were asked for at the reduction, at some points of the branch.
+
+        They are those of the motion under the contact forces and loads of a point, by the modes and what these leave
+        out (THEORY.md (10.5)), as the motion itself: that near a contact is in it. Isotropic and elastic, damping left
+        out. The static part is that of mean contact forces and constant loads: a contact of constant ``normal_load``
+        without a ``normal`` direction does not press on the structure, and the stress of rotation or assembly is not
+        known.
+
+        Parameters
+        ----------
+        points
+            Numbers of the points wanted, one or a list; by default all. Negative ones count from the end.
+        at
+            Numbers of the elements (or nodes, with ``stress_at="nodes"``), one or a list; by default all kept.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``stress`` (force/length^2) and ``strain`` (shear as angles) over (point, place, component, coefficient),
+            components xx, yy, zz, xy, yz, zx in the axes of the model, coefficients as those of the displacement:
+            ``c_m - i s_m`` is the complex amplitude of ``exp(i m tau)``. Over (point, place): ``von_mises_static`` of
+            harmonic 0, ``von_mises_amplitude`` of the vibration about it, ``von_mises_largest`` and
+            ``principal_largest``, ``principal_smallest`` over the period. For a Haigh diagram ``stress_alternating``
+            and ``stress_mean``: of the two times of the period whose stresses differ most in von Mises stress, half
+            that of the difference and that of the mean of both, negative where its trace is. Under tension and
+            compression alone these are half the difference and the mean of the largest and the smallest stress.
+
+        Raises
+        ------
+        InputError
+            Where the structure was reduced without ``stress``, the problem is not known, a number is not there, or
+            there would be too many.
+
+        Examples
+        --------
+        A bar of eight elements under 10 N on 4 mm2, held at its other end.
+
+        >>> import slipstick as ss
+        >>> from slipstick.fem.box import box
+        >>> steel = ss.Material(young=2e5, poisson=0.0, density=7.8e-9)
+        >>> from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+        >>> bar = MeshModel(mesh=box((20.0, 2.0, 2.0), (2, 2, 2)))
+        >>> model = assemble_mesh(bar, source="bar", material=steel, fixed=["x0"])
+        >>> body = ss.reduced_body(
+        ...     model, surface="x1", contacts=1, pressure="x1", modes=4, loss_factor=1e-3, stress="all"
+        ... )
+        >>> problem = ss.Problem(body.structure, loads=ss.Load(shape="pressure", cos=-2.5), harmonics=[0, 1])
+        >>> stress = ss.linear_response(problem, omega=[100.0]).stress()
+        >>> stress.stress.sel(component="xx", coefficient="c1").values.round(4)[0, [0, -1]].tolist()
+        [2.5, 2.5]
+        """
+        from slipstick.results.stress import stress_of
+
+        return stress_of(self, points, at)
+
+    def stress_history(self, point: int, at: int | Sequence[int] | None = None, *, samples: int = 64) -> xarray.Dataset:
+        """Strain and stress of :meth:`stress` over a period, at equidistant times.
+
+        ``stress`` and ``strain`` over (place, component, time), ``von_mises`` (place, time) and ``principal``
+        (place, time, rank), the largest first. Raises InputError as :meth:`stress`.
+        """
+        from slipstick.results.stress import stress_history
+
+        return stress_history(self, point, at, samples)
 
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
@@ -589,6 +670,11 @@ class BranchPlots:
         drawn: tuple[Axes, Axes, Axes, Axes] = _plots().wear(self._branch, contact, dof)
         return drawn
 
+    def worn_surface(self, points: Points = None) -> tuple[Axes, ...]:
+        """Worn depth on the surface of a body at some points of ``ss.wear``; bars where the surface is not known."""
+        drawn: tuple[Axes, ...] = _plots().worn_surface(self._branch, points)
+        return drawn
+
     def fractions(self, contact: str | None = None, **options: Any) -> DrawnAxes:
         """Fractions of the period in stick, slip and separation."""
         return _plots().fractions(self._branch, contact, **options)
@@ -612,6 +698,14 @@ class BranchPlots:
     def spectrum(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
         """Harmonics of the motion of dofs, or of the friction force of ``contact=``."""
         return _plots().spectrum(self._branch, point, dof, **options)
+
+    def haigh(self, point: int, at: int | Sequence[int] | None = None, **options: Any) -> DrawnAxes:
+        """Alternating over mean stress of elements at a point; with the Goodman line, ``endurance=``, ``strength=``."""
+        return _plots().haigh(self._branch, point, at, **options)
+
+    def blades(self, dof: str | None = None, **options: Any) -> DrawnAxes:
+        """Amplitudes of a dof of every blade of a disc, and the largest."""
+        return _plots().blades(self._branch, dof, **options)
 
     def disc(self, point: int, dof: str | None = None, **options: Any) -> DrawnAxes:
         """A disc from the front at a point: blades coloured by the amplitude of a dof, as long as its motion."""

@@ -199,6 +199,21 @@ def whole(name: Name, value: object, least: int = 0, most: int | None = None) ->
     return result
 
 
+def point_numbers(name: Name, value: Any, count: int) -> list[int]:
+    """Numbers of points among ``count``, from 0; negative ones count from the end, None is all.
+
+    >>> point_numbers("points", [0, -1], 5), point_numbers("points", 2, 5)
+    ([0, 4], [2])
+    """
+    if value is None:
+        return list(range(count))
+    given = value.tolist() if hasattr(value, "tolist") and hasattr(value, "dtype") else value
+    given = list(given) if isinstance(given, list | tuple | range) else [given]
+    if not given:
+        raise wrong(name, value, f"numbers of points such as [0, 5], each below {count}")
+    return [whole(name, k, -count, count - 1) % count for k in given]
+
+
 def numbers(name: Name, value: object, expected: str = "finite real numbers") -> Array:
     """Finite real numbers of any shape, as a new array."""
     import numpy as np
@@ -289,6 +304,12 @@ def listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
     if len(items) == most:
         raise wrong(name, value, f"{expected}, at most {MOST_ITEMS} of them")
     return items
+
+
+def one_or_listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
+    """As ``listed``; one item alone, a text too, is a list of it."""
+    alone = isinstance(value, str) or not isinstance(value, Iterable) or getattr(value, "shape", None) == ()
+    return (value,) if alone else listed(name, value, expected)
 
 
 def table(name: Name, value: object, expected: str) -> dict[str, Any]:

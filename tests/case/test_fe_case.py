@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.case.case import Case
+from slipstick.case.script import python_script
 from slipstick.case.structure import CACHE
 from slipstick.cli.main import app
 from slipstick.errors import InputError
@@ -413,3 +414,24 @@ def test_turbine_blade_through_the_command_line(tmp_path: Path) -> None:
     at = int(np.argmax(data.amplitude.sel(dof="c1x").values))
     assert float(data.omega[at]) / (2 * np.pi) == pytest.approx(2650.0, rel=0.01)
     assert float(data.dissipated_power.min()) >= 0.0
+
+
+def test_stress_is_kept_with_the_results(tmp_path: Path) -> None:
+    """The structure of a case has the strains that the same words give in Python."""
+    model_file(tmp_path)
+    words = 'stress = ["x0", 6]\nstress_at = "nodes"\n'
+    strains = read(tmp_path, structure=STRUCTURE + words).problem().structure.strains  # type: ignore[attr-defined]
+    body = ss.reduced_body(
+        ss.import_model(str(tmp_path / "model.h5")), surface="y1", contacts=3, modes=6, stress=["x0", 6],
+        stress_at="nodes", pressure={"pressure": "z1"},
+    )  # fmt: skip
+    known = body.structure.strains
+    assert known is not None
+    assert strains.places.labels.tolist() == known.places.labels.tolist()
+    np.testing.assert_allclose(strains.static, known.static, rtol=1e-5, atol=1e-6 * np.abs(known.static).max())
+    text = "\n".join([HEAD, STRUCTURE + words, LOAD, CONTACT, RESPONSE])
+    assert 'stress=["x0", 6]' in python_script(text, "case.toml", tmp_path)
+    with pytest.raises(InputError, match="stress_at is given without stress"):
+        read(tmp_path, structure=STRUCTURE + 'stress_at = "nodes"')
+    with pytest.raises(InputError, match=r"stress: found \[\]; expected elements"):
+        read(tmp_path, structure=STRUCTURE + "stress = []")

@@ -7,6 +7,7 @@ The scripts run in node with a stand-in for the browser; the page in Chromium it
 from __future__ import annotations
 
 import re
+import warnings
 from functools import cache
 from typing import Any
 
@@ -741,6 +742,51 @@ def test_the_shape_is_magnified_to_a_share_of_its_size() -> None:
     assert magnified == pytest.approx(0.08 * size / largest, rel=0.06)  # two digits are said
     assert f"phase {round(360 * 0.7 / (2 * np.pi))}°" in found["note"]
     assert not found["hidden"]
+
+
+@cache
+def worn() -> dict[str, Any]:
+    with warnings.catch_warnings(action="ignore", category=ss.SlipstickWarning):
+        return content_of(blocks.worn(), "worn", contacts=2, dofs=2)
+
+
+def test_worn_depth_is_a_bar_for_each_contact_and_a_colour_of_the_body() -> None:
+    """At the last cycle to begin with; on the scale of all cycles; the motion is a click away."""
+    script = """
+      const { panels, body } = app, view = () => window.slipstick.view();
+      const shown = () => ({ bars: lines(panels.worn.plot), scale: panels.worn.plot.uplot.scales.y,
+        note: panels.worn.note.textContent, depths: [...body.depths] });
+      const last = { point: view().point, turn: view().turn, ...shown(), said: body.note.textContent };
+      app.set({ point: 1 });
+      const second = shown();
+      click(button($("body"), "motion"));
+      return { last, second, moving: [body.depths, body.note.textContent, location.hash] }"""
+    found, made = drawn(script, worn()), blocks.worn()
+    depth, load = made.dataset.worn_depth.values, made.dataset.normal_load.values
+    assert found["last"]["point"] == len(made) - 1
+    assert found["last"]["turn"] == worn()["shape"]["worn"]["turn"]
+    for point, shown in ((len(made) - 1, found["last"]), (1, found["second"])):
+        contact = re.match(r"(c\d) · worn depth (\S+?)(?: | · )", shown["note"])
+        assert contact is not None
+        c = ["c1", "c2"].index(contact[1])
+        near(number(contact[2]), depth[point, c])
+        other, own = shown["bars"]
+        assert (other["x"], own["x"]) == ([1 - c], [c])
+        np.testing.assert_array_equal([other["y"][0], own["y"][0]], depth[point, [1 - c, c]])
+        assert shown["scale"]["min"] == 0.0
+        assert depth.max() < shown["scale"]["max"] < 1.1 * depth.max()
+        near(number(re.search(r"normal load (\S+)", shown["note"])[1]), load[point, c])  # type: ignore[index]
+        assert sorted(set(shown["depths"])) == sorted(set(depth[point]))
+    assert number(re.search(r"worn depth 0(\S+?)(?:phase|$)", found["last"]["said"])[1]) == pytest.approx(  # type: ignore[index]
+        depth.max(), rel=1e-3
+    )
+    assert found["moving"][0] is None
+    assert "worn" not in found["moving"][1]
+    assert "colour=motion" in found["moving"][2]
+
+
+def test_there_are_no_bars_where_nothing_wears() -> None:
+    assert drawn('return [app.panels.worn.card.hidden, button($("body"), "motion") ?? null]', shaped()) == [True, None]
 
 
 def test_the_eye_sees_the_body_turned_and_not_distorted() -> None:

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import slipstick as ss
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
-from slipstick.models.surface_model import ContactModel, contact_model
+from slipstick.models.surface_model import ContactModel, contact_model, strain_rows
 from slipstick.structure.reduction.reduce import reduce_model
 
 LOSS = 0.02
+METAL = Material(young=100.0, poisson=0.3, density=1.0)
 
 
 @cache
 def block() -> ContactModel:
     """Held at one end, with two contacts on its top and a pressure on a side."""
     mesh = box((1.0, 0.2, 0.2), (5, 1, 1), "hex20")
-    metal = Material(young=100.0, poisson=0.3, density=1.0, conductivity=0.0)
-    return contact_model(mesh, metal, fixed="x0", surface="z1", contacts=2, pressures={"push": "y0"})
+    return contact_model(mesh, METAL, fixed="x0", surface="z1", contacts=2, pressures={"push": "y0"})
 
 
 @cache
@@ -44,3 +45,29 @@ def branch(parameter: bool = False) -> ss.Branch:
     if parameter:
         return ss.parameter_response(problem, "c1.mu", (0.1, 0.4), omega=0.9 * first, options=options)
     return ss.forced_response(problem, omega=(0.8 * first, 1.1 * first), options=options)
+
+
+@cache
+def stressed(modes: int, parameter: bool = False, at: str = "elements") -> ss.Branch:
+    """The branch with a structure that knows its strains; its points are those of 60 modes."""
+    body = block()
+    strains = strain_rows(body.model, METAL, "all", at)
+    structure = reduce_model(
+        body.model.K, body.model.M, modes=modes, loss_factor=LOSS, strains=strains, **body.request
+    ).structure
+    return with_structure(branch(parameter), structure)
+
+
+def with_structure(made: ss.Branch, structure: ss.ModalStructure) -> ss.Branch:
+    """A branch as it is, of another structure."""
+    assert made.problem is not None
+    return ss.Branch(made.dataset, made.outcome, replace(made.problem, structure=structure, told=None))
+
+
+@cache
+def worn() -> ss.Branch:
+    """The block over 20 cycles in which both contacts wear, unlike each other."""
+    made = branch()
+    assert made.problem is not None
+    omega = float(made.dataset.omega[3])
+    return ss.wear(made.problem, {"c1": 1e-3, "c2": 2e-3}, cycles=(0, 20), omega=omega, requested=[5.0, 12.0])

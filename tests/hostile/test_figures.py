@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from helpers.blocks import stressed
 from helpers.figures import branch, problem
 from helpers.rings import disc_and_wave
 
@@ -122,8 +123,14 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {"branch": None} if "branch" in names else {}
     if name == "disc":
         good |= {"branch": disc_and_wave()[0], "point": 0, "dof": "tip", "tau": 0.5}
+    if name == "blades":
+        good |= {"branch": disc_and_wave()[0], "dof": "tip"}
+    if name == "haigh":
+        good |= {"branch": stressed(12), "endurance": 2.0, "strength": 5.0}
     if name == "wear":
         good |= {"branch": worn(), "dof": "x", "contact": "c0"}
+    if name == "worn_surface":
+        good |= {"branch": worn()}
     if "samples" in names:
         good |= {"samples": xr.Dataset({"amplification": ("sample", np.ones(20))}), "percentiles": (50.0, 95.0)}
     if "fitted" in names:

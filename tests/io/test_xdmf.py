@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from helpers import reports
-from helpers.blocks import block, branch
+from helpers.blocks import block, branch, stressed
 from helpers.faults import raises_fault
 
 import slipstick as ss
@@ -87,3 +87,57 @@ def test_states_and_wear_on_the_surface(tmp_path: Path) -> None:
         np.testing.assert_allclose(data["worn_depth"][nodes], worn.dataset.worn_depth[-1], rtol=1e-5)
     with pytest.raises(ss.InputError, match="not of wear"):
         made.save_wear(tmp_path / "n.xdmf")
+
+
+def test_stressed_elements_are_drawn(tmp_path: Path) -> None:
+    """Read by another library: elements with their stresses, a frame for each point; some of them; nodes."""
+    meshio = pytest.importorskip("meshio")
+    made = stressed(12)
+    found = made.stress([1, 4])
+    path = made.save_stress(tmp_path / "s.xdmf", [1, 4])
+    root = ElementTree.parse(path).getroot()
+    assert root.find(".//Topology").get("NumberOfElements") == "5"  # type: ignore[union-attr]
+    with meshio.xdmf.TimeSeriesReader(str(path)) as reader:
+        _, cells = reader.read_points_cells()
+        assert [(block.type, len(block.data)) for block in cells] == [("hexahedron", 5)]
+        omega, _, data = reader.read_data(1)
+        assert omega == pytest.approx(float(made.dataset.omega[4]))
+        for name in ("von_mises_largest", "stress_alternating", "stress_mean"):
+            np.testing.assert_allclose(np.concatenate(data[name]), found[name].values[1], rtol=1e-5)
+    with meshio.xdmf.TimeSeriesReader(str(made.save_stress(tmp_path / "p.xdmf", [1], at=[4, 2]))) as reader:
+        points, cells = reader.read_points_cells()
+        middle = points[cells[0].data].mean(axis=1)
+        np.testing.assert_allclose(middle, made.stress(1, [2, 4])["position"], atol=1e-6)
+        _, _, data = reader.read_data(0)
+        expected = made.stress(1, [2, 4])["von_mises_largest"].values[0]
+        np.testing.assert_allclose(np.concatenate(data["von_mises_largest"]), expected, rtol=1e-5)
+    at_nodes = stressed(24, at="nodes")
+    with meshio.xdmf.TimeSeriesReader(str(at_nodes.save_stress(tmp_path / "n.xdmf", 0))) as reader:
+        points, _ = reader.read_points_cells()
+        _, data, _ = reader.read_data(0)
+        np.testing.assert_allclose(points, at_nodes.stress(0)["position"], atol=1e-6)
+        np.testing.assert_allclose(data["von_mises_static"], at_nodes.stress(0)["von_mises_static"][0], rtol=1e-5)
+    some = at_nodes.problem.structure.strains.places.cells["hex8"][2]  # type: ignore[union-attr]
+    with meshio.xdmf.TimeSeriesReader(str(at_nodes.save_stress(tmp_path / "c.xdmf", 0, at=some + 1))) as reader:
+        points, cells = reader.read_points_cells()
+        assert (len(points), len(cells[0].data)) == (8, 1)
+
+
+def test_stress_as_a_table(tmp_path: Path) -> None:
+    """A line for each point and place; what a place or a point alone has is on every line."""
+    import csv
+
+    made = stressed(12)
+    found = made.stress([1, 4], at=[2, 3])
+    with made.save_stress(tmp_path / "s.csv", [1, 4], at=[2, 3]).open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["point"], row["element"]) for row in rows] == [("1", "2"), ("1", "3"), ("4", "2"), ("4", "3")]
+    assert list(rows[0])[:2] == ["point", "element"]
+    unit = found["stress"].attrs["units"]
+    assert float(rows[2][f"stress.xy.s1 [{unit}]"]) == float(
+        found["stress"].sel(component="xy", coefficient="s1")[1, 0]
+    )
+    assert float(rows[3]["position.1 [length]"]) == float(found["position"][1, 1])
+    assert float(rows[1]["omega [rad/s]"]) == float(made.dataset.omega[1])
+    with pytest.raises(ss.InputError, match=r"expected a name that ends with \.xdmf, \.csv or \.mat"):
+        made.save_stress(tmp_path / "s.txt")

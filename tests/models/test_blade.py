@@ -1,9 +1,13 @@
 """The reduced rubbing blade: against direct solutions, over meshes, kept on disk."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
 
+import slipstick as ss
 from slipstick.fem.materials import Material
 from slipstick.models.blade import BLADE_STEEL, INCONEL_718, BladeModel, finite_element_blade, reduced_blade
 from slipstick.models.blade_mesh import blade_shape
@@ -101,3 +105,20 @@ def test_blade_converges_with_the_mesh():
 def test_modes_are_counted_or_found_by_a_range_not_both():
     with raises_fault("blade, modes", statement="both modes and up_to are given"):
         reduced_blade("small", modes=3, up_to=5.0)
+
+
+def test_stress_at_the_root_is_stored(tmp_path: Path) -> None:
+    """Of the elements on the root, from the store as computed: a unit pressure bends the blade about it."""
+    options: dict[str, Any] = {"contacts": 2, "modes": 4, "cache": tmp_path, "stress": ["root"]}
+    made, again = ss.reduced_blade("small", **options), ss.reduced_blade("small", **options)
+    first, second = made.structure.strains, again.structure.strains
+    assert again.reused
+    assert first is not None
+    assert second is not None
+    for name in ("modes", "static", "second"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+    np.testing.assert_array_equal(first.loads["pressure"], second.loads["pressure"])
+    assert (first.places.positions[:, 2] < 0.02).all()
+    with pytest.raises(ss.InputError, match="there is no element set or surface 'foot' in the model"):
+        ss.reduced_blade("small", contacts=2, modes=4, stress="foot")
+    assert ss.reduced_blade("small", contacts=2, modes=4, cache=tmp_path).structure.strains is None

@@ -36,3 +36,24 @@ def test_what_is_no_disc_is_refused() -> None:
         chain().plot.disc(0)
     with pytest.raises(InputError, match="no dof 'nose@0'"):
         disc_and_wave()[1].plot.disc(0, "nose")
+
+
+def test_blades_over_the_frequency() -> None:
+    """A line for each blade, the worst one named; those of a wave are one."""
+    wave, disc = disc_and_wave()
+    ax = disc.plot.blades("tip")
+    amplitude = disc.on_disc("tip").to_numpy()
+    worst = int(amplitude.max(axis=0).argmax())
+    for s in range(6):
+        np.testing.assert_array_equal(ax.lines[s].get_ydata(), amplitude[:, s])
+    np.testing.assert_array_equal(ax.lines[0].get_xdata(), disc.dataset.omega)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert f"blade {worst}, the largest" in texts
+    assert texts.count("others") == 1
+    (line,) = wave.plot.blades("tip", frequency="Hz").lines
+    np.testing.assert_array_equal(line.get_ydata(), wave.on_disc("tip").to_numpy()[:, 0])
+    np.testing.assert_allclose(line.get_xdata(), wave.dataset.omega / (2.0 * np.pi))
+    with pytest.raises(InputError, match="not of a travelling wave or a disc"):
+        chain().plot.blades()
+    with pytest.raises(InputError, match="no dof 'nose@0'"):
+        disc.plot.blades("nose")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers.blocks import branch
+from helpers.blocks import block, branch, worn
 from helpers.reports import branch as masses
 from helpers.reports import decoded, decoded_coefficients
 
-from slipstick.report.content import shape_of
+from slipstick.report.content import _looking_at, shape_of
 from slipstick.results.deflection import deflection_of
 
 
@@ -29,3 +29,29 @@ def test_nothing_where_no_surface_is_known() -> None:
     assert shape_of(masses()) is None
     made = branch()
     assert shape_of(type(made)(made.dataset, made.outcome)) is None
+
+
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+def test_worn_depth_lies_round_the_contacts() -> None:
+    """Each node shows the contact next to it, with its depth at every point; it is looked at from above."""
+    made = worn()
+    found = shape_of(made)
+    assert found is not None
+    nodes, contact = decoded(found["nodes"]).reshape(-1, 3), decoded(found["worn"]["contact"])
+    apart = np.linalg.norm(nodes[:, None] - block().points.positions, axis=2)
+    nearest = contact[apart.argmin(axis=0)]
+    assert nearest.tolist() == [1, 2]
+    assert ((contact == 1) <= (apart[:, 0] <= apart[:, 1] + 1e-6)).all()
+    depth = decoded(found["worn"]["depth"]).reshape(len(made), 2)
+    np.testing.assert_array_equal(depth, made.dataset.worn_depth)
+    yaw, pitch = np.radians(found["worn"]["turn"])
+    eye = [-np.cos(pitch) * np.sin(yaw), -np.cos(pitch) * np.cos(yaw), np.sin(pitch)]
+    assert eye[2] > 0.8  # the contacts lie on the top
+    assert "worn" not in (shape_of(branch()) or {})
+
+
+def test_a_surface_is_looked_at() -> None:
+    for normal in np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.64, 0.48]]]):
+        yaw, pitch = np.radians(_looking_at(normal))
+        eye = [-np.cos(pitch) * np.sin(yaw), -np.cos(pitch) * np.cos(yaw), np.sin(pitch)]
+        assert np.dot(eye, normal) > 0.7

@@ -10,7 +10,7 @@ from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.structure.modal import LoadShape
-from slipstick.structure.skin import AtSkin, Skin
+from slipstick.structure.skin import Skin
 
 
 def arrays(**others: Any) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def test_a_node_that_is_a_dof_moves_as_the_dof() -> None:
     )  # fmt: skip
     columns = np.array([[1.0], [-1.0]])
     own = structure.project(np.eye(2), columns, ["push"])
-    seen = AtSkin(structure, skin, np.eye(3)).project(np.zeros((2, 0)), columns, ["push"])
+    seen = skin.along(np.eye(3), structure).project(np.zeros((2, 0)), columns, ["push"])
     np.testing.assert_allclose(seen.static[:2], own.static, rtol=1e-6)
     value, slope = seen.at([1, 3], 4.0)
     for found, expected in zip((value, slope), own.at([1, 3], 4.0), strict=True):

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from slipstick.case.fe import MOST_CONTACTS, MaterialTable, ReductionTable, material_of, material_text
+from slipstick.case.fe import MOST_CONTACTS, MaterialTable, StressTable, material_of, material_text
 from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
 from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
 from slipstick.case.table import NotNegative, Positive
@@ -16,7 +16,7 @@ from slipstick.errors import InputError
 _DIMENSIONS = ("height", "chord", "thickness", "twist")
 
 
-class BladeTable(ReductionTable):
+class BladeTable(StressTable):
     """``[structure] kind = "blade"``: a parametric turbine blade with contacts on its shroud, SI units."""
 
     kind: Literal["blade"]
@@ -63,6 +63,8 @@ def _blade(table: BladeTable, folder: Path, tell: Tell) -> Body:
             radius=table.radius,
             film=table.film,
             up_to=table.up_to,
+            stress=table.stress,
+            stress_at=table.stress_at,
             loss_factor=table.loss_factor,
             cache=cache,
             listener=hear,
@@ -77,7 +79,7 @@ def _blade_script(keys: KeysToWrite, _folder: Path) -> list[str]:
     shape = call("blade_shape", literal(size), **dimensions) if dimensions else literal(size)
     material = keys.take("material")
     arguments = {} if material is None else {"material": material_text(material.model_dump(exclude_none=True))}
-    arguments |= keys.rest("contacts", "radius", "film", "modes", "loss_factor")
+    arguments |= keys.rest("contacts", "radius", "film", "modes", "loss_factor", "stress", "stress_at")
     if keys.take("up_to") is not None:
         arguments["up_to"] = quantity_text(keys.raw["up_to"])
     body = call("ss.reduced_blade", shape, **arguments, cache=here(CACHE))

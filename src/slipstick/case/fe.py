@@ -78,6 +78,16 @@ def _films(value: object) -> dict[str, float]:
     return {name: float(h) for name, h in value.items()}
 
 
+def _elements(value: Any) -> Any:
+    """A name, a number, or a list of them."""
+    items = value if isinstance(value, list) else [value]
+    if not (items and all((isinstance(item, str) and item) or (is_whole(item) and item >= 0) for item in items)):
+        raise unexpected(_ELEMENTS)
+    return value
+
+
+_ELEMENTS = 'elements: "all", or a list of numbers and names of element sets or surfaces such as ["TIP", 17]'
+Elements = Annotated[Any, PlainValidator(_elements)]
 SurfaceName = Annotated[Any, PlainValidator(_surface)]
 Contacts = Annotated[Any, PlainValidator(_contacts)]
 Shapes = Annotated[dict[str, str], PlainValidator(_shapes)]
@@ -137,7 +147,24 @@ class ReductionTable(Table):
         return []
 
 
-class FeTable(ReductionTable):
+class StressTable(ReductionTable):
+    """What takes stresses at chosen elements too."""
+
+    stress: Elements | None = Field(default=None, description=_ELEMENTS)
+    stress_at: Literal["elements", "nodes"] = Field(
+        default="elements", description='"elements" or "nodes": stress at centroids, or at nodes'
+    )
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """Where is said of what is there."""
+        faults = super().cross_check(raw)
+        if "stress_at" in raw and "stress" not in raw:
+            faults.append(Fault("stress_at", "is given without stress", remedy='give stress = "all", or elements'))
+        return faults
+
+
+class FeTable(StressTable):
     """``[structure] kind = "fe"``."""
 
     kind: Literal["fe"]
@@ -229,6 +256,8 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
             cache=reduction_folder(folder),
             listener=hear,
             residuals=table.residuals,
+            stress=table.stress,
+            stress_at=table.stress_at,
         ),
         force=table.force,
     )
@@ -280,7 +309,7 @@ def _fe_script(keys: KeysToWrite, _folder: Path) -> list[str]:
     up_to = keys.take("up_to")
     reduction = keys.rest(
         "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy",
-        "loss_factor", "damping_ratio", "force", "residuals",
+        "loss_factor", "damping_ratio", "force", "residuals", "stress", "stress_at",
     )  # fmt: skip
     if up_to is not None:
         reduction["up_to"] = quantity_text(keys.raw["up_to"])

@@ -38,6 +38,7 @@ from slipstick.structure.reduction.sector import SectorModes
 from slipstick.structure.residuals import FullModel, NearField
 from slipstick.structure.skin import Skin
 from slipstick.structure.solved_modes import SolvedModes
+from slipstick.structure.strains import StrainPlaces, Strains
 from slipstick.structure.tabulated import TabulatedStructure
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray
@@ -81,6 +82,8 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "tabulated receptances": (TabulatedStructure, lambda s: s.arguments),
     "load shape": (LoadShape, _by_fields),
     "skin": (Skin, _by_fields),
+    "strains": (Strains, _by_fields),
+    "strain places": (StrainPlaces, _by_fields),
     "contact": (ContactPair, _by_fields),
     "friction": (FrictionContact, _by_fields),
     "planar friction": (PlanarFrictionContact, _by_fields),

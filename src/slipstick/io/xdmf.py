@@ -1,4 +1,4 @@
-"""The moving surface of a body as XDMF, for ParaView: frames are times of a period, or points of wear."""
+"""The moving surface of a body, or stressed elements, as XDMF for ParaView: frames are times of a period, or points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from slipstick.replacing import replacing
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
+    import xarray
+
     from slipstick.branch import Branch
+    from slipstick.structure.strains import StrainPlaces
 
 MOST_FRAMES = 1000
 _FIRST = '<xi:include xpointer="xpointer(/Xdmf/Domain/Grid/Grid[1]/*[self::Topology or self::Geometry])"/>'
@@ -53,7 +56,9 @@ def write_shape(branch: Branch, path: str | Path, point: int, *, frames: int = 3
         {"displacement": x, **({} if states is None else {STATE: _at_nodes(states[k], shown)}), **still}
         for k, x in enumerate(motion)
     )
-    _written(target, _lines(title, deflection.skin.nodes, deflection.skin.triangles, tau / omega, frames_of))
+    _written(
+        target, _lines(title, deflection.skin.nodes, _triangles(deflection.skin.triangles), tau / omega, frames_of)
+    )
     return target
 
 
@@ -111,8 +116,36 @@ def write_wear(branch: Branch, path: str | Path) -> Path:
         for k in range(len(branch))
     )  # fmt: skip
     title = str(data.attrs.get("title", "")) or "wear"
-    _written(target, _lines(title, deflection.skin.nodes, deflection.skin.triangles, data["cycles"].values, frames))
+    topology = _triangles(deflection.skin.triangles)
+    _written(target, _lines(title, deflection.skin.nodes, topology, data["cycles"].values, frames))
     return target
+
+
+_TYPES = {"tet4": 6, "pyramid5": 7, "wedge6": 8, "hex8": 9}
+"""Numbers of solids in a mixed topology of XDMF."""
+
+STRESSES = (
+    "von_mises_largest", "von_mises_amplitude", "von_mises_static", "stress_mean", "stress_alternating",
+)  # fmt: skip
+
+
+def write_stress_shape(places: StrainPlaces, stress: xarray.Dataset, times: AnyArray, path: Path) -> Path:
+    """Write the elements of places as XDMF, coloured by their stresses, a frame for each point; the path.
+
+    Elements have straight edges between their corners. Raises InputError if the file cannot be written.
+    """
+    rows = [np.column_stack([np.full(len(block), _TYPES[kind]), block]).ravel() for kind, block in places.cells.items()]
+    count = sum(map(len, places.cells.values()))
+    topology = f'<Topology TopologyType="Mixed" NumberOfElements="{count}">{_item(np.concatenate(rows))}</Topology>'
+    frames = ({name: stress[name].to_numpy()[k] for name in STRESSES} for k in range(stress.sizes["point"]))
+    center = "Cell" if places.at == "elements" else "Node"
+    title = str(stress.attrs.get("title", "")) or "stress"
+    _written(path, _lines(title, places.nodes, topology, times, frames, center))
+    return path
+
+
+def _triangles(triangles: AnyArray) -> str:
+    return f'<Topology TopologyType="Triangle" NumberOfElements="{len(triangles)}">{_item(triangles)}</Topology>'
 
 
 def _written(target: Path, lines: Iterator[str]) -> None:
@@ -126,18 +159,22 @@ def _written(target: Path, lines: Iterator[str]) -> None:
 
 
 def _lines(
-    title: str, nodes: AnyArray, triangles: AnyArray, times: AnyArray, frames: Iterable[Mapping[str, AnyArray]]
+    title: str,
+    nodes: AnyArray,
+    topology: str,
+    times: AnyArray,
+    frames: Iterable[Mapping[str, AnyArray]],
+    center: str = "Node",
 ) -> Iterator[str]:
     yield '<?xml version="1.0" encoding="utf-8"?>'
     yield '<Xdmf Version="3.0" xmlns:xi="http://www.w3.org/2001/XInclude"><Domain>'
     yield f'<Grid Name={quoteattr(title)} GridType="Collection" CollectionType="Temporal">'
-    topology = f'<Topology TopologyType="Triangle" NumberOfElements="{len(triangles)}">{_item(triangles)}</Topology>'
     mesh = f'{topology}<Geometry GeometryType="XYZ">{_item(nodes)}</Geometry>'
     for time, values in zip(times, frames, strict=True):
         yield f'<Grid Name="surface" GridType="Uniform">{mesh}<Time Value="{time:.9g}"/>'
-        for name, of_nodes in values.items():
-            kind = "Vector" if of_nodes.ndim == 2 else "Scalar"
-            yield f'<Attribute Name="{name}" AttributeType="{kind}" Center="Node">{_item(of_nodes)}</Attribute>'
+        for name, numbers in values.items():
+            kind = "Vector" if numbers.ndim == 2 else "Scalar"
+            yield f'<Attribute Name="{name}" AttributeType="{kind}" Center="{center}">{_item(numbers)}</Attribute>'
         yield "</Grid>"
         mesh = _FIRST
     yield "</Grid></Domain></Xdmf>"

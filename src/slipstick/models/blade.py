@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -16,13 +16,14 @@ from slipstick.faults import SMALLEST, Gathering, count_or_numbers, frequency, n
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.materials import Material
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
-from slipstick.models.reduced_body import FullMatrices, ReducedBody
-from slipstick.models.surface_model import ContactModel, contact_model
+from slipstick.models.reduced_body import FullMatrices, ReducedBody, wanted_elements
+from slipstick.models.surface_model import ContactModel, contact_model, strain_rows
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.reduction import store as reduction_store
-from slipstick.structure.reduction.reduce import reduce_model
+from slipstick.structure.reduction.reduce import StrainRows, reduce_model
 from slipstick.structure.reduction.request import tools
 from slipstick.structure.skin import Skin
+from slipstick.structure.strains import StrainPlaces, Strains
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -36,6 +37,9 @@ INCONEL_718 = Material(young=208e9, poisson=0.29, density=8200.0, conductivity=1
 _STRUCTURE = ("omega", "mode_shapes", "static_compliance", "second_residual")
 _POINTS = ("positions", "normals", "areas", "influence")
 _SKIN = ("skin_nodes", "skin_triangles", "skin_modes", "skin_static", "skin_pressure")
+_PLACES = ("labels", "positions", "young", "poisson", "nodes")
+_ROWS = ("cells", "modes", "static", "second", "pressure", "second_pressure")
+_STRAINS = tuple(f"strain_{name}" for name in (*_PLACES, *_ROWS))
 _LOAD = ("participation", "static_response", "second_response")
 
 
@@ -57,6 +61,8 @@ class BladeModel:
     modes, up_to
         Number of modes kept; None: as many as their accuracy asks for, also up to a frequency (rad/s) where
         ``up_to`` is set: see ``ss.reduced_body``.
+    stress, stress_at
+        Elements whose stress is wanted, by number or by surface, and where: see ``ss.reduced_body``.
     """
 
     shape: BladeShape = field(default_factory=BladeShape)
@@ -66,6 +72,8 @@ class BladeModel:
     film: float = 200.0
     modes: int | None = None
     up_to: float | None = None
+    stress: str | int | Sequence[str | int] | None = None
+    stress_at: str = "elements"
 
     def __post_init__(self) -> None:
         gathering, length = Gathering(), "a length > 0, or None"
@@ -77,6 +85,7 @@ class BladeModel:
             "film": gathering.take(number, "blade, film", self.film, "a convection coefficient >= 0", above=0.0),
             "modes": gathering.optional(whole, "blade, modes", self.modes, 1),
             "up_to": gathering.optional(frequency, "blade, up_to", self.up_to),
+            "stress": gathering.take(wanted_elements, self.stress, self.stress_at),
         }
         if self.modes is not None and self.up_to is not None:
             gathering.faults.append(Fault("blade, modes", "both modes and up_to are given", remedy="keep one"))
@@ -127,6 +136,8 @@ def reduced_blade(
     film: float = 200.0,
     modes: int | None = None,
     up_to: float | None = None,
+    stress: str | int | Sequence[str | int] | None = None,
+    stress_at: Literal["elements", "nodes"] = "elements",
     loss_factor: float = 0.0,
     cache: str | Path | None = None,
     listener: StageListener | None = None,
@@ -141,7 +152,7 @@ def reduced_blade(
     shape
         "small", "medium" or "large" (about 5 200, 30 000, 104 000 dofs), or dimensions: see
         ``slipstick.models.blade_mesh.blade_shape``.
-    material, contacts, radius, film, modes, up_to
+    material, contacts, radius, film, modes, up_to, stress, stress_at
         See :class:`BladeModel`.
     loss_factor
         Hysteretic; not part of what is stored.
@@ -163,12 +174,15 @@ def reduced_blade(
         film=film,
         modes=modes,
         up_to=up_to,
+        stress=stress,
+        stress_at=stress_at,
     )
     _check_tools(loss_factor, cache, listener, solver)
     began = perf_counter()
     path = None if cache is None else Path(cache) / f"blade-{_key(setup, solver)}.npz"
     stored = None if path is None else reduction_store.read(path)
-    if stored is not None and set(stored) >= {*_STRUCTURE, *_POINTS, *_LOAD, *_SKIN, "n_dofs", "solver"}:
+    wanted = {*_STRUCTURE, *_POINTS, *_LOAD, *_SKIN, *(_STRAINS if setup.stress else ()), "n_dofs", "solver"}
+    if stored is not None and set(stored) >= wanted:
         return _body(setup, stored, loss_factor, {"reading the stored blade": perf_counter() - began}, reused=True)
     arrays, seconds = _computed(setup, listener, solver)
     if path is not None:
@@ -193,6 +207,7 @@ def _computed(
         whole.model.M,
         modes=setup.modes,
         reach=setup.up_to or 0.0,
+        strains=_strain_rows(setup, whole),
         solver=solver,
         listener=listener,
         **whole.request,
@@ -204,6 +219,7 @@ def _computed(
         **{name: getattr(points, name) for name in _POINTS},
         **{name: np.asarray(getattr(load, name)) for name in _LOAD},
         **_skin_arrays(structure.skin),
+        **({} if structure.strains is None else _strain_arrays(structure.strains)),
         "n_dofs": np.array(reduction.n_full),
         "solver": np.array(reduction.solver),
     }
@@ -220,6 +236,7 @@ def _body(
         loss_factor=loss_factor,
         load_shapes={"pressure": LoadShape(**{name: arrays[name] for name in _LOAD})},
         skin=_skin(arrays),
+        strains=_strains(setup, arrays) if setup.stress else None,
     )
     return ReducedBody(
         structure=structure,
@@ -242,6 +259,33 @@ def _skin_arrays(skin: Skin | None) -> dict[str, Any]:
 def _skin(arrays: Mapping[str, Any]) -> Skin:
     nodes, triangles, modes, static, pressure = (arrays[name] for name in _SKIN)
     return Skin(nodes=nodes, triangles=triangles, modes=modes, static=static, loads={"pressure": pressure})
+
+
+def _strain_rows(setup: BladeModel, whole: ContactModel) -> StrainRows | None:
+    if setup.stress is None:
+        return None
+    return strain_rows(whole.model, setup.material, setup.stress, setup.stress_at)
+
+
+def _strain_arrays(strains: Strains) -> dict[str, Any]:
+    places = strains.places
+    known = {name: getattr(places, name) for name in _PLACES} | {"cells": places.cells["hex8"]}
+    known |= {"modes": strains.modes, "static": strains.static, "second": strains.second}
+    known |= {"pressure": strains.loads["pressure"], "second_pressure": strains.second_loads["pressure"]}
+    return {f"strain_{name}": value for name, value in known.items()}
+
+
+def _strains(setup: BladeModel, arrays: Mapping[str, Any]) -> Strains:
+    known = {name: arrays[f"strain_{name}"] for name in (*_PLACES, *_ROWS)}
+    places = {name: known[name] for name in _PLACES}
+    return Strains(
+        places=StrainPlaces(at=setup.stress_at, cells={"hex8": known["cells"]}, **places),
+        modes=known["modes"],
+        static=known["static"],
+        second=known["second"],
+        loads={"pressure": known["pressure"]},
+        second_loads={"pressure": known["second_pressure"]},
+    )
 
 
 def _full(setup: BladeModel) -> FullMatrices:

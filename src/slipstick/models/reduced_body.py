@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from slipstick.faults import (
     number,
     number_or_numbers,
     one,
+    one_or_listed,
     shown,
     suggestion,
     table,
@@ -34,10 +35,11 @@ from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.equations import COMPONENTS
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
-from slipstick.models.surface_model import ContactModel, of_import, skin_rows, with_contacts
+from slipstick.models.surface_model import ContactModel, of_import, skin_rows, strain_rows, with_contacts
 from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
-from slipstick.structure.reduction.reduce import SkinRows, receptance_error, reduce_model
+from slipstick.structure.reduction.reduce import SkinRows, StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind, tools
+from slipstick.structure.strains import ELEMENTS, MOST_NUMBER, NODES
 from slipstick.typing import Array, Matrix, Reals
 
 if TYPE_CHECKING:
@@ -125,6 +127,8 @@ def reduced_body(
     damping_ratio: float = 0.0,
     force: bool = False,
     residuals: str = "auto",
+    stress: str | int | Sequence[str | int] | None = None,
+    stress_at: Literal["elements", "nodes"] = "elements",
     cache: str | Path | None = None,
     listener: StageListener | None = None,
 ) -> ReducedBody:
@@ -157,6 +161,10 @@ def reduced_body(
         Take a reduction that is too coarse for ``up_to``.
     residuals
         "written", "solved" or "auto": how what the modes leave out is applied, see ``reduce``.
+    stress, stress_at
+        Elements whose strain and stress are wanted of the results (``branch.stress``): "all", or their numbers, names
+        of element sets, or of surfaces they have a face on; at their centroids ("elements") or their "nodes". They
+        need the mesh and its materials, and residuals that are "written", as "auto" then takes them.
     cache
         Folder in which reductions are kept; the same model and options are read from there.
 
@@ -190,8 +198,10 @@ def reduced_body(
     gathering.take(truth, "force", force)
     gathering.take(residuals_kind, residuals)
     gathering.take(tools, None, cache, listener)
+    elements = gathering.take(wanted_elements, stress, stress_at)
     gathering.end()
     _refuse(model, wanted)
+    strains = None if elements is None else _strains(model, elements, stress_at)
     body = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = (
         {**_kept(model, wanted.keep), "skin": _seen(model)} if body is None else _with_kept(body, model, wanted.keep)
@@ -212,8 +222,9 @@ def reduced_body(
         cache=cache,
         listener=listener,
         residuals=residuals,
+        strains=strains,
     )
-    unused = tuple(_unused(model))
+    unused = (*_unused(model), *([] if strains is None else _unseen_stress(model)))
     warn(unused)
     return ReducedBody(
         structure=reduction.structure,
@@ -383,6 +394,36 @@ def _seen(model: ImportedModel) -> SkinRows | None:
         return None if model.mesh is None else skin_rows(of_import(model))
     except InputError:  # rotations, or another mesh: it can be computed, and not seen
         return None
+
+
+def wanted_elements(stress: Any, at: Any) -> Any:
+    """What ``chosen_elements`` takes, or None."""
+    if not isinstance(at, str) or at not in (ELEMENTS, NODES):
+        raise wrong("stress_at", at, f'"{ELEMENTS}" or "{NODES}"')
+    if stress is None:
+        return None
+    expected = '"all", or numbers of elements, names of element sets or surfaces'
+    items = one_or_listed("stress", stress, expected)
+    if not items:
+        raise wrong("stress", stress, expected)
+    return [item if isinstance(item, str) else whole("stress, element number", item, 0, MOST_NUMBER) for item in items]
+
+
+def _strains(model: ImportedModel, elements: Any, at: str) -> StrainRows:
+    """Strains of a model that brought a mesh with materials."""
+    missing = "no mesh" if model.mesh is None else "a mesh without materials" if not model.materials else ""
+    if missing:
+        what = f"{model.source} has {missing}, and stress comes from elements and their material"
+        raise InputError(Fault("stress", what, remedy="import the mesh too, with its materials, or leave stress out"))
+    return strain_rows(of_import(model, "stress"), model.materials, elements, at)
+
+
+def _unseen_stress(model: ImportedModel) -> Iterator[str]:
+    if model.speed:
+        yield (
+            f"{model.source}: the stress is that of vibration, from the mesh at rest; that of rotation, and what it "
+            "changes in the places of the nodes, is not in it: add it to the mean stress"
+        )
 
 
 def _kept(model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:

@@ -24,8 +24,9 @@ from slipstick.fem.loads import pressure_load
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.strains import chosen_elements, strain_matrix
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
-from slipstick.structure.reduction.reduce import SkinRows
+from slipstick.structure.reduction.reduce import SkinRows, StrainRows
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
@@ -76,6 +77,15 @@ def skin_rows(model: ElasticModel) -> SkinRows:
     """The surface of a body, with its dofs: what shows its shape."""
     nodes, triangles = skin_of(model.mesh)
     return SkinRows(nodes=model.mesh.nodes[nodes], triangles=triangles, rows=model.rows_of(nodes))
+
+
+def strain_rows(model: ElasticModel, materials: Materials, stress: Any, at: str) -> StrainRows:
+    """Strains at chosen elements: "all", or their numbers, or names of element sets and surfaces.
+
+    ``at`` is "elements" or "nodes"; see ``slipstick.fem.strains``.
+    """
+    places, matrix = strain_matrix(model.mesh, materials, chosen_elements(model.mesh, stress), at)
+    return StrainRows(places=places, rows=model.restrict(matrix))
 
 
 def contact_model(
@@ -146,15 +156,16 @@ def _influence(
     return influence_matrix(matrix, patches.weights, fixed=fixed, solve=solve)
 
 
-def of_import(imported: ImportedModel) -> ElasticModel:
+def of_import(imported: ImportedModel, what: str = "contacts on a surface") -> ElasticModel:
     """The elastic model of an imported one that brought its mesh: its matrices, our surfaces and patches.
+
+    ``what`` needs it, in messages.
 
     Raises
     ------
     InputError
         If it has no mesh, has rotations, or its nodes are not those of the mesh.
     """
-    what = "contacts on a surface"
     mesh = mesh_of(imported, what)
     free = rows_in_mesh(imported, mesh, imported.dof_nodes, imported.dof_components, what)
     conducts = imported.materials and all(m.conductivity > 0.0 for m in imported.materials.values())

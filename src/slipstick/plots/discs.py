@@ -10,8 +10,8 @@ from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import number, one
 from slipstick.plots.points import point_number, point_titled
-from slipstick.plots.quantities import dataset_of, units_of, with_unit
-from slipstick.plots.style import styled
+from slipstick.plots.quantities import NO_POINTS, abscissa, dataset_of, parted, units_of, with_unit
+from slipstick.plots.style import COLOURS, GREY, legend, styled, titled
 from slipstick.results.disc import disc_of
 from slipstick.typing import Array, DrawnAxes
 
@@ -77,6 +77,58 @@ def disc(branch: Branch, point: int, dof: str | None = None, *, tau: float = 0.0
     bar.ax.yaxis.set_label_text(label, parse_math=False)
     if new:
         point_titled(ax, dataset, point, [])
+    return ax
+
+
+def blades(
+    branch: Branch, dof: str | None = None, *, frequency: str | None = None, ax: Axes | None = None
+) -> DrawnAxes:
+    """Amplitudes of a dof of every blade of a disc versus frequency or the followed parameter, and their largest.
+
+    Parameters
+    ----------
+    branch
+        Results of a travelling wave or of a whole disc, with their problem; those of a wave are one curve.
+    dof
+        A dof of a sector, by default the first that is known at all of them.
+    frequency
+        Unit of the frequency axis, as of ``response``.
+    ax
+        Axes to draw into.
+
+    Returns
+    -------
+    Axes
+        ``ax.lines`` are the blades in their order, thin, the one that reaches the largest amplitude thick and named;
+        dotted above them the largest of all at each point, where no blade stays the worst.
+
+    Raises
+    ------
+    InputError
+        As :func:`disc`.
+    """
+    found, dataset, new = disc_of(one("branch", branch, Branch, "an ss.Branch")), dataset_of(branch), ax is None
+    if found is None or not found.dofs:
+        raise InputError("blades: the results are not of a travelling wave or a disc, or without their problem")
+    if not dataset.sizes["point"]:
+        raise InputError(NO_POINTS)
+    dof = next(iter(found.dofs)) if dof is None else dof
+    amplitude, along = branch.on_disc(dof).to_numpy(), abscissa(dataset, frequency)
+    x, largest, *each = parted(dataset, along.values(dataset), amplitude.max(axis=1), *amplitude.T)
+    label = with_unit(f"Amplitude of {dof}", units_of(dataset).label("length"))
+    ax = styled(ax, along.label, label)
+    if not found.whole:
+        ax.plot(x, largest, linewidth=1.6, label="every blade")
+    else:
+        worst = int(np.argmax(amplitude.max(axis=0)))
+        lines = [ax.plot(x, y, color=COLOURS[0], linestyle="-", linewidth=0.7, alpha=0.6)[0] for y in each]
+        lines[0 if worst else -1].set_label("others")
+        lines[worst].set(color=COLOURS[1], linewidth=1.8, alpha=1.0, zorder=3, label=f"blade {worst}, the largest")
+        if (amplitude.max(axis=1) > amplitude[:, worst]).any():
+            ax.plot(x, largest, color=GREY, linewidth=1.0, linestyle=":", label="largest of all")
+    legend(ax)
+    if new:
+        titled(ax.figure, str(dataset.attrs.get("title", "")))
     return ax
 
 

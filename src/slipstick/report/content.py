@@ -13,15 +13,17 @@ from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, planar_
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.results.deflection import deflection_of
+from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
+from slipstick.typing import Array
 from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
     from slipstick.results.table import ResultTable
+    from slipstick.structure.skin import Skin
 
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
@@ -265,13 +267,42 @@ def shape_of(branch: Branch) -> dict[str, Any] | None:
     if getattr(structure, "skin", None) is None or not len(branch):
         return None
     deflection = deflection_of(branch, small=UNSEEN)
+    worn = _worn_on(branch)
     size = float(np.abs(deflection.fields).max()) or 1.0
     return {
         "nodes": packed(deflection.skin.nodes, "f4"),
         "triangles": packed(deflection.skin.triangles, "u2"),
         "fields": packed(deflection.fields.T / size, "f4"),
         "coefficients": fixed(deflection.coefficients * size, 3),
+        **({} if worn is None else {"worn": worn}),
     }
+
+
+def _worn_on(branch: Branch) -> dict[str, Any] | None:
+    """Contact shown at each node of the surface, counted from 1, 0 for none, and worn depth of all contacts."""
+    if analysis_of(branch.table) != "wear" or "worn_depth" not in branch.table or branch.problem is None:
+        return None
+    skin: Skin = branch.problem.structure.skin  # type: ignore[attr-defined]
+    nodes = contact_nodes(branch.problem)
+    shown = nearest_contacts(skin, nodes)
+    if not (shown >= 0).any():
+        return None
+    depth = np.nan_to_num(branch.table["worn_depth"].to_numpy())
+    turn = _looking_at(outward(skin, nodes)[1])
+    return {"contact": packed(shown + 1, "u2"), "depth": packed(depth, "f8"), "turn": turn}
+
+
+_FROM_ABOVE, _ASIDE = 60.0, -35.0
+"""A surface is seen from this high at most, and this far beside its normal; degrees."""
+
+
+def _looking_at(normal: Array) -> list[int]:
+    """Angles, degrees, from which a surface of this normal is seen, the body still upright."""
+    x, y, z = normal / (float(np.linalg.norm(normal)) or 1.0)
+    level = float(np.hypot(x, y))
+    yaw = np.degrees(np.arctan2(-x, -y)) if level > 0.1 else 0.0
+    pitch = np.clip(np.degrees(np.arctan2(z, level)) + (20.0 if level > 0.9 else 0.0), -_FROM_ABOVE, _FROM_ABOVE)
+    return [round((yaw + _ASIDE + 180.0) % 360.0 - 180.0), round(float(pitch))]
 
 
 MOST_ON_DISC = 3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.balance.balance import Balance
 from slipstick.errors import InputError
 from slipstick.results.truncation import moved
-from slipstick.structure.skin import AtSkin, Skin
+from slipstick.structure.skin import Recovered, Skin
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
@@ -55,7 +55,10 @@ def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:
     if skin is None:
         raise InputError("the structure of this branch has no surface to be seen; a model with a mesh has one")
     basis = skin.basis
-    motion = np.concatenate([_motion(balance, skin, basis, data) for balance, data in _parts(branch)])
+    motion = np.concatenate([
+        recovered_motion(balance, skin.along(basis, balance.problem.structure), data)
+        for balance, data in parts_of(branch, range(len(branch)))
+    ])  # fmt: skip
     n, k, L = motion.shape
     shapes, sizes, _ = np.linalg.svd(motion.transpose(1, 0, 2).reshape(k, n * L), full_matrices=False)
     kept = max(1, int(np.sum(sizes > small * sizes[0])) if sizes.size else 1)
@@ -119,22 +122,29 @@ def nearest_contacts(skin: Skin, nodes: IntArray) -> IntArray:
     return out
 
 
-def _parts(branch: Branch) -> Iterator[tuple[Balance, ResultTable]]:
+def outward(skin: Skin, nodes: IntArray) -> tuple[Array, Array]:
+    """Normals (n_triangles, 3) of a skin, as long as twice the areas, and their sum where contacts lie, (3,)."""
+    corners = skin.nodes[skin.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    touched = np.isin(skin.triangles, nodes[nodes >= 0]).any(axis=1)
+    return normals, normals[touched].sum(axis=0)
+
+
+def parts_of(branch: Branch, points: Sequence[int]) -> Iterator[tuple[Balance, ResultTable]]:
     """Points of one problem together: all of them, or one by one where a parameter was followed."""
     problem: Problem | None = branch.problem
     assert problem is not None
     if not branch.table.attrs.get("parameter"):
-        yield Balance(problem), branch.table
+        yield Balance(problem), branch.table.at(points)
         return
-    for point in range(len(branch)):
+    for point in points:
         yield Balance(branch.problem_at(point)), branch.table.at([point])
 
 
-def _motion(balance: Balance, skin: Skin, basis: Array, data: ResultTable) -> Array:
-    """Coefficients (n, k, L) of the basis."""
+def recovered_motion(balance: Balance, recovered: Recovered, data: ResultTable) -> Array:
+    """Coefficients (n, n_rows, L) of rows that are no dofs, under the forces of the points and the loads."""
     problem = balance.problem
-    at_skin = AtSkin(problem.structure, skin, basis)  # type: ignore[arg-type]
-    receptance = problem.load_columns.receptance(at_skin, np.zeros((0, 0)), balance.directions)  # type: ignore[arg-type]
+    receptance = problem.load_columns.receptance(recovered, np.zeros((0, 0)), balance.directions)  # type: ignore[arg-type]
     omega = data["omega"].to_numpy()
     P = np.broadcast_to(-problem.inputs.P, (len(omega), *problem.inputs.P.shape))
     G = np.concatenate([_forces(balance, data), P], axis=1)

@@ -18,7 +18,7 @@ FIGURES = (
     *("response", "mean", "phase", "spectrum", "history"),
     *("power", "fractions", "friction", "temperature", "loop", "states"),
 )
-_FURTHER_FIGURES = ("backbone", "damping", "stability", "wear")
+_FURTHER_FIGURES = ("backbone", "damping", "stability", "wear", "worn_surface")
 _FILES = (
     *(RESULTS, RESULTS + ".journal", REPORT),
     *(f"{figure}.{ending}" for figure in (*FIGURES, *_FURTHER_FIGURES) for ending in FORMATS),

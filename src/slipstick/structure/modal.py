@@ -30,7 +30,8 @@ from slipstick.structure.matrix_checks import fed_modes, semidefinite_to
 from slipstick.structure.npz import array_shapes, read_any, read_arrays
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import MODE_QUANTITIES, ModalReceptance, mode_name, mode_place
-from slipstick.structure.skin import Skin
+from slipstick.structure.skin import Skin, with_more
+from slipstick.structure.strains import Strains
 from slipstick.structure.truncation import Truncation, load_arrays
 from slipstick.typing import Array, Reals
 
@@ -104,6 +105,8 @@ class ModalStructure:
         Factor on the viscous damping ratios, >= 0: the parameter "damping".
     skin
         Surface of the body with its motion, to see its shape; None: it is not known.
+    strains
+        Strains at chosen elements, from which ``branch.stress`` comes; None: they are not known.
 
     Raises
     ------
@@ -134,6 +137,7 @@ class ModalStructure:
         load_shapes: Mapping[str, LoadShape] | None = None,
         damping: float = 1.0,
         skin: Skin | None = None,
+        strains: Strains | None = None,
     ) -> None:
         self._dofs, faults = checked_names(dofs)
         arguments = {
@@ -154,8 +158,10 @@ class ModalStructure:
         self.damping = float(real(damping))
         self.shapes = {name: shape.real() for name, shape in shapes.items()}
         self.skin = None if skin is None else one("skin", skin, Skin, "a structure.skin.Skin, or None")
-        if self.skin is not None and not faults:
-            faults += self.skin.faults(self.omega.size, len(self._dofs), tuple(self.shapes))
+        self.strains = None if strains is None else one("strains", strains, Strains, "a structure.strains.Strains")
+        for part in (self.skin, self.strains):
+            if part is not None:
+                faults += part.faults(self.omega.size, len(self._dofs), tuple(self.shapes))
         if faults:
             raise InputError(faults)
         self._take_compliance(*(None if part is None else real(part) for part in (static_compliance, second_residual)))
@@ -310,7 +316,8 @@ class ModalStructure:
         names = ("omega", "mode_shapes", "dofs", "loss_factor", "second_residual", "damping", "skin")
         compliance = self.static_compliance if self._knows_residual else None
         numbers = {name: getattr(self, name) for name in names} | {"damping_ratio": self._viscous}
-        return {**numbers, "static_compliance": compliance, "load_shapes": self.shapes}
+        strains = {} if self.strains is None else {"strains": self.strains}  # not known to earlier versions
+        return {**numbers, "static_compliance": compliance, "load_shapes": self.shapes, **strains}
 
     @property
     def load_shapes(self) -> tuple[str, ...]:
@@ -348,11 +355,20 @@ class ModalStructure:
             second=second,
         )
 
-    def receptance_to(self, left: Array, static: Array, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
-        """Receptance to what is no dof: ``left`` its modes (n_rows, n_modes), ``static`` exact (n_rows, n_columns)."""
-        return self._receptance(
-            left, self.modal_parts(np.zeros((len(self._dofs), 0)), columns, shapes)[1], static, None
-        )
+    def receptance_to(
+        self,
+        left: Array,
+        static: Array,
+        columns: ArrayLike,
+        shapes: Sequence[str] = (),
+        second: Array | None = None,
+    ) -> Receptance:
+        """Receptance to what is no dof: ``left`` its modes (n_rows, n_modes), ``static`` exact (n_rows, n_columns).
+
+        ``second`` is its second residual, where that is known.
+        """
+        right = self.modal_parts(np.zeros((len(self._dofs), 0)), columns, shapes)[1]
+        return self._receptance(left, right, static, second)
 
     @property
     def values(self) -> dict[str, float]:
@@ -403,6 +419,9 @@ class ModalStructure:
             )
             for name, shape in self.shapes.items()
         }
+        participation = {name: np.asarray(shape.participation) for name, shape in self.shapes.items()}
+        new.skin = with_more(self.skin, more, self.mode_shapes, participation)
+        new.strains = with_more(self.strains, more, self.mode_shapes, participation)
         for remembered in ("_truncation", "valid_to"):
             new.__dict__.pop(remembered, None)
         return new

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -78,10 +78,7 @@ class Skin:
 
     def faults(self, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[Fault]:
         """Why this is no skin of a structure with so many modes and dofs, and these load shapes."""
-        sizes = (np.shape(self.modes)[1], np.shape(self.static)[1])
-        wrong = Fault("skin", found=f"modes and dofs {sizes}", expected=f"{(modes, dofs)}")
-        missing = [Fault("skin", f"it has no load shape '{name}'") for name in shapes if name not in self.loads]
-        return missing if sizes == (modes, dofs) else [wrong, *missing]
+        return rows_faults("skin", self, modes, dofs, shapes)
 
     @property
     def basis(self) -> Array:
@@ -90,22 +87,71 @@ class Skin:
         scaled = [np.asarray(c, dtype=float) / max(float(np.abs(c).max(initial=0.0)), 1e-300) for c in columns]
         return np.asarray(np.linalg.qr(np.hstack(scaled))[0])
 
+    def along(self, basis: Array, structure: ModalStructure) -> Recovered:
+        """The structure whose receptance is to the ``k`` columns of a basis (3 n, k) of the motion of the skin.
 
-@dataclass(frozen=True)
-class AtSkin:
-    """A structure whose receptance is to the ``k`` columns of a basis (3 n, k) of the motion of its skin."""
+        How what the modes leave out grows with frequency is not known there.
+        """
+        loads = {name: basis.T @ load for name, load in self.loads.items()}
+        return Recovered(structure=structure, modes=basis.T @ self.modes, static=basis.T @ self.static, loads=loads)
+
+
+class KnownRows(Protocol):
+    """What modes and forces do at rows that are no dofs: (n_rows, n_modes), (n_rows, n_dofs), loads (n_rows,)."""
+
+    @property
+    def modes(self) -> Array: ...  # noqa: D102
+    @property
+    def static(self) -> Array: ...  # noqa: D102
+    @property
+    def loads(self) -> Mapping[str, Array]: ...  # noqa: D102
+
+
+R = TypeVar("R", bound=KnownRows)
+
+
+def rows_faults(name: str, rows: KnownRows, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[Fault]:
+    """Why these are no rows of a structure with so many modes and dofs, and these load shapes."""
+    sizes = (np.shape(rows.modes)[1], np.shape(rows.static)[1])
+    wrong = Fault(name, found=f"modes and dofs {sizes}", expected=f"{(modes, dofs)}")
+    missing = [Fault(name, f"it has no load shape '{shape}'") for shape in shapes if shape not in rows.loads]
+    return missing if sizes == (modes, dofs) else [wrong, *missing]
+
+
+def with_more(rows: R | None, more: Array, mode_shapes: Array, participation: Mapping[str, Array]) -> R | None:
+    """Rows whose modes at rest give ``more`` (n_modes,) times their squares, as those of other frequencies do."""
+    if rows is None:
+        return None
+    static = rows.static + (rows.modes * more) @ mode_shapes.T
+    loads = {name: load + rows.modes @ (more * participation[name]) for name, load in rows.loads.items()}
+    return replace(rows, static=static, loads=loads)  # type: ignore[type-var]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recovered:
+    """A structure whose receptance is to rows that are no dofs of it.
+
+    Attributes
+    ----------
+    modes, static, loads
+        Of its modes (n_rows, n_modes), of unit forces on its dofs (n_rows, n_dofs), of its load shapes (n_rows,).
+    second, second_loads
+        Second residuals of the last two, where they are known.
+    """
 
     structure: ModalStructure
-    skin: Skin
-    basis: Array
+    modes: Array
+    static: Array
+    loads: Mapping[str, Array]
+    second: Array | None = None
+    second_loads: Mapping[str, Array] = field(default_factory=dict)
     sparse_directions = True
 
     def project(self, rows: Matrix, columns: Matrix, shapes: Sequence[str] = ()) -> Receptance:
-        """Receptance from directions ``columns`` (n_dofs, n_columns) and loads to the basis; ``rows`` do not matter.
-
-        How what the modes leave out grows with frequency is not known at the skin.
-        """
+        """Receptance from directions ``columns`` (n_dofs, n_columns) and loads; ``rows`` do not matter."""
         known: Any = columns  # dense or sparse
-        static = np.column_stack([self.skin.static @ known, *(self.skin.loads[name] for name in shapes)])
-        left = self.basis.T @ self.skin.modes
-        return self.structure.receptance_to(left, self.basis.T @ static, columns, shapes)
+        static = np.column_stack([self.static @ known, *(self.loads[name] for name in shapes)])
+        second = None
+        if self.second is not None:
+            second = np.column_stack([self.second @ known, *(self.second_loads[name] for name in shapes)])
+        return self.structure.receptance_to(self.modes, static, columns, shapes, second)

@@ -36,6 +36,18 @@ def test_a_case_leaves_the_folder_that_python_computes(tmp_path: Path) -> None:
     assert slipstick("check", case).exit_code == 0
 
 
+def test_several_contacts_have_a_figure_of_their_depths(tmp_path: Path) -> None:
+    """Which a later run takes away again with the others."""
+    case, out = tmp_path / "worn.toml", tmp_path / "out"
+    damper = CASE[CASE.index("[[contact]]") : CASE.index("[response]")]
+    second = damper.replace('name = "damper"', 'name = "pad"')
+    case.write_text(CASE.replace("OMEGA", "10.0").replace(damper, damper + second))
+    assert slipstick("wear", case, "-o", out, "--no-report").exit_code == 0
+    assert {path.name for path in out.iterdir()} == {"worn.toml", "results.nc", "wear.png", "worn_surface.png"}
+    assert slipstick("wear", case, "-o", out, "--no-report", "--no-figures", "--force").exit_code == 0
+    assert {path.name for path in out.iterdir()} == {"worn.toml", "results.nc"}
+
+
 def test_worn_out_is_said(tmp_path: Path) -> None:
     case = tmp_path / "worn.toml"
     case.write_text(CASE.replace("OMEGA", "10.0\ndepth = 50.0"))

@@ -23,7 +23,7 @@ from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.residual import terms
 from slipstick.balance.states import Powered
 from slipstick.errors import InputError
-from slipstick.faults import warn, whole, wrong
+from slipstick.faults import point_numbers, warn, wrong
 from slipstick.results.record import Outputs, contact_states, unknowns
 from slipstick.results.schema import CYCLES, is_self_excited, state_names
 from slipstick.results.sensitivities import (
@@ -265,7 +265,7 @@ def sensitivity_of(
     if not isinstance(of, str) or of not in OF:
         raise wrong("of", of, " or ".join(f'"{name}"' for name in OF))
     chosen = parameter_names(branch.problem, parameters)
-    at = _points(points, table.sizes["point"])
+    at = point_numbers("points", points, table.sizes["point"])
     d = branch.dof_index(dof)
     if parameters is not None and together:
         warn(product_warnings(branch.problem, chosen))
@@ -276,15 +276,3 @@ def sensitivity_of(
             rates = [sensitivities.motion_at(k) for k in at]
             return motion_dataset(branch, name, chosen, at, np.array(rates).swapaxes(0, 1))
         return sensitivity_dataset(branch, name, chosen, at, [sensitivities.at(k) for k in at])
-
-
-def _points(points: Any, count: int) -> list[int]:
-    """Numbers of points, from 0; all without."""
-    if points is None:
-        return list(range(count))
-    expected = f"numbers of points such as [0, 5], each below {count}"
-    given = points.tolist() if isinstance(points, np.ndarray) else points
-    given = list(given) if isinstance(given, list | tuple | range) else [given]
-    if not given:
-        raise wrong("points", points, expected)
-    return [whole("points", k, -count, count - 1) % count for k in given]

@@ -41,8 +41,8 @@ from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import Units, after_number
 
-WEAR = "wear"
-"""Name of its figure."""
+WEAR, WORN_SURFACE = "wear", "worn_surface"
+"""Names of its figures."""
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,7 +119,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     start, stop = (value / factor for value in run.span)
     with termination_as_interrupt(), curve_display(start, stop, unit, quiet=options.quiet) as display:
         run.compute(ShownCurve(run, display))
-    wanted = replace(options.wanted, names=(WEAR,)) if run.wear else options.wanted
+    wanted = replace(options.wanted, names=(WEAR, WORN_SURFACE), all_there=True) if run.wear else options.wanted
     if options.figures and wanted.names and run.points > 1 and not run.failures:
         _draw(run, wanted)
     if options.report and run.points:
@@ -183,10 +183,15 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
     import numpy as np
 
     from slipstick import plots
+    from slipstick.branch import Branch
 
     data = run.table.to_dataset()
     if run.wear:
-        return {WEAR: lambda: plots.wear(data)[0]}
+        every = {WEAR: lambda: plots.wear(data)[0]}
+        if data.sizes["contact"] > 1:
+            branch = Branch.from_dataset(run.table, run.problem)
+            every[WORN_SURFACE] = lambda: plots.worn_surface(branch)[0]
+        return every
     dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
     top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
     drawings: dict[str, Callable[[], Axes]] = {

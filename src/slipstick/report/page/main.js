@@ -42,7 +42,7 @@ class App {
 
   /** Change the view; what only moves the cursor leaves the curves as they are drawn. */
   set(change) {
-    const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all", "turn", "blade", "disc"].includes(key));
+    const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all", "turn", "blade", "disc", "colour"].includes(key));
     const drawn = this.curves.drawn();
     this.view = settled({ ...this.view, ...change }, this.model, this.start);
     this.view.point = Math.min(this.view.point, Math.max(0, this.result.points - 1));

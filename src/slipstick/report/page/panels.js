@@ -17,7 +17,7 @@ class Panels {
     this.pick = element("div", { class: "tools" });
     host.append(element("div", { class: "panel-head" }, this.title, this.pick),
       element("div", { class: "panels" }, panel("loop", "Friction loop"), panel("plane", "Motion in the plane"), panel("states", "Stick, slip, separation"),
-        panel("history", "One period"), panel("spectrum", "Harmonics")));
+        panel("history", "One period"), panel("spectrum", "Harmonics"), panel("worn", "Worn depth")));
   }
 
   draw() {
@@ -37,6 +37,7 @@ class Panels {
     if (!this.states.card.hidden) this.drawStates(result);
     this.drawHistory(law, ported, plane);
     this.drawSpectrum(law, ported);
+    this.drawWorn();
   }
 
   drawPick(result) {
@@ -140,6 +141,22 @@ class Panels {
     chart(this.spectrum.plot, { x: { label: "Harmonic", units: "", range: [-0.6, orders.length - 0.4], ticks: [orders.map((_, j) => j).filter((j) => j % every === 0), orders.filter((_, j) => j % every === 0).map(String)] },
       y: { label: kind === "dof" ? "Amplitude" : "Friction force", units: this.units(kind), log: true, range }, lines, height: 300, name: `harmonics of ${kinds[kind]} at ${app.where()}` });
     fill(this.spectrum.note, named(lines));
+  }
+
+  /** Worn depth of every contact at the cursor, a bar each, on the scale of all cycles; the contact looked at stands out. */
+  drawWorn() {
+    const { app } = this, { view, result } = app, curve = result.curve("worn_depth");
+    this.worn.card.hidden = !curve || result.content.analysis !== "wear";
+    if (this.worn.card.hidden) return;
+    const names = result.contacts, all = names.map((name) => result.values("worn_depth", name)), depths = all.map((values) => values[view.point]);
+    const bars = (some, fill, name) => ({ kind: "bars", x: some, y: some.map((i) => depths[i]), half: 0.38, fill, stroke: fill, width: 0, name });
+    const at = names.indexOf(view.contact), places = names.map((_, i) => i), every = Math.ceil(names.length / 16);
+    const lines = [bars(places.filter((i) => i !== at), colour("text-faint"), ""), ...(at < 0 ? [] : [bars([at], colourOf(app.model, "contact", view.contact, result), view.contact)])];
+    const ticks = places.filter((i) => i % every === 0);
+    chart(this.worn.plot, { x: { label: "Contact", units: "", range: [-0.6, names.length - 0.4], ticks: [ticks, ticks.map((i) => names[i])] },
+      y: { label: "Worn depth", units: curve.units, range: rangeOf(all, { zero: true }) }, lines, height: 300, name: `worn depth at ${app.where()}` });
+    const load = result.values("normal_load", view.contact), less = app.leftOut("contact");
+    this.worn.note.textContent = [at < 0 ? "" : `${view.contact} · worn depth ${short(depths[at])}${curve.after}`, at >= 0 && load ? `normal load ${short(load[view.point])}${result.curve("normal_load").after}` : "", less].filter(Boolean).join(" · ");
   }
 
   harmonicsOfDofs() {

@@ -43,8 +43,9 @@ class Body {
       this.paint();
     } });
     this.note = element("div", { class: "note" });
+    this.pick = element("span", {});
     host.append(element("div", { class: "panel-head" }, element("h2", { id: "body-title" }, "Shape"),
-      element("div", { class: "tools" }, this.play, element("label", {}, "phase ", this.phase), element("label", {}, "magnified ", this.size))),
+      element("div", { class: "tools" }, this.pick, this.play, element("label", {}, "phase ", this.phase), element("label", {}, "magnified ", this.size))),
       element("div", { class: "card plot" }, this.canvas, this.note));
     saver(host.lastChild, () => `shape at ${app.where()}`, { PNG: () => pngOfCanvas(this.canvas) });
     new IntersectionObserver(([entry]) => { this.visible = entry.isIntersecting; }).observe(this.canvas);
@@ -89,8 +90,11 @@ class Body {
     this.motion = result.fieldMotion(view.point);
     this.extent = extentOf(this.shape.nodes);
     this.largest = Math.max(...times(0, PERIOD, 25).map((tau) => largestOf(this.displacement(tau, result))), 0);
-    const units = result.content.dofs.units;
-    this.canvas.setAttribute("aria-label", `Deflected shape, largest displacement ${short(this.largest)} ${units}; drag or use the arrow keys to turn it`);
+    const units = result.content.dofs.units, { worn } = this.shape, depths = worn && view.colour === "" ? result.wornAtNodes(view.point) : null;
+    this.depths = depths;
+    fill(this.pick, worn ? choice("Colour of the body", { "": "worn depth", motion: "motion" }, view.colour, (colour) => this.app.set({ colour })) : null);
+    const deepest = depths ? `, coloured by worn depth, up to ${short(Math.max(...depths))} ${result.curve("worn_depth")?.units ?? ""}` : "";
+    this.canvas.setAttribute("aria-label", `Deflected shape, largest displacement ${short(this.largest)} ${units}${deepest}; drag or use the arrow keys to turn it`);
     this.ramp ??= rampOf();
     this.paint();
   }
@@ -118,10 +122,11 @@ class Body {
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, width, height);
     outline(ctx, still, shape.triangles);
-    faces(ctx, moved, shape.triangles, (i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2]) / (this.largest || 1));
-    const { after } = this.app.result.content.dofs;
+    const { depths } = this, worn = depths ? shape.worn.most || 1 : 1;
+    faces(ctx, moved, shape.triangles, depths ? (i) => depths[i] / worn : (i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2]) / (this.largest || 1));
+    const { after } = depths ? this.app.result.curve("worn_depth") ?? {} : this.app.result.content.dofs;
     fill(this.note, element("div", { class: "line-names" }, element("span", {}, `motion magnified ${short(magnified, 2)} times, grey: at rest`),
-      element("span", { class: "line-name" }, "0", this.ramp, `${short(this.largest, 4)}${after ?? ""}`), element("span", {}, `phase ${Math.round((360 * this.tau) / PERIOD)}°`)));
+      element("span", { class: "line-name" }, depths ? "worn depth 0" : "0", this.ramp, `${short(depths ? shape.worn.most : this.largest, 4)}${after ?? ""}`), element("span", {}, `phase ${Math.round((360 * this.tau) / PERIOD)}°`)));
   }
 }
 

@@ -2,7 +2,7 @@
 
 const CHOICES = {
   loop: ["total", "motion"], spectrum: ["dof", "force"], history: ["dof", "force", "normal"],
-  log: ["", "y", "x", "xy"],
+  log: ["", "y", "x", "xy"], colour: ["", "motion"],
 };
 
 /** The view with defaults for what a stranger's address leaves out or says wrongly. */
@@ -21,7 +21,7 @@ function viewFrom(text, model) {
     dofs: listed("dof", model.dofs), contacts: listed("contact", ["", ...model.contacts]),
     dof: given.get("at-dof"), contact: given.get("at-contact"),
     disc: own.content.disc?.dofs.find((name) => name === given.get("disc")) ?? "", blade: whole(given.get("blade"), own.content.disc?.sectors ?? 0, null),
-    all: given.get("all") === "1", turn: turned(given.get("turn")),
+    all: given.get("all") === "1", turn: turned(given.get("turn"), own.content.shape?.worn?.turn),
   };
   for (const [key, known] of Object.entries(CHOICES)) {
     view[key] = known.includes(given.get(key)) ? given.get(key) : known[0];
@@ -31,9 +31,9 @@ function viewFrom(text, model) {
 }
 
 /** Angles the body is seen under, degrees: round the vertical, and from above. */
-function turned(text) {
+function turned(text, otherwise = [-35, 20]) {
   const angles = String(text ?? "").split(",").map(Number);
-  return angles.length === 2 && angles.every(Number.isFinite) ? [angles[0] % 360, Math.max(-90, Math.min(90, angles[1]))] : [-35, 20];
+  return angles.length === 2 && angles.every(Number.isFinite) ? [angles[0] % 360, Math.max(-90, Math.min(90, angles[1]))] : otherwise;
 }
 
 function whole(text, below, otherwise) {
@@ -72,7 +72,7 @@ function startOf(model) {
   const peak = largest(first, "amplitude", asked.length ? asked : first.dofs);
   const sought = first.content.notes.find(([, , kind]) => kind === "optimum" || (kind === "requested" && first.content.analysis === "modes"));
   return {
-    curve: model.curves[0]?.key ?? "", result: first.index, point: sought ? sought[0] : peak.point,
+    curve: model.curves[0]?.key ?? "", result: first.index, point: first.content.analysis === "wear" ? Math.max(0, first.points - 1) : sought ? sought[0] : peak.point,
     dofs: peak.name ? [peak.name] : model.dofs.slice(0, 1),
     contact: (result) => largest(result, "dissipated_power", result.contacts).name ?? "",
     unit: first.content.frequency.unit,

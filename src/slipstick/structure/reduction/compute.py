@@ -37,6 +37,9 @@ _HELD, _SLICE = 1024, 32
 _STORED = ("omega", "amplitudes", "static", "second", "residuals")
 """Arrays of the store that are the fields of their name."""
 
+_SEEN = ("seen_modes", "seen_static", "seen_second")
+"""Those that are there where rows are seen."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ReducedData:
@@ -53,17 +56,19 @@ class ReducedData:
     solver: str
     complete: bool | None = None
     error_estimate: float | None = None
-    skin_modes: Array | None = None
-    """Modes at the skin, (3 n_nodes, n_modes)."""
-    skin_static: Array | None = None
-    """``K^-1 [B, P]`` at the skin."""
+    seen_modes: Array | None = None
+    """Modes at the rows seen, (n_seen, n_modes)."""
+    seen_static: Array | None = None
+    """``K^-1 [B, P]`` at the rows seen."""
+    seen_second: Array | None = None
+    """``K^-1 M K^-1 [B, P]`` at the last rows seen, those of strains, less its modal part."""
     seconds: Mapping[str, float] = field(default_factory=dict)
 
     def arrays(self) -> dict[str, Any]:
         """For the store."""
-        skin = {"skin_modes": self.skin_modes, "skin_static": self.skin_static}
+        seen = {name: getattr(self, name) for name in _SEEN}
         return {
-            **{name: np.asarray(value, dtype=np.float32) for name, value in skin.items() if value is not None},
+            **{name: np.asarray(value, dtype=np.float32) for name, value in seen.items() if value is not None},
             **{name: getattr(self, name) for name in _STORED},
             "solver": np.array(self.solver),
             "complete": np.array("unknown" if self.complete is None else "yes"),
@@ -102,15 +107,25 @@ class ReducedData:
 
 
 class Columns(NamedTuple):
-    """What is asked of a model: kept directions (n, n_keep), loads (n, n_loads), dofs of the skin (n, 3 n_nodes)."""
+    """What is asked of a model: kept directions (n, n_keep), loads (n, n_loads), rows seen besides (n, n_seen).
+
+    Of the last ``n_strains`` of these, strains, the second residual is kept too: there what modes leave out counts.
+    """
 
     directions: Sparse
     loads: Array
-    skin: Sparse | None = None
+    seen: Sparse | None = None
+    n_strains: int = 0
+
+    @property
+    def n_seen(self) -> int:
+        """How many rows are seen."""
+        return 0 if self.seen is None else int(self.seen.shape[1])
 
 
-def stored_data(path: Path, n_keep: int, n_loads: int, n_skin: int = 0) -> ReducedData | SolvedData | None:
+def stored_data(path: Path, columns: Columns) -> ReducedData | SolvedData | None:
     """Read from the store; None when there is nothing or it does not fit."""
+    n_keep, n_loads, n_seen = columns.directions.shape[1], columns.loads.shape[1], columns.n_seen
     arrays = reduction_store.read(path)
     if arrays is None:
         return None
@@ -123,15 +138,20 @@ def stored_data(path: Path, n_keep: int, n_loads: int, n_skin: int = 0) -> Reduc
             solver=str(arrays["solver"]),
             complete=True if str(arrays["complete"]) == "yes" else None,
             error_estimate=None if np.isnan(estimate) else estimate,
-            skin_modes=arrays["skin_modes"] if n_skin else None,
-            skin_static=arrays["skin_static"] if n_skin else None,
+            seen_modes=arrays["seen_modes"] if n_seen else None,
+            seen_static=arrays["seen_static"] if n_seen else None,
+            seen_second=arrays["seen_second"] if columns.n_strains else None,
         )
     except (KeyError, ValueError, TypeError):
         return None
     n, modes = n_keep + n_loads, data.omega.size
     fitting = [(data.amplitudes, (n, modes)), (data.static, (n, n)), (data.second, (n, n)), (data.residuals, (modes,))]
-    if data.skin_modes is not None and data.skin_static is not None:
-        fitting += [(data.skin_modes, (n_skin, modes)), (data.skin_static, (n_skin, n))]
+    seen = (
+        (data.seen_modes, (n_seen, modes)),
+        (data.seen_static, (n_seen, n)),
+        (data.seen_second, (columns.n_strains, n)),
+    )
+    fitting += [(array, shape) for array, shape in seen if array is not None]
     return data if all(array.shape == shape for array, shape in fitting) else None
 
 
@@ -139,8 +159,10 @@ def store_path(
     folder: Path, K: Sparse, M: Sparse, columns: Columns, want: Accuracy, solver: str | None, residuals: str
 ) -> Path:
     """Where the reduction of exactly these matrices and wishes, made by this code, is kept."""
-    parameters = (asdict(want), solver, residuals, reduction_store.code_digest("solve", "structure"))
-    parts = (columns.directions, sparse.csr_array(columns.loads), *(() if columns.skin is None else (columns.skin,)))
+    parameters = (
+        asdict(want), solver, residuals, columns.n_strains, reduction_store.code_digest("solve", "structure"),
+    )  # fmt: skip
+    parts = (columns.directions, sparse.csr_array(columns.loads), *(() if columns.seen is None else (columns.seen,)))
     key = reduction_store.content_key((K, M, *parts), parameters)
     return folder / f"reduction-{key}.npz"
 
@@ -163,7 +185,7 @@ def compute(
     faults = matrix_faults(K, M, dofs)
     if faults:
         raise InputError(faults)
-    clock, (directions, loads, skin) = _Clock(listener), columns
+    clock, (directions, loads, *_) = _Clock(listener), columns
     n_keep, iteration = directions.shape[1], None
     if residuals == "solved" or (residuals == "auto" and n_keep > ALWAYS_WRITTEN):
         clock.start("factorisation")
@@ -183,7 +205,7 @@ def compute(
         clock.start("factorisation")
         iteration = _iteration(K, M, solver, dofs, listener, None if probe is None else probe.ordering)
     clock.start("static solutions")
-    static, second, seen = _static_solutions(iteration, M, B, skin)
+    static, second, seen, seen_second = _static_solutions(iteration, M, B, columns)
     clock.start("modes")
     partial = ReducedData(
         omega=np.empty(0),
@@ -192,7 +214,7 @@ def compute(
         second=0.5 * (second + second.T),
         residuals=np.empty(0),
         solver=iteration.solver,
-        skin_static=seen,
+        seen_static=seen,
     )
     if want.modes is not None:
         modes = iteration.modes(min(want.modes, K.shape[0]), last=True)
@@ -201,32 +223,46 @@ def compute(
         data, modes = _grow_by_estimate(iteration, partial, B, n_keep, want)
     else:
         data, modes = _grow(iteration, partial, B, n_keep, want, probe)
-    if skin is not None:
-        data = replace(data, skin_modes=np.asarray(skin.T @ modes.shapes))
+    if columns.seen is not None:
+        data = replace(data, seen_modes=np.asarray(columns.seen.T @ modes.shapes))
+        assert data.seen_modes is not None
+        if seen_second is not None:
+            modal = (data.seen_modes[-columns.n_strains :] / data.omega**4) @ data.amplitudes.T
+            data = replace(data, seen_second=seen_second - modal)
     _require_positive(data)
     return replace(data, seconds=clock.stop())
 
 
 def _static_solutions(
-    iteration: BlockLanczos, M: Sparse, B: Sparse, skin: Sparse | None
-) -> tuple[Array, Array, Array | None]:
-    """``B^T U``, ``U^T M U`` and the motion of the skin for ``U = K^-1 B``.
+    iteration: BlockLanczos, M: Sparse, B: Sparse, columns: Columns
+) -> tuple[Array, Array, Array | None, Array | None]:
+    """``B^T U``, ``U^T M U`` for ``U = K^-1 B``, ``U`` at the rows seen and ``K^-1 M U`` at those of strains.
 
     Of many columns U is not held: slices of them are solved for once more, ``B^T K^-1 M U``.
     """
-    if B.shape[1] <= _HELD:
-        U = np.empty(B.shape)
-        for first in range(0, B.shape[1], _TOGETHER):
-            U[:, first : first + _TOGETHER] = iteration.solve(B[:, first : first + _TOGETHER].toarray())
-        second = np.hstack([U.T @ (M @ U[:, i : i + _TOGETHER]) for i in range(0, B.shape[1], _TOGETHER)])
-        return B.T @ U, second, None if skin is None else np.asarray(skin.T @ U)
-    parts: list[tuple[Array, ...]] = []
-    for first in range(0, B.shape[1], _SLICE):
-        U = iteration.solve(B[:, first : first + _SLICE].toarray())
-        V = iteration.solve(np.asfortranarray(M @ U))
-        parts.append((B.T @ U, B.T @ V, *(() if skin is None else (skin.T @ U,))))
-    static, second, *seen = (np.hstack(each) for each in zip(*parts, strict=True))
-    return static, second, np.asarray(seen[0]) if seen else None
+    rows = columns.seen
+    strains = None if rows is None or not columns.n_strains else rows.tocsc()[:, -columns.n_strains :]
+    held, width = B.shape[1] <= _HELD, _TOGETHER if B.shape[1] <= _HELD else _SLICE
+    U, parts = np.empty(B.shape if held else (0, 0)), list[tuple[Array | None, ...]]()
+    for first in range(0, B.shape[1], width):
+        u = iteration.solve(B[:, first : first + width].toarray())
+        if held:
+            U[:, first : first + width] = u
+        V = None if held and strains is None else iteration.solve(np.asfortranarray(M @ u))
+        parts.append((
+            B.T @ u,
+            None if held else B.T @ V,
+            None if rows is None else rows.T @ u,
+            None if strains is None else strains.T @ V,
+        ))  # fmt: skip
+    static, second, seen, seen_second = (
+        None if each[0] is None else np.hstack(each) for each in zip(*parts, strict=True)
+    )
+    if held:
+        second = np.hstack([U.T @ (M @ U[:, i : i + width]) for i in range(0, B.shape[1], width)])
+    assert static is not None
+    assert second is not None
+    return static, second, seen, seen_second
 
 
 def _grow(

@@ -18,8 +18,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import Fault, InputError, SlipstickWarning
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
@@ -38,8 +39,9 @@ from slipstick.structure.reduction.solved import SolvedData
 from slipstick.structure.residuals import FullModel
 from slipstick.structure.skin import Skin
 from slipstick.structure.solved_modes import SolvedModes
+from slipstick.structure.strains import StrainPlaces, Strains
 from slipstick.structure.truncation import WARNED_REDUCTION, WorstError, band
-from slipstick.typing import Array, FrequencyRange, IntArray, Matrix, Reals
+from slipstick.typing import Array, FrequencyRange, IntArray, Matrix, Reals, Sparse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,25 +175,43 @@ def reduce(
     return reduction.structure
 
 
-def reduce_model(K: Matrix, M: Matrix, *, skin: SkinRows | None = None, reach: float = 0.0, **asked: Any) -> Reduction:
+@dataclass(frozen=True, kw_only=True)
+class StrainRows:
+    """Places whose strain is wanted, and what takes it out of a motion, sparse (n_full, 6 n_places)."""
+
+    places: StrainPlaces
+    rows: Matrix
+
+
+def reduce_model(
+    K: Matrix,
+    M: Matrix,
+    *,
+    skin: SkinRows | None = None,
+    strains: StrainRows | None = None,
+    reach: float = 0.0,
+    **asked: Any,
+) -> Reduction:
     """As :func:`reduce`, with where the result comes from and how good it is.
 
-    Arguments ``asked`` and errors are those of :func:`reduce`; with ``skin`` the structure has one. Where neither a
-    number of modes nor a range is given, the modes serve frequencies up to ``reach`` (rad/s) at least.
+    Arguments ``asked`` and errors are those of :func:`reduce`; with ``skin`` and ``strains`` the structure has them.
+    Where neither a number of modes nor a range is given, the modes serve frequencies up to ``reach`` (rad/s) at least.
     """
+    if strains is not None and asked.get("residuals", "auto") != "written":
+        if asked.get("residuals") == "solved":
+            raise InputError(Fault("residuals", found="'solved'", expected="'written', which strains need"))
+        asked["residuals"] = "written"
     K, M = real_matrices(K, M)
     request = checked_request(K.shape[0], reach=reach, **asked)
     directions, loads, want, solver = request.directions, request.loads, request.want, request.solver
     began = perf_counter()
-    rows = None if skin is None else as_csr(skin.rows)
-    columns = Columns(directions, loads, rows)
+    columns = Columns(directions, loads, *_seen_rows(skin, strains))
     path = (
         None
         if request.cache is None
         else store_path(Path(request.cache), K, M, columns, want, solver, request.residuals)
     )
-    n_skin = 0 if rows is None else rows.shape[1]
-    data = None if path is None else stored_data(path, directions.shape[1], loads.shape[1], n_skin)
+    data = None if path is None else stored_data(path, columns)
     reused = data is not None
     if data is None:
         data = compute(
@@ -209,7 +229,7 @@ def reduce_model(K: Matrix, M: Matrix, *, skin: SkinRows | None = None, reach: f
         if skin is not None:
             warnings.warn(NO_SKIN, SlipstickWarning, stacklevel=3)
     else:
-        structure = modal_structure(data, request.kept, request.load_names, request.damping, skin)
+        structure = modal_structure(data, request.kept, request.load_names, request.damping, skin, strains)
     error = data.error_estimate
     if request.frequency_range is not None:
         worst = _worst(structure, request.frequency_range, error)
@@ -226,6 +246,13 @@ def reduce_model(K: Matrix, M: Matrix, *, skin: SkinRows | None = None, reach: f
         seconds=data.seconds,
         reused=reused,
     )
+
+
+def _seen_rows(skin: SkinRows | None, strains: StrainRows | None) -> tuple[Sparse | None, int]:
+    """Rows of both (n_full, n), those of the skin first, and how many are strains."""
+    parts = [as_csr(part.rows) for part in (skin, strains) if part is not None]
+    rows = sparse.csr_array(sparse.hstack(parts)) if parts else None
+    return rows, 0 if strains is None else parts[-1].shape[1]
 
 
 def _worst(structure: ModalStructure, frequency_range: tuple[float, float], measured: float | None) -> WorstError:
@@ -278,6 +305,7 @@ def modal_structure(
     loads: tuple[str, ...],
     damping: Damping,
     skin: SkinRows | None = None,
+    strains: StrainRows | None = None,
 ) -> ModalStructure:
     """The structure of computed or stored data with names and damping."""
     n = len(kept)
@@ -299,6 +327,7 @@ def modal_structure(
         second_residual=0.5 * (second[:n, :n] + second[:n, :n].T),
         load_shapes=shapes,
         skin=None if skin is None else _skin(data, n, loads, skin),
+        strains=None if strains is None else _strains(data, n, loads, strains),
     )
 
 
@@ -328,12 +357,29 @@ def solved_structure(
 
 
 def _skin(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
-    assert data.skin_modes is not None
-    assert data.skin_static is not None
+    assert data.seen_modes is not None
+    assert data.seen_static is not None
+    modes, static = (array[: 3 * len(rows.nodes)] for array in (data.seen_modes, data.seen_static))
     return Skin(
         nodes=rows.nodes,
         triangles=rows.triangles,
-        modes=data.skin_modes,
-        static=data.skin_static[:, :n_keep],
-        loads={name: data.skin_static[:, n_keep + k] for k, name in enumerate(loads)},
+        modes=modes,
+        static=static[:, :n_keep],
+        loads={name: static[:, n_keep + k] for k, name in enumerate(loads)},
+    )
+
+
+def _strains(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: StrainRows) -> Strains:
+    assert data.seen_modes is not None
+    assert data.seen_static is not None
+    assert data.seen_second is not None
+    modes, static = (array[-6 * len(rows.places.labels) :] for array in (data.seen_modes, data.seen_static))
+    second = data.seen_second
+    return Strains(
+        places=rows.places,
+        modes=modes,
+        static=static[:, :n_keep],
+        second=second[:, :n_keep],
+        loads={name: static[:, n_keep + k] for k, name in enumerate(loads)},
+        second_loads={name: second[:, n_keep + k] for k, name in enumerate(loads)},
     )

@@ -1,0 +1,35 @@
+"""Stresses along a branch for other programs: XDMF for ParaView, CSV, MATLAB."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.faults import path as path_of
+from slipstick.faults import wrong
+from slipstick.io.tables import write_table
+from slipstick.io.xdmf import write_stress_shape
+from slipstick.results.stress import PLACE, chosen_places, strains_of, stress_of
+from slipstick.typing import Points
+
+if TYPE_CHECKING:
+    from slipstick.branch import Branch
+
+_ENDINGS = (".xdmf", ".csv", ".mat")
+
+
+def write_stress(branch: Branch, path: str | Path, points: Points = None, at: Any = None) -> Path:
+    """See ``Branch.save_stress``."""
+    target = path_of("stress", path, "the path of a file such as stress.xdmf, stress.csv or stress.mat")
+    if target.suffix.lower() not in _ENDINGS:
+        raise wrong("stress", str(target), "a name that ends with .xdmf, .csv or .mat")
+    found = stress_of(branch, points, at)
+    if target.suffix.lower() != ".xdmf":
+        return write_table(found, target, along=("point", PLACE))
+    places = strains_of(branch).places
+    kept, order = np.unique(chosen_places(places, at), return_index=True)
+    if at is not None:
+        places, found = places.part(kept), found.isel({PLACE: order})
+    return write_stress_shape(places, found, found[branch.followed].to_numpy(), target)
