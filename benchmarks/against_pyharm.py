@@ -36,13 +36,14 @@ Row = dict[str, Any]
 class Side:
     """pyHarm in its own process: a task a line, an answer a line."""
 
-    def __init__(self, python: str) -> None:
+    def __init__(self, python: str, script: Path = SIDE) -> None:
+        self._script = script
         self._folder = tempfile.TemporaryDirectory()  # pyHarm leaves files where it is run
         self._process = subprocess.Popen(
-            [python, str(SIDE)], cwd=self._folder.name, text=True,
+            [python, str(script)], cwd=self._folder.name, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         )  # fmt: skip
-        self.version = str(self._answer()["version"])
+        self.version = self._answer()["version"]
 
     def __enter__(self) -> Side:
         return self
@@ -62,7 +63,7 @@ class Side:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
-            raise RuntimeError("pyHarm's side ended; run benchmarks/pyharm_side.py with its Python to see why")
+            raise RuntimeError(f"the other side ended; run {self._script} with its Python to see why")
         return dict(json.loads(line))
 
 

@@ -11,26 +11,20 @@ import time
 import numpy as np
 
 
-def system(case):
-    """One mass on a spring, rubbing on a wall: ``case`` has harmonics, samples, m, c, k, p, kt, mu, load."""
+def made(case, matrices, connectors):
+    """One body of these matrices and what acts on it: ``case`` has harmonics, samples, and the range of a curve."""
     from pyHarm.Maestro import Maestro
 
-    matrices = {"M": [[case["m"]]], "C": [[case["c"]]], "K": [[case["k"]]], "G": [[0.0]]}
+    n = len(matrices["M"])
     given = {
         "system": {"type": "Base", "nh": case["harmonics"], "nti": case["samples"]},
         "substructures": {
             "body": {
                 "matrix": {key: np.array(value) for key, value in matrices.items()},
-                "nnodes": 1, "ndofs": 1, "nmodes": 0, "matching": [0],
+                "nnodes": 1, "ndofs": n, "nmodes": 0, "matching": list(range(n)),
             }
         },
-        "connectors": {
-            "load": {"type": "SinusForcing", "connect": {"body": [0]}, "dirs": [0], "amp": case["p"]},
-            "damper": {
-                "type": "Jenkins", "connect": {"body": [0], "GROUND": [0]}, "dirs": [0],
-                "mu": case["mu"], "N0": case["load"], "k": case["kt"],
-            },
-        },
+        "connectors": connectors,
         "analysis": {} if "from" not in case else {
             "curve": {
                 "study": "frf", "solver": case["solver"], "predictor": "tangent", "corrector": case["corrector"],
@@ -39,9 +33,22 @@ def system(case):
             }
         },
     }  # fmt: skip
-    made = Maestro(given)
+    out = Maestro(given)
     logging.disable(logging.CRITICAL)
-    return made
+    return out
+
+
+def system(case):
+    """One mass on a spring, rubbing on a wall: ``case`` has m, c, k, p, kt, mu, load besides."""
+    matrices = {"M": [[case["m"]]], "C": [[case["c"]]], "K": [[case["k"]]], "G": [[0.0]]}
+    connectors = {
+        "load": {"type": "SinusForcing", "connect": {"body": [0]}, "dirs": [0], "amp": case["p"]},
+        "damper": {
+            "type": "Jenkins", "connect": {"body": [0], "GROUND": [0]}, "dirs": [0],
+            "mu": case["mu"], "N0": case["load"], "k": case["kt"],
+        },
+    }  # fmt: skip
+    return made(case, matrices, connectors)
 
 
 def element(case):
@@ -60,8 +67,12 @@ def element(case):
 
 
 def sweep(case):
-    """Seconds of a whole curve, its points, iterations, and largest amplitude."""
-    made = system(case)
+    """The oscillator's curve."""
+    return swept(system(case), case)
+
+
+def swept(made, case, dofs=1):
+    """Seconds of a whole curve, its points, iterations, and largest amplitude of the first of ``dofs``."""
     start = time.process_time()
     made.operate()
     seconds = time.process_time() - start
@@ -69,7 +80,8 @@ def sweep(case):
     tau = 2 * np.pi * np.arange(4096) / 4096
     orders = np.arange(1, case["harmonics"] + 1)
     H = np.vstack([np.cos(orders[:, None] * tau), np.sin(orders[:, None] * tau)])
-    amplitudes = [np.abs(np.concatenate([s.x[1:-1:2], s.x[2:-1:2]]) @ H).max() for s in found]
+    first = [s.x[:-1:dofs] for s in found]  # the mean, then cosine and sine by harmonic
+    amplitudes = [np.abs(np.concatenate([x[1::2], x[2::2]]) @ H).max() for x in first]
     at = int(np.argmax(amplitudes))
     return {
         "seconds": seconds,

@@ -28,6 +28,7 @@ import ensembles
 import in_time
 import numba
 import numpy as np
+import planar_against_others
 import scipy
 import startup
 import table
@@ -62,13 +63,18 @@ def elements() -> Rows:
     return [row for n in element.HARMONICS for row in element.measure(n)]
 
 
-def pyharm(measure: Callable[[against_pyharm.Side], Rows]) -> Rows:
+def pyharm(measure: Callable[[against_pyharm.Side], Rows], script: Path = against_pyharm.SIDE) -> Rows:
     """Nothing where pyHarm is absent."""
     python = against_pyharm.python()
     if python is None:
         return []
-    with against_pyharm.Side(python) as side:
+    with against_pyharm.Side(python, script) as side:
         return measure(side)
+
+
+def planar(measure: Callable[[against_pyharm.Side], Rows]) -> Rows:
+    """Friction in two directions; nothing where pyHarm is absent."""
+    return pyharm(measure, planar_against_others.SIDE)
 
 
 def contacts(*numbers: int, whole: bool = False) -> Rows:
@@ -86,6 +92,12 @@ SECTIONS = {
     "regimes": Section("The exact element by what it does", element.by_regime),
     "pyharm-element": Section("An element with constant load, beside pyHarm", lambda: pyharm(against_pyharm.element)),
     "pyharm-curve": Section("The oscillator's curve, beside pyHarm", lambda: pyharm(against_pyharm.curve)),
+    "planar-element": Section(
+        "An element of two directions, beside pyHarm and tmdsimpy", lambda: planar(planar_against_others.elements)
+    ),
+    "planar-curve": Section(
+        "A curve with a contact of two directions, beside pyHarm", lambda: planar(planar_against_others.curve)
+    ),
     "call": Section("One element a call", element.one_by_one),
     "curves": Section("Curves, after warm-up", curves.measure),
     "besides": Section("What is asked of a curve besides, in curves", curves.besides),
@@ -98,6 +110,18 @@ SECTIONS = {
     "blade-huge": Section("From nothing to a reduced blade of 300 000 dofs", lambda: blades("1.39e-3"), long=True),
     "start": Section("Start", startup.measure),
 }  # fmt: skip
+
+BESIDES: dict[str, tuple[str, str, Callable[[Rows], Rows]]] = {
+    "element": (
+        "equal-accuracy", "Samples that the best sampled form needs, and its cost there over the exact element",
+        element.equal_accuracy,
+    ),
+    "planar-element": (
+        "planar-equal-accuracy", "Two directions: samples that the others need, and their cost there over ours",
+        planar_against_others.equal_accuracy,
+    ),
+}  # fmt: skip
+"""Tables made from those that are measured."""
 
 
 def machine() -> dict[str, str]:
@@ -157,9 +181,9 @@ def main() -> None:
             "command": f"OMP_NUM_THREADS=1 python benchmarks/run.py {name}",
         }
         stored.put(name, SECTIONS[name].title, rows, made=made)
-        if name == "element":
-            title = "Samples that the best sampled form needs, and its cost there over the exact element"
-            stored.put("equal-accuracy", title, element.equal_accuracy(rows), made=made)
+        if name in BESIDES:
+            also, title, of_rows = BESIDES[name]
+            stored.put(also, title, of_rows(rows), made=made)
         console.print(table.rich_table(SECTIONS[name].title, rows))
         console.print(f"load {made['load']}; again by: {made['command']}\n")
         stored.write()

@@ -1,6 +1,6 @@
 """The table that ``run.py`` keeps: one file for a machine and its versions, for programs (.json) and for people (.md).
 
-python benchmarks/table.py      writes the tables into docs/accuracy-and-speed.md again
+python benchmarks/table.py      writes the tables into the pages again
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from rich.table import Table
 
 RESULTS = Path(__file__).parent / "results"
-PAGE = Path(__file__).parents[1] / "docs" / "accuracy-and-speed.md"
+PAGES = [Path(__file__).parents[1] / "docs" / f"{name}.md" for name in ("accuracy-and-speed", "which-law")]
 _BLOCK = re.compile(r"<!-- table (?P<section>[\w-]+)(?P<where>.*?) -->\n.*?<!-- end -->", re.DOTALL)
 _NAMED = re.compile(r"benchmarks/results/([\w.-]+)\.md")
 Rows = list[dict[str, Any]]
@@ -126,4 +126,5 @@ def filled(text: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")

@@ -14,9 +14,9 @@ CHUNK = 100
 PERMITTED = 1  # incomplete curves in a chunk of the long verification; 5 in all
 
 
-def followed(seed):
-    """The branch of a seed, whose points are held against the equations."""
-    system = random_system(seed)
+def followed(seed, *, planar=False, points=5):
+    """The branch of a seed, of which some points are held against the equations."""
+    system = random_system(seed, planar=planar)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         branch = ss.forced_response(system.problem, omega=system.span)
@@ -27,7 +27,7 @@ def followed(seed):
         assert omega.max() <= high, seed
         assert float(corrected(branch.dataset).residual.max()) < 1e-8, seed
         solved = np.flatnonzero(branch.dataset.kind.values != "interpolated")
-        for point in solved[np.linspace(0, solved.size - 1, 5).astype(int)]:
+        for point in solved[np.linspace(0, solved.size - 1, points).astype(int)]:
             assert independent_residual(system, branch, point) < 1e-6, (seed, point)
     return branch
 
@@ -35,6 +35,12 @@ def followed(seed):
 @pytest.mark.parametrize("seed", [0, 1, 3, 4, 5, 6, 7, 8])
 def test_a_few_random_systems(seed):
     assert followed(seed).outcome.ok
+
+
+@pytest.mark.parametrize("seed", [9, 13, 14])
+def test_a_few_that_slide_in_the_plane(seed):
+    """Friction of the equations is marched in time; one percent more of it is noticed."""
+    assert followed(seed, planar=True, points=1).outcome.ok
 
 
 @pytest.mark.verify
