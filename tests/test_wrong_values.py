@@ -503,7 +503,10 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         "path": "r.html", "title": "t", "contacts": 1, "dofs": 1, "tolerances": {"damper.mu": 0.1},
     }),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
-    "Branch.save_table": (lambda: branch().save_table, {"path": "results.csv"}),
+    "Branch.save_table": (lambda: branch().save_table, {"path": "results.csv", "table": "peaks"}),
+    "runs.save_table": (lambda: ss.runs.save_table, {
+        "results": branch().dataset, "path": "results.csv", "table": "point",
+    }),
     "Branch.save_wear": (lambda: wearing().save_wear, {"path": "wear.xdmf"}),
     "Branch.sensitivity": (lambda: branch().sensitivity, {
         "parameters": "damper.mu", "dof": "x", "points": [0], "of": "displacement",

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from slipstick.balance.parameters import parameter_units, product_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, number, numbers, shown, suggestion, warn, whole, wrong
+from slipstick.results.saved_table import write_table
 from slipstick.results.schema import versions
 from slipstick.results.sensitivities import direction_of
 from slipstick.typing import Array
@@ -128,6 +130,19 @@ class Identification:
         quantile = norm.ppf(0.5 + level / 2) if known else t.ppf(0.5 + level / 2, max(self.degrees_of_freedom, 1))
         half = float(quantile) * self.standard_errors[name]
         return self.values[name] - half, self.values[name] + half
+
+    def save_table(self, path: str | Path, table: str | None = None) -> Path:
+        """Write the dataset for other programs and return the path: a .csv file, one table, or a .mat file, all of it.
+
+        ``table`` chooses: "parameter" (of a .csv file by default: values, standard errors, correlations), "point"
+        (measured and fitted numbers) or "rank" (singular values).
+
+        Raises
+        ------
+        InputError
+            For another ending or table, and where the file cannot be written.
+        """
+        return write_table(self.dataset, path, table)
 
     def summary(self) -> str:
         """All of it as a text."""
