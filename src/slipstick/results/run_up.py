@@ -18,7 +18,8 @@ from slipstick.typing import Array
 if TYPE_CHECKING:
     import xarray
 
-CONTACT_STATES = ("separation", "stick", "slip+", "slip-")
+CONTACT_STATES = ("separation", "stick", "slip+", "slip-", "slip")
+"""The last one of contacts that slide in a plane."""
 VARIABLES: Mapping[str, Declared] = {
     "time": Declared((), "time", "end of the period"),
     "omega": Declared((), "rad/time", "speed of the excitation in the middle of the period"),
