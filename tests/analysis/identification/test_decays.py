@@ -12,7 +12,6 @@ from scipy.optimize import least_squares
 
 import slipstick as ss
 from slipstick.analysis.identification.decays import DecayPredictor, decay_of
-from slipstick.errors import SlipstickWarning
 from slipstick.plots.fits import fit
 
 TRUE = {"joint.kt": 20.0, "joint.limit": 1.0}
@@ -103,10 +102,3 @@ def test_with_one_per_cent_of_noise_the_errors_are_as_large_as_they_are_said_to_
         off.append([(found.values[n] - TRUE[n]) / found.standard_errors[n] for n in TRUE])
     assert np.abs(off).max() < 4.0
     assert 0.3 < np.sqrt(np.mean(np.square(off))) < 1.8
-
-
-@pytest.mark.verify
-def test_a_model_that_does_not_follow_it_says_so() -> None:
-    wrong = bolted().with_parameter("damping", 30.0)
-    with pytest.warns(SlipstickWarning, match="those of the nonlinear mode"):
-        ss.identify(wrong, decay(8.0), list(TRUE))

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 _TOLERANCE = {"xtol": 1e-13, "ftol": 1e-15, "gtol": 1e-15}
 _TOLERANCE_IN_TIME = {"xtol": 1e-8, "ftol": 1e-10, "gtol": 1e-12}
 """Of motions that are integrated."""
-_MOST = 200
+_MOST, _MOST_IN_TIME = 200, 30
 """Evaluations of one descent."""
 _CHOICES = 5
 """Descents, each with the motions nearest to what was measured at the parameters of the one before."""
@@ -331,6 +331,11 @@ class _Request:
         size = float(np.sqrt(np.mean(self.data**2))) or 1.0
         return np.full(self.data.shape, size)
 
+    @property
+    def most(self) -> int:
+        """Evaluations of one descent; those of motions that are integrated take seconds."""
+        return _MOST_IN_TIME if isinstance(self.measured, Decay) else _MOST
+
     def misfit(self, left: Array) -> float:
         """Root mean square of weighted residuals without their weights, over that of what was measured."""
         wrong, size = left * self.scale, self.data
@@ -556,7 +561,7 @@ class _Descent:
             )  # fmt: skip
         found = least_squares(
             self._left, start / unit, jac=self._slopes, bounds=(request.low / unit, request.high / unit),
-            max_nfev=_MOST, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
+            max_nfev=request.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
             **(_TOLERANCE_IN_TIME if isinstance(request.measured, Decay) else _TOLERANCE),
         )  # fmt: skip
         left, J = self._left(found.x), self._slopes(found.x)
@@ -594,7 +599,7 @@ def _result(request: _Request, end: _End, costs: Sequence[float]) -> Identificat
     values = dict(zip(request.names, end.p.tolist(), strict=True))
     problem = at_parameters(request.problem, values)
     bound = [name for name, at in zip(request.names, end.at_bound, strict=True) if at]
-    message = "the fit converged" if end.converged else f"the fit did not converge in {_MOST} evaluations"
+    message = "the fit converged" if end.converged else f"the fit did not converge in {request.most} evaluations"
     if bound:
         message += f", with {' and '.join(bound)} at a bound"
     found = Identification(
