@@ -244,7 +244,8 @@ def identify(
     Identification
         With values, standard errors, correlations, and what the measurement cannot separate.
 
-    Jacobians are exact; those of nonlinear modes take derivatives of the residual by parameters as differences.
+    Jacobians are exact; those of nonlinear modes take derivatives of the residual by parameters as differences, those
+    of decays that are fitted in time are differences of motions.
 
     Where several motions are possible at one frequency, as beyond a fold, the curve is followed and the motion nearest
     to what was measured is meant. The choice is made again at the parameters found, until it stays.
