@@ -80,6 +80,7 @@ SECTIONS = {"structure", "load", "contact", "thermal", "response", "output", "st
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 SLOW = {
     "answers.md",
+    "identification.md",
     "tutorial-blade-tip.md",
     "tutorial.md",
     "sensitivity.md",

@@ -517,7 +517,10 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Branch.stress": (lambda: moving().stress, {"points": [0], "at": 1}),
     "Branch.stress_history": (lambda: moving().stress_history, {"point": 0, "at": [1], "samples": 4}),
     "Branch.save_stress": (lambda: moving().save_stress, {"path": "stress.xdmf", "points": 0, "at": None}),
-    "Branch.save_table": (lambda: branch().save_table, {"path": "results.csv"}),
+    "Branch.save_table": (lambda: branch().save_table, {"path": "results.csv", "table": "peaks"}),
+    "runs.save_table": (lambda: ss.runs.save_table, {
+        "results": branch().dataset, "path": "results.csv", "table": "point",
+    }),
     "Branch.save_wear": (lambda: wearing().save_wear, {"path": "wear.xdmf"}),
     "Branch.sensitivity": (lambda: branch().sensitivity, {
         "parameters": "damper.mu", "dof": "x", "points": [0], "of": "displacement",

@@ -24,6 +24,7 @@ from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.disc import disc_of
 from slipstick.results.notebook import branch_html
+from slipstick.results.saved_table import write_table
 from slipstick.results.schema import CYCLES, LARGEST
 from slipstick.results.table import ResultTable
 from slipstick.state.thermal.model import HeatedContacts
@@ -368,19 +369,38 @@ class Branch:
 
         return write_shape(self, path, point, frames=frames)
 
-    def save_table(self, path: str | Path) -> Path:
+    def save_table(self, path: str | Path, table: str | None = None) -> Path:
         """Write all numbers for other programs and return the path: a .csv file, a line for each point, or a .mat file.
 
         Columns of a .csv file are named as ``displacement.x.c1 [m]``; a .mat file has every array under its name.
+        ``table="peaks"`` writes the located peaks of every dof instead.
 
         Raises
         ------
         InputError
-            For another ending, and where the file cannot be written.
+            For another ending or table, and where the file cannot be written.
         """
-        from slipstick.io.tables import write_table
+        return write_table(self.dataset, path, table, {"peaks": self._peak_table})
 
-        return write_table(self.dataset, path)
+    def _peak_table(self) -> xarray.Dataset:
+        """The peaks of all dofs whose peaks were sought, along ``peak``."""
+        from xarray import Dataset
+
+        names = [str(name) for name in self.table["dof"].to_numpy()]
+        if self.table.attrs.get("peaks_of") == LARGEST and LARGEST not in names:
+            names = [LARGEST]
+        elif "peaks_of" in self.table.attrs:
+            names = [name for name, sought in zip(names, self.sought("peaks_of").tolist(), strict=True) if sought]
+        found = [(name, *peak) for name in names for peak in self.peaks(name)]
+        where, size = self.table[self.followed].attrs, self.table["amplitude"].attrs
+        return Dataset(
+            {
+                "dof": ("peak", np.array([name for name, *_ in found], dtype=np.str_)),
+                self.followed: ("peak", np.array([at for _, at, _ in found], dtype=float), dict(where)),
+                "amplitude": ("peak", np.array([height for *_, height in found], dtype=float), dict(size)),
+            },
+            attrs=self.table.attrs,
+        )
 
     def save_wear(self, path: str | Path) -> Path:
         """Write the worn depth on the surface of a body, a frame for each point of ``ss.wear``, as XDMF; the path.

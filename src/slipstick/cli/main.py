@@ -13,7 +13,7 @@ from slipstick.cli.terminal import guard
 from slipstick.cli.verb import app
 
 VERBS = (
-    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles", "wear", "run_up", "identify"),
+    *("run", "resume", "report", "table", "study", "track", "optimal", "modes", "cycles", "wear", "run_up", "identify"),
     *("campbell", "interference"),
     *("check", "init", "import_", "info", "verify"),
 )

@@ -184,7 +184,7 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     if problem is not None:
         problem = one("problem", problem, Problem, "an ss.Problem or None")
     table = load_table(path)
-    _require_branch(table, path)
+    require_branch(table, path)
     if problem is not None:
         fault = misfit(problem, table)
         if fault:
@@ -194,7 +194,7 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     return Branch.from_dataset(table, problem, without)
 
 
-def _require_branch(table: ResultTable, path: Path) -> None:
+def require_branch(table: ResultTable, path: Path) -> None:
     """Raises InputError for netCDF that holds something else than a branch."""
     if "section_displacement" in table:
         raise InputError(f"{path}: holds a run-up, motion in time, not a curve; ss.resume of its folder gives it")

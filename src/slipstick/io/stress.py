@@ -9,8 +9,8 @@ import numpy as np
 
 from slipstick.faults import path as path_of
 from slipstick.faults import wrong
-from slipstick.io.tables import write_table
 from slipstick.io.xdmf import write_stress_shape
+from slipstick.results.saved_table import write_table
 from slipstick.results.stress import PLACE, chosen_places, strains_of, stress_of
 from slipstick.typing import Points
 
@@ -26,10 +26,22 @@ def write_stress(branch: Branch, path: str | Path, points: Points = None, at: An
     if target.suffix.lower() not in _ENDINGS:
         raise wrong("stress", str(target), "a name that ends with .xdmf, .csv or .mat")
     found = stress_of(branch, points, at)
-    if target.suffix.lower() != ".xdmf":
-        return write_table(found, target, along=("point", PLACE))
+    if target.suffix.lower() == ".mat":
+        return write_table(found, target)
+    if target.suffix.lower() == ".csv":  # with frequency and position in each line
+        return write_table(found.assign_coords(_in_each_line(found)), target)
     places = strains_of(branch).places
     kept, order = np.unique(chosen_places(places, at), return_index=True)
     if at is not None:
         places, found = places.part(kept), found.isel({PLACE: order})
     return write_stress_shape(places, found, found[branch.followed].to_numpy(), target)
+
+
+def _in_each_line(found: Any) -> dict[str, Any]:
+    """What is known of each point or of each place, of both together."""
+    both = {dim: found.sizes[dim] for dim in ("point", PLACE)}
+    return {
+        name: value.variable.set_dims({**both, **dict(value.sizes)}).transpose("point", PLACE, ...)
+        for name, value in found.coords.items()
+        if name not in found.dims and len({*value.dims} & {*both}) == 1
+    }

@@ -20,10 +20,14 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
 
     Of several coefficients the root of the sum of their squares is drawn, without the mean, over the frequency; over
     the number of the point where that is one. The two numbers of a backbone are drawn over its amplitude (peaks: over
-    the number of the point), each over the largest that was measured.
+    the number of the point), each over the largest that was measured. A free decay is drawn over time, with points
+    where it was measured.
     """
-    if not hasattr(fitted, "data_vars") or not {"measured", "fitted", "omega"} <= set(fitted.variables):
+    known = set(fitted.variables) if hasattr(fitted, "data_vars") else set()
+    if not {"measured", "fitted"} <= known or not known & {"omega", "time"}:
         raise wrong("fitted", shown(fitted), "the dataset of ss.identify(...)")
+    if "time" in fitted.dims:
+        return _decay(fitted, ax)
     if "quantity" in fitted.dims:
         return _backbone(fitted, ax)
     measured, found = (_sizes(fitted, name) for name in ("measured", "fitted"))
@@ -55,6 +59,16 @@ def _backbone(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:
         axes.plot(over[order], found[order, k] / size, ".-", color=colour, linewidth=0.8, markersize=4,
                   label=f"{name} fitted")  # fmt: skip
         axes.plot(over, measured[:, k] / size, "o", color=colour, fillstyle="none", label=f"{name} measured")
+    legend(axes)
+    return axes
+
+
+def _decay(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:
+    time, unit = fitted["time"].to_numpy(), str(fitted["time"].attrs.get("units", "s"))
+    what = str(fitted["measured"].attrs.get("long_name", "measured")).removeprefix("measured ")
+    axes = styled(ax, f"time [{unit}]", f"{what} [{fitted['measured'].attrs.get('units', '1')}]")
+    axes.plot(time, fitted["measured"].to_numpy(), ".", color=COLOURS[1], markersize=2, label="measured")
+    axes.plot(time, fitted["fitted"].to_numpy(), "-", color=COLOURS[0], linewidth=0.8, label="fitted")
     legend(axes)
     return axes
 

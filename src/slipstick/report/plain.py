@@ -28,6 +28,7 @@ _LAST = 256
 """Periods in a section."""
 _CORRELATED = 0.9
 _FIT = "circles are measured, lines with dots are fitted"
+_FIT_IN_TIME = "points are measured, the line is fitted"
 
 
 def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foot: str) -> str:
@@ -82,7 +83,7 @@ def fit_body(fitted: xarray.Dataset, *, title: str, foot: str) -> str:
             *_head(attrs, title, _facts_of_fit(fitted)),
             "<main>",
             _section("Parameters", _values(fitted, names)),
-            _section("Measured and fitted", _figures([(_FIT, fit(fitted))])),
+            _section("Measured and fitted", _figures([(_FIT_IN_TIME if "time" in fitted.dims else _FIT, fit(fitted))])),
             _section("Correlations of the errors", _correlations(fitted, names)) if len(names) > 1 else "",
             _section("What the measurement separates", _singular(fitted)),
             "</main>",

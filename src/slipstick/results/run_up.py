@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import number, shown, whole
+from slipstick.results.saved_table import write_table
 from slipstick.results.schema import Declared
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     import xarray
 
-CONTACT_STATES = ("separation", "stick", "slip+", "slip-")
+CONTACT_STATES = ("separation", "stick", "slip+", "slip-", "slip")
+"""The last one of contacts that slide in a plane."""
 VARIABLES: Mapping[str, Declared] = {
     "time": Declared((), "time", "end of the period"),
     "omega": Declared((), "rad/time", "speed of the excitation in the middle of the period"),
@@ -241,6 +244,59 @@ class RunUp:
             raise InputError("the kind of motion is that at a constant speed: integrate there, omega=9.0, periods=500")
         x, v = self.section(dof, last)
         return motion_kind(x, v, float(self.dataset.attrs["start"]), self._size(dof, last))
+
+    def save_table(self, path: str | Path, table: str | None = None) -> Path:
+        """Write numbers for other programs and return the path: a .csv file, one table, or a .mat file, all of them.
+
+        ``table`` chooses: "period" (of a .csv file by default), "sample" (the motion), "change" (of contact states),
+        and, made on request for all dofs, "envelope", "spectrum" and "spectrogram".
+
+        Raises
+        ------
+        InputError
+            For another ending or table, where the file cannot be written, and where there are no samples.
+        """
+        made = {"envelope": self._envelopes, "spectrum": self._spectra, "spectrogram": self._spectrograms}
+        return write_table(self.dataset, path, table, made)
+
+    def _names(self) -> list[str]:
+        return [str(name) for name in self.dataset["dof"].to_numpy()]
+
+    def _envelopes(self) -> xarray.Dataset:
+        """Envelopes of all dofs one after another: each has its extremes at times of its own."""
+        import xarray
+
+        found = [(name, *self._envelope(name)) for name in self._names()]
+        time = np.concatenate([at for _, at, _ in found])
+        data = {
+            "dof": ("row", np.concatenate([[name] * len(at) for name, at, _ in found]).astype(np.str_)),
+            "time": ("row", time, self._unit("time")),
+            "omega": ("row", self.speed(time), self._unit("omega")),
+            "amplitude": ("row", np.concatenate([size for *_, size in found]), self._unit("amplitude")),
+        }
+        return xarray.Dataset(data, attrs=self.dataset.attrs)
+
+    def _spectra(self) -> xarray.Dataset:
+        import xarray
+
+        names = self._names()
+        found = [self.spectrum(name) for name in names]
+        sizes = ("frequency", "dof"), np.stack([size for _, size in found], axis=1), self._unit("displacement")
+        coords = {"frequency": ("frequency", found[0][0], self._unit("omega")), "dof": names}
+        return xarray.Dataset({"amplitude": sizes}, coords, self.dataset.attrs)
+
+    def _spectrograms(self) -> xarray.Dataset:
+        import xarray
+
+        names = self._names()
+        found = [self.spectrogram(name) for name in names]
+        sizes = ("frequency", "time", "dof"), np.stack(found, axis=2), self._unit("displacement")
+        axes = {"frequency": self._unit("omega"), "time": self._unit("time")}
+        coords = {name: (name, found[0][name].to_numpy(), about) for name, about in axes.items()}
+        return xarray.Dataset({"amplitude": sizes}, {**coords, "dof": names}, self.dataset.attrs)
+
+    def _unit(self, name: str) -> dict[str, str]:
+        return {"units": str(self.dataset[name].attrs.get("units", ""))}
 
     def _size(self, dof: str | None, last: int) -> float:
         return float(self.dataset["amplitude"].to_numpy()[-last:, self._dof(dof)].max())

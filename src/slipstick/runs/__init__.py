@@ -5,13 +5,16 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["run_up"]
+_PUBLIC = {"run_up": "slipstick.runs.passing_through", "save_table": "slipstick.runs.tables"}
+
+__all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:
     from slipstick.runs.passing_through import run_up as run_up
+    from slipstick.runs.tables import save_table as save_table
 
 
 def __getattr__(name: str) -> Any:
-    if name != "run_up":
+    if name not in _PUBLIC:
         raise AttributeError(f"module 'slipstick.runs' has no attribute '{name}'")
-    return import_module("slipstick.runs.passing_through").run_up
+    return getattr(import_module(_PUBLIC[name]), name)

@@ -207,6 +207,18 @@ def results_of(path: Path) -> Path:
     return held[0]
 
 
+def kind_of(path: Path) -> str:
+    """What a file holds: "study", its "curves", "run-up", "fit", or (empty) something else, such as a branch."""
+    from slipstick.io.loading import load_table
+
+    if not path.is_file():
+        return ""
+    table = load_table(path)
+    if "study_parameters" in table.attrs:
+        return "study" if "peak_amplitude" in table else "curves"
+    return "run-up" if "section_displacement" in table else "fit" if "standard_error" in table else ""
+
+
 def _text(path: Path) -> str | None:
     try:
         return path.read_text(encoding="utf-8")

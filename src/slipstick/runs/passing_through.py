@@ -14,7 +14,6 @@ import numpy as np
 
 from slipstick.analysis.time_domain.long_run import Checkpoint, LongRun, PeriodDone, checked
 from slipstick.analysis.time_domain.period_sums import Energy
-from slipstick.analysis.time_domain.piecewise import State
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError, Outcome
@@ -55,7 +54,7 @@ def run_up(
     Parameters
     ----------
     problem
-        Structure with friction contacts; at a constant speed also with contacts whose law tells its rate.
+        Structure with contacts, of all laws that ``ss.transient`` takes.
     omega
         First and last speed, rad/s, ``(4.0, 15.0)``, or down, ``(15.0, 4.0)``; one number for a speed that stays.
     rate
@@ -82,8 +81,8 @@ def run_up(
     Raises
     ------
     InputError
-        For values out of range, a structure that turns with the excitation and laws that are not known here, a folder
-        with another run.
+        For values out of range, a structure that turns with the excitation, laws that are not told in time, planar
+        contacts whose rubbing velocity is tied to a speed that grows, a folder with another run.
 
     Examples
     --------
@@ -138,7 +137,7 @@ def _in_folder(
             if kept.dataset.attrs.get("run_up") == mark:
                 return kept
             raise InputError(f"{folder} already holds another run-up ({PASSED}); choose another folder")
-        begin, keep = _begun(place, mark)
+        begin, keep = _begun(run, place, mark)
         names: dict[str, str] = {} if case is None else case.names
         about = {"run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
         layout = replace(_layout(run), attributes={**versions(), **names})
@@ -183,7 +182,7 @@ def _walked(
     return Outcome.COMPLETED
 
 
-def _begun(place: Path, mark: str) -> tuple[Checkpoint | None, int]:
+def _begun(run: LongRun, place: Path, mark: str) -> tuple[Checkpoint | None, int]:
     """The last period in a journal, and how much of it is sound."""
     if not place.exists():
         return None, 0
@@ -193,7 +192,7 @@ def _begun(place: Path, mark: str) -> tuple[Checkpoint | None, int]:
     if not recorded.notes:
         return None, recorded.ends[-1]
     said = unpacked(recorded.notes[-1])
-    states = tuple(State(s) for s in said["states"])
+    states = run.states(map(int, said["states"]))
     energy = Energy(**dict(zip(said["energy_names"], said["energy"].tolist(), strict=True)))
     return Checkpoint(period=int(said["period"]), z=said["z"], states=states, energy=energy), recorded.ends[-1]
 
@@ -233,7 +232,7 @@ def _dataset(run: LongRun, rows: list[Any], notes: list[dict[str, Any]], outcome
         data["sample_time"] = "sample", times, {"units": label("time"), "long_name": "time"}
         data["displacement"] = ("sample", "dof"), series, {"units": label("length"), "long_name": "displacement"}
     changes = np.concatenate([np.zeros(0), *(note["changes"] for note in notes)]).reshape(-1, 4)
-    names = _friction_names(run)
+    names = run.changing
     data["change_time"] = "change", changes[:, 0], {"units": label("time"), "long_name": "change of a contact state"}
     data["change_contact"] = "change", np.array([names[int(c)] for c in changes[:, 1]], dtype=np.str_)
     for k, name in ((2, "change_before"), (3, "change_after")):
@@ -243,12 +242,6 @@ def _dataset(run: LongRun, rows: list[Any], notes: list[dict[str, Any]], outcome
     attributes = attributes_of(run.problem, outcome, said, problem_warnings(run.problem))
     attributes |= {"start": run.start, "stop": run.stop, "rate": run.rate, "periods": run.periods}
     return xarray.Dataset(data, coords={**coords, "period": np.arange(1, len(rows) + 1)}, attrs=attributes)
-
-
-def _friction_names(run: LongRun) -> list[str]:
-    from slipstick.analysis.time_domain.piecewise_model import friction_elements
-
-    return [run.problem.elements[e] for e in friction_elements(run.problem).tolist()]
 
 
 def _mark(run: LongRun) -> str:

@@ -95,6 +95,17 @@ def curves_dataset(job: Job, cases: Cases, attributes: Mapping[str, Any]) -> xar
     return make_table(layout, layout.unpack(rows), attributes).to_dataset()
 
 
+def curves_with_parameters(curves: xarray.Dataset, study: xarray.Dataset) -> xarray.Dataset:
+    """The curves of a study with the parameters of its case at every point, as variables of their own."""
+    number = study["case"]
+    at = np.argsort(number.to_numpy().ravel())[curves["case"].to_numpy().astype(int)]
+    told: dict[str, Any] = {}
+    for name in str(study.attrs["study_parameters"]).splitlines():
+        values = study[name].broadcast_like(number).transpose(*number.dims).to_numpy().ravel()
+        told[name] = "point", values[at], dict(study[name].attrs)
+    return curves.assign(told)
+
+
 def study_attributes(job: Job, plan: StudyPlan, cases: Cases, more: Mapping[str, Any]) -> dict[str, Any]:
     """What a study says about itself; its outcome is COMPLETED where every case is."""
     failed = sum(not solved.outcome.ok for solved in cases.values())

@@ -11,18 +11,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.curve.request import followed_problem
+from slipstick.analysis.identification.decays import decay_of
 from slipstick.analysis.identification.measured import (
     QUANTITIES,
     Backbone,
+    Decay,
     Loops,
     Measured,
     Vibration,
+    dataset_of,
     parameter_starts,
     read_measured,
 )
@@ -31,6 +35,7 @@ from slipstick.balance.parameters import parameter_units, product_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, number, numbers, shown, suggestion, warn, whole, wrong
+from slipstick.results.saved_table import write_table
 from slipstick.results.schema import versions
 from slipstick.results.sensitivities import direction_of
 from slipstick.typing import Array
@@ -39,7 +44,9 @@ if TYPE_CHECKING:
     import xarray
 
 _TOLERANCE = {"xtol": 1e-13, "ftol": 1e-15, "gtol": 1e-15}
-_MOST = 200
+_TOLERANCE_IN_TIME = {"xtol": 1e-8, "ftol": 1e-10, "gtol": 1e-12}
+"""Of motions that are integrated."""
+_MOST, _MOST_IN_TIME = 200, 30
 """Evaluations of one descent."""
 _CHOICES = 5
 """Descents, each with the motions nearest to what was measured at the parameters of the one before."""
@@ -129,6 +136,19 @@ class Identification:
         half = float(quantile) * self.standard_errors[name]
         return self.values[name] - half, self.values[name] + half
 
+    def save_table(self, path: str | Path, table: str | None = None) -> Path:
+        """Write the dataset for other programs and return the path: a .csv file, one table, or a .mat file, all of it.
+
+        ``table`` chooses: "parameter" (of a .csv file by default: values, standard errors, correlations), "point"
+        (measured and fitted numbers) or "rank" (singular values).
+
+        Raises
+        ------
+        InputError
+            For another ending or table, and where the file cannot be written.
+        """
+        return write_table(self.dataset, path, table)
+
     def summary(self) -> str:
         """All of it as a text."""
         return "\n".join(self._lines())
@@ -195,8 +215,10 @@ def identify(
         - ``omega`` and ``modal_damping`` (either may be missing) over ``modal_amplitude``, of harmonic 1 at one dof: a
           nonlinear mode, of the number ``mode``;
         - ``displacement(time, dof)`` with ``omega``: a steady vibration, whose last periods are taken (t = 0 is that of
-          the loads), with ``force(time)`` too a loop; without ``omega`` a free decay, which gives the frequency and the
-          damping of the nonlinear mode ``mode`` over its amplitude.
+          the loads), with ``force(time)`` too a loop; without ``omega`` a free decay. It gives the frequency and the
+          damping of the nonlinear mode ``mode`` over its amplitude; from the values that fit these, the motion itself
+          is fitted in time, from an initial state that is found along, where the contacts' laws tell a rate and have
+          no states, and the state has 24 numbers at most.
 
         The two numbers of a backbone are each compared by their own size; their noise is in ``peak_omega_noise`` and
         ``peak_amplitude_noise``, ``omega_noise`` and ``modal_damping_noise``.
@@ -209,8 +231,8 @@ def identify(
     bounds
         Lowest and highest value by name; what cannot be negative is not, without.
     noise
-        Standard deviation of every measured number (of a backbone over the size of the quantity); by default the
-        dataset's, else it is estimated from what is left.
+        Standard deviation of every measured number (of a backbone over the size of the quantity, of a decay that is
+        fitted in time of a displacement); by default the dataset's, else it is estimated from what is left.
     starts
         How many starts: the one given, and others spread over the bounds, which all parameters need then. The best end
         is the result.
@@ -222,7 +244,8 @@ def identify(
     Identification
         With values, standard errors, correlations, and what the measurement cannot separate.
 
-    Jacobians are exact; those of nonlinear modes take derivatives of the residual by parameters as differences.
+    Jacobians are exact; those of nonlinear modes take derivatives of the residual by parameters as differences, those
+    of decays that are fitted in time are differences of motions.
 
     Where several motions are possible at one frequency, as beyond a fold, the curve is followed and the motion nearest
     to what was measured is meant. The choice is made again at the parameters found, until it stays.
@@ -252,8 +275,17 @@ def identify(
     """
     request = _request(problem, measured, parameters, bounds, noise, starts, seed)
     warn(product_warnings(problem, request.names))
+    in_time = _in_time(request, measured, noise)
+    request = request if in_time is None else replace(request, noise=None)
     ends = [_Descent(request, start).run() for start in request.starts]
     best = min(ends, key=lambda end: end.cost)
+    direct = None if in_time is None else _fitted_in_time(in_time, best)
+    if direct is not None and direct.misfit < _BAD:
+        assert in_time is not None
+        request, best, ends = in_time, direct, [direct]
+    elif in_time is not None and np.isfinite(best.cost):
+        warn(["the decay itself is not fitted: its model does not follow it from any initial state near by; the values "
+              "are those of the nonlinear mode"])  # fmt: skip
     if not np.isfinite(best.cost):
         raise InputError(
             Fault(
@@ -300,6 +332,11 @@ class _Request:
         size = float(np.sqrt(np.mean(self.data**2))) or 1.0
         return np.full(self.data.shape, size)
 
+    @property
+    def most(self) -> int:
+        """Evaluations of one descent; those of motions that are integrated take seconds."""
+        return _MOST_IN_TIME if isinstance(self.measured, Decay) else _MOST
+
     def misfit(self, left: Array) -> float:
         """Root mean square of weighted residuals without their weights, over that of what was measured."""
         wrong, size = left * self.scale, self.data
@@ -310,6 +347,31 @@ class _Request:
     def predictor(self) -> Predictor:
         """A fresh one."""
         return predictor_of(self.problem, self.names, self.measured)
+
+
+def _fitted_in_time(request: _Request, of_mode: _End) -> _End:
+    """From the values that fit the nonlinear mode, and those given of what that does not determine."""
+    start = request.starts[0]
+    if np.isfinite(of_mode.cost):
+        spread = float(np.sqrt(of_mode.cost / max(of_mode.left.size - start.size, 1)))
+        errors = _statistics(request.names, of_mode, spread)[0]
+        start = np.where(errors < _IN_NOISE * np.abs(of_mode.p), of_mode.p, start)
+    return _Descent(request, start).run()
+
+
+def _in_time(request: _Request, measured: Any, noise: float | None) -> _Request | None:
+    """What is sought in the time series of a free decay; None for all else, and where it is not simulated."""
+    mode = request.measured
+    if not isinstance(mode, Backbone) or mode.kind != "mode":
+        return None
+    data = dataset_of(request.problem, measured)
+    if "time" not in data.variables:
+        return None
+    decay = decay_of(request.problem, data, mode.dof, float(mode.omega[0]))
+    if decay is None:
+        return None
+    spread = decay.noise if noise is None else np.full(decay.values.shape, float(noise))
+    return replace(request, measured=decay, noise=spread)
 
 
 def _request(problem: Any, measured: Any, parameters: Any, bounds: Any, noise: Any, starts: Any, seed: Any) -> _Request:
@@ -461,7 +523,7 @@ class _Descent:
         measured are given less weight until the others have found the parameters at which it is.
         """
         best = self._chosen(self.start)
-        if best.misfit > _BAD:
+        if best.misfit > _BAD and not isinstance(self.request.measured, Decay):
             far = self.request.predictor()
             other = _Descent(self.request, self.start, far)
             near = other._chosen(self.start, loss="cauchy")
@@ -500,7 +562,8 @@ class _Descent:
             )  # fmt: skip
         found = least_squares(
             self._left, start / unit, jac=self._slopes, bounds=(request.low / unit, request.high / unit),
-            max_nfev=_MOST, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9), **_TOLERANCE,
+            max_nfev=request.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
+            **(_TOLERANCE_IN_TIME if isinstance(request.measured, Decay) else _TOLERANCE),
         )  # fmt: skip
         left, J = self._left(found.x), self._slopes(found.x)
         assert self._asked is not None
@@ -537,7 +600,7 @@ def _result(request: _Request, end: _End, costs: Sequence[float]) -> Identificat
     values = dict(zip(request.names, end.p.tolist(), strict=True))
     problem = at_parameters(request.problem, values)
     bound = [name for name, at in zip(request.names, end.at_bound, strict=True) if at]
-    message = "the fit converged" if end.converged else f"the fit did not converge in {_MOST} evaluations"
+    message = "the fit converged" if end.converged else f"the fit did not converge in {request.most} evaluations"
     if bound:
         message += f", with {' and '.join(bound)} at a bound"
     found = Identification(
@@ -630,11 +693,16 @@ def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Data
         "singular_value": ("rank", found.singular_values),
     }
     coords: dict[str, Any] = {"parameter": names, "other": names, "units": ("parameter", units)}
-    coords["omega"] = ("point", measured.omega, {"units": label("rad/time"), "long_name": "frequency"})
-    coords |= {name: ("point", values) for name, values in measured.conditions.items()}
+    if isinstance(measured, Decay):
+        coords["time"] = ("time", measured.time, {"units": label("time"), "long_name": "time"})
+    else:
+        coords["omega"] = ("point", measured.omega, {"units": label("rad/time"), "long_name": "frequency"})
+        coords |= {name: ("point", values) for name, values in measured.conditions.items()}
     coefficients = ["0", *(f"{part}{m}" for m in problem.harmonics.orders[1:] for part in "cs")]
     dims: tuple[str, ...]
-    if isinstance(measured, Loops):
+    if isinstance(measured, Decay):
+        dims, unit, what = ("time",), "length", f"displacement of {measured.dof}"
+    elif isinstance(measured, Loops):
         dims, unit, what = ("point", "coefficient"), "force", f"force of {measured.contact}"
         coords["coefficient"] = coefficients
     elif isinstance(measured, Backbone):

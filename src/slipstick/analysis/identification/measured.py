@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,6 +104,22 @@ class Backbone:
         return np.broadcast_to(np.where(size > 0.0, size, 1.0), self.values.shape)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Decay:
+    """A free decay of one dof."""
+
+    time: Array
+    """(n,), from the first sample on."""
+    dof: str
+    values: Array
+    """Displacement (n,); nan where nothing was measured."""
+    noise: Array | None
+    """Standard deviations (n,)."""
+    omega: float
+    """Frequency of the first periods, rad/s."""
+    conditions: Mapping[str, Array] = field(default_factory=dict)
+
+
 def _groups(conditions: Mapping[str, Array], count: int) -> list[IntArray]:
     rows = np.array([*conditions.values()]).T.reshape(count, -1)
     which = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
@@ -121,15 +137,21 @@ def conditions_at(
     return problem
 
 
-Measured = Vibration | Loops | Backbone
+Measured = Vibration | Loops | Backbone | Decay
 
 
-def read_measured(problem: Problem, measured: Any) -> Measured:
-    """Measurements of a problem as a user gives them; InputError says what does not fit it."""
+def dataset_of(problem: Problem, measured: Any) -> xarray.Dataset:
+    """A dataset, or that of a file; InputError for what is neither."""
     if isinstance(measured, str | Path):
         measured = read_file(problem, path("measured", measured))
     if not hasattr(measured, "data_vars"):
         raise wrong("measured", measured, _EXPECTED)
+    return measured
+
+
+def read_measured(problem: Problem, measured: Any) -> Measured:
+    """Measurements of a problem as a user gives them; InputError says what does not fit it."""
+    measured = dataset_of(problem, measured)
     if "time" in measured.dims or "time" in measured.variables:
         from slipstick.analysis.identification.series import periodic_or_decaying
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.analysis.curve.response import forced_response
 from slipstick.analysis.curve.steady import steady_response
-from slipstick.analysis.identification.measured import Backbone, Loops, Measured, Vibration
+from slipstick.analysis.identification.measured import Backbone, Decay, Loops, Measured, Vibration
 from slipstick.analysis.peaks.gradient import Extreme
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
@@ -56,6 +56,10 @@ class Predictor(Protocol):
 
 def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> Predictor:
     """The one for what was measured."""
+    if isinstance(measured, Decay):
+        from slipstick.analysis.identification.decays import DecayPredictor
+
+        return DecayPredictor(problem, names, measured)
     if isinstance(measured, Loops):
         return LoopPredictor(problem, names, measured)
     if isinstance(measured, Backbone):

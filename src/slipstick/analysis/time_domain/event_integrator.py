@@ -16,6 +16,7 @@ from math import factorial
 import numpy as np
 
 from slipstick.analysis.time_domain.kernel.steps import series, steady_steps
+from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, LinearPiece, PiecewiseLinear, State
 from slipstick.errors import InputError, SlipstickError
 from slipstick.faults import MOST_ITEMS
@@ -40,8 +41,12 @@ _SHORTEST = 2.0**-16
 _SHORTEST_SWITCHING = 2.0**-44
 """The same of laws that switch, whose rate has no corners but grows near a change of regime."""
 _FEWEST, _FEWEST_SMOOTH = 256, 64
-REACH, _REACH_SMOOTH = 4.0, 1.5
-"""Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
+_REACH, _REACH_SMOOTH = 4.0, 1.5
+
+
+def reach(laws: LawsInTime) -> float:
+    """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
+    return _REACH_SMOOTH if laws else _REACH
 
 
 def _steps(steps: int | None, fastest: float, fewest: int, reach: float) -> int:
@@ -113,16 +118,19 @@ class Stepper:
         self.model = model
         fastest = model.fastest()
         laws = model.system.laws
-        fewest, longest = _FEWEST_SMOOTH if laws.switching else _FEWEST, _REACH_SMOOTH if laws else REACH
-        self.steps = _steps(steps, fastest, fewest, longest)
+        self.steps = _steps(steps, fastest, _FEWEST_SMOOTH if laws.switching else _FEWEST, reach(laws))
         self.step = 2 * np.pi / self.steps
-        reach = fastest * self.step
+        angle = fastest * self.step
         self.degree = 12
-        while reach**self.degree / factorial(self.degree) > 1e-18:
+        while angle**self.degree / factorial(self.degree) > 1e-18:
             self.degree += 1
         self.degree += 4
-        self._length = 1.0
+        self.forget()
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
+
+    def forget(self) -> None:
+        """Nothing of how far the last polynomials reached: what follows depends on the state alone."""
+        self._length = 1.0
 
     def powers(self, linear: LinearPiece, z: Array) -> Array:
         """Polynomial of z (size,) over one step, (degree + 1, size)."""
@@ -301,15 +309,17 @@ class Stepper:
         self.z = starts[taken].copy()
         return starts[:taken]
 
-    def _one_step(self, tau: float) -> Iterator[Piece | StateChange]:
+    def _path(self, linear: LinearPiece, tau: float, length: float) -> tuple[Array, float]:
+        """The polynomial of z from ``self.z`` at tau on, and how far it reaches: ``length`` or less, in steps."""
+        if linear.smooth:
+            return self._smooth(linear, self.z, length)
+        return self.powers(linear, self.z), length
+
+    def _one_step(self, tau: float, whole: float = 1.0) -> Iterator[Piece | StateChange]:
         done, immediate = 0.0, 0
-        while done < 1.0:
+        while done < whole:
             linear = self.model(self.states)
-            left = 1.0 - done
-            if linear.smooth:
-                path, left = self._smooth(linear, self.z, left)
-            else:
-                path = self.powers(linear, self.z)
+            path, left = self._path(linear, tau + done * self.step, whole - done)
             change: tuple[float, int | tuple[int, int]] | None = None
             if len(linear.margins):
                 change = self.first_change(linear, self.z, left, path)
@@ -321,7 +331,7 @@ class Stepper:
             immediate = self._immediate(immediate, length, tau)
             if length > 0.0:
                 yield self._advance(linear, tau + done * self.step, length, path)
-            done = 1.0 if length == 1.0 - done else done + length
+            done = whole if length == whole - done else done + length
             if change:
                 at, now = change[1], tau + done * self.step
                 yield self._switch(linear, at, now) if isinstance(at, int) else self._next_regime(linear, *at, now)

@@ -6,7 +6,7 @@ keeps what is wanted. From the state at the end of a period an integration goes 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -21,11 +21,11 @@ from slipstick.analysis.time_domain.piecewise_model import (
     friction_elements,
     friction_system,
     integration_faults,
-    sticks_and_slips,
 )
 from slipstick.analysis.time_domain.swept import SweptPiecewise, SweptStepper, SweptSystem, fewest_steps
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
+from slipstick.results.run_up import CONTACT_STATES
 from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array
 
@@ -113,6 +113,7 @@ class LongRun:
             stepper.z, stepper.states, energy = begin.z.copy(), begin.states, Energy(**asdict(begin.energy))
         every = max(1, stepper.steps // self.samples) if self.samples else 0
         for period in range(0 if begin is None else begin.period, self.periods):
+            stepper.forget()
             sums = PeriodSums(stepper=stepper, outputs=outputs, energy=energy)
             base = 0.0 if self.rate else 2 * np.pi * period
             times, series, last = [], [], -1
@@ -130,9 +131,11 @@ class LongRun:
                 times=np.array(times),
                 series=np.array(series).reshape(len(times), outputs.stop - outputs.start),
                 changes=tuple(
-                    ((base + c.tau) / system.omega, c.contact, int(c.before), int(c.after))
+                    ((base + c.tau) / system.omega, c.contact, before, after)
                     for c in sums.changes
                     if not self._one_of_several(c.contact)
+                    for before, after in [(self._told(c.contact, c.before), self._told(c.contact, c.after))]
+                    if before != after
                 ),
                 checkpoint=Checkpoint(
                     period=period + 1, z=stepper.z.copy(), states=stepper.states, energy=Energy(**asdict(energy))
@@ -158,6 +161,24 @@ class LongRun:
         friction = friction_elements(self.problem)
         return np.asarray(np.bincount(friction, minlength=1)[friction] > 1)
 
+    def _told(self, contact: int, state: int) -> int:
+        """Number of a state, or of the state that a regime of a law that switches is, among ``CONTACT_STATES``."""
+        system = self.stepper.model.system
+        if contact < system.n_contacts:
+            return int(state)
+        return CONTACT_STATES.index(system.laws.switching[contact - system.n_contacts].regimes.names[state])
+
+    @property
+    def changing(self) -> tuple[str, ...]:
+        """Names of the contacts by the numbers in ``PeriodDone.changes``."""
+        switching = [own.number for own in self.stepper.model.system.laws.switching]
+        return tuple(self.problem.elements[e] for e in [*friction_elements(self.problem).tolist(), *switching])
+
+    def states(self, numbers: Iterable[int]) -> Combination:
+        """States of the friction contacts, then regimes, from their numbers."""
+        count = self.stepper.model.system.n_contacts
+        return tuple(State(s) if k < count else s for k, s in enumerate(numbers))
+
     def _one_of_several(self, contact: int) -> bool:
         return contact < len(self._several) and bool(self._several[contact])
 
@@ -167,10 +188,14 @@ class LongRun:
         low, high, at_low, at_high = sums.extremes()
         count = len(self.problem.elements)
         friction = friction_elements(self.problem)
-        power, fractions = np.full(count, np.nan), np.full((count, 4), np.nan)
-        power[friction], fractions[friction] = 0.0, sums.fractions
+        power, fractions = np.full(count, np.nan), np.full((count, len(CONTACT_STATES)), np.nan)
+        power[friction], fractions[friction] = 0.0, np.pad(sums.fractions, ((0, 0), (0, 1)))
         np.add.at(power, friction, sums.work / (end - begin))
         fractions[friction[self._several]] = np.nan
+        for own, in_regime in zip(system.laws.switching, sums.time_in_regime, strict=True):
+            fractions[own.number] = 0.0
+            for name, part in zip(own.regimes.names, in_regime, strict=True):
+                fractions[own.number, CONTACT_STATES.index(name)] += part
         for law, rows, *_ in system.laws.each:
             power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
         linear, z = stepper.model(stepper.states), stepper.z
@@ -184,7 +209,7 @@ class LongRun:
             "section_velocity": system.omega * linear.motion[outputs] @ rate,
             "dissipated_power": power,
             "separation_fraction": fractions[:, State.SEPARATION], "stick_fraction": fractions[:, State.STICK],
-            "slip_fraction": fractions[:, State.SLIP_PLUS] + fractions[:, State.SLIP_MINUS],
+            "slip_fraction": fractions[:, State.SLIP_PLUS :].sum(axis=1),
             "energy_error": sums.energy.error(sums.stored()),
         }  # fmt: skip
 
@@ -204,7 +229,10 @@ def swept_system(problem: Problem, start: float, rate: float, reference: float) 
     slope = (base.velocity - half.velocity) / 0.5
     known: dict[str, Any] = {f.name: getattr(base, f.name) for f in fields(FrictionSystem)}
     known |= {"approach": over_u(base.approach), "rubbing": over_u(base.rubbing), "loads": loads}
+    law_slope = (base.law_velocity - half.law_velocity) / 0.5
     known |= {"velocity": base.velocity - slope, "velocity_per_nu": slope}
+    known |= {"law_motion": over_u(base.law_motion), "law_velocity": base.law_velocity - law_slope}
+    known |= {"law_velocity_per_nu": law_slope}
     return SweptSystem(**known, first=start / reference, growth=rate / reference**2)
 
 
@@ -212,9 +240,10 @@ def sweep_faults(problem: Problem, *, swept: bool) -> Iterator[Fault]:
     """What of a problem is not known in long integrations, and at a speed that grows."""
     yield from integration_faults(problem)
     for pair in problem.contacts:
-        if swept and not sticks_and_slips(pair.contact):
-            said = f"contact '{pair.name}' follows a law that is known at a constant speed alone"
-            yield Fault("run_up", said, remedy="integrate at one speed, omega=9.0, periods=500")
+        tied = pair.rubbing.velocity_per_omega, pair.rubbing.second_velocity_per_omega
+        if swept and pair.contact.regimes is not None and any(map(np.any, tied)):
+            said = f"the rubbing velocity of contact '{pair.name}' grows with the speed, and its law holds it constant"
+            yield Fault("run_up", said, remedy="give it a fixed velocity, or integrate at one speed")
     if swept and turning_with(problem.structure, 1.0) is not problem.structure:
         said = "the structure turns with the excitation, and its matrices are known at a constant speed alone"
         yield Fault("run_up", said, remedy="give the structure a fixed speed, or integrate at one speed")

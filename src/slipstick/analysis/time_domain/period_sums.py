@@ -61,6 +61,7 @@ class PeriodSums:
     _work: Any = 0.0
     _law_work: Any = 0.0
     _in_state: Array | None = None
+    _in_regime: list[Array] = field(default_factory=list)
 
     def add(self, item: Piece | StateChange) -> None:
         """Takes the next piece or change of state."""
@@ -76,9 +77,14 @@ class PeriodSums:
         self._length += width
         self._integral = self._integral + weights @ values
         self._work, self._law_work = self._work + work, self._law_work + law_work
+        system = self.stepper.model.system
+        count = system.n_contacts
         if self._in_state is None:
-            self._in_state = np.zeros((len(item.states), len(State)))
-        self._in_state[np.arange(len(item.states)), list(map(int, item.states))] += width
+            self._in_state = np.zeros((count, len(State)))
+            self._in_regime = [np.zeros(len(own.regimes.names)) for own in system.laws.switching]
+        self._in_state[np.arange(count), list(map(int, item.states[:count]))] += width
+        for own, regime in zip(self._in_regime, item.states[count:], strict=True):
+            own[regime] += width
         rows = item.linear.motion[self.outputs].T
         end = item.fraction**reach
         ends, rates = np.stack([item.start, end @ path]), np.stack([rising[0], end[:-1] @ rising])
@@ -104,13 +110,13 @@ class PeriodSums:
             nc, moved = system.n_contacts, slopes @ moving
             sides = np.concatenate([rate, moved[:, nc:]], axis=1)
             taken = float(weights @ np.sum(force * sides, axis=1))
-            slipping = [j for j, state in enumerate(item.states) if state in _SLIPPING and system.kt[j] > 0.0]
+            slipping = [j for j, state in enumerate(item.states[:nc]) if state in _SLIPPING and system.kt[j] > 0.0]
             if slipping:
                 sliding = rate[:, slipping] - moved[:, slipping] / system.kt[slipping]
                 work[slipping] = weights @ (force[:, slipping] * sliding)
         if system.laws:
             q, velocity, memory = self.stepper.model.law_motion(z)
-            law_force = system.laws.rate(q, velocity, memory)[0]
+            law_force = system.laws.rate(q, velocity, memory, item.linear.regimes)[0]
             law_work = weights @ (law_force * velocity) / system.omega
             given += float(weights @ np.sum(law_force * columns[:, contact:driven], axis=1))
             taken += float(law_work.sum())
@@ -151,6 +157,11 @@ class PeriodSums:
         """Fraction of the period in each ``State``, (n_contacts, 4)."""
         assert self._in_state is not None
         return self._in_state / self._length
+
+    @property
+    def time_in_regime(self) -> list[Array]:
+        """Fraction of the period in each regime, of every contact whose law switches."""
+        return [own / self._length for own in self._in_regime]
 
     def extremes(self) -> tuple[Array, Array, Array, Array]:
         """Smallest and largest values (n_outputs,) of the outputs, and tau of each, from the cubic of each piece."""

@@ -161,6 +161,13 @@ class FrictionSystem:
         out[:, 0] = self.velocity / self.omega
         return out
 
+    @property
+    def law_speed(self) -> Array:
+        """Velocity of the opposing surface along the ports of other laws, as rows times the forcing, length/time."""
+        out = self.omega * (self.law_motion @ self.forcing_rates)
+        out[:, 0] += self.law_velocity
+        return np.asarray(out)
+
     def forcing(self, tau: float) -> Array:
         """The last entries of z: 1, cos m tau, sin m tau, ..."""
         return self.forcings(np.array([tau]))[0]
@@ -247,11 +254,7 @@ class PiecewiseLinear:
         self.law_rows[:, : s.n] = s.equations.rows[at]
         self.law_speed[:, s.n : 2 * s.n] = s.omega * s.equations.rows[at]
         self.law_rows[:, one:] = s.law_motion
-        self.law_speed[:, one] = s.law_velocity
-        m, moved = np.asarray(s.orders, dtype=float), s.law_motion
-        self.law_speed[:, one + 1 :: 2], self.law_speed[:, one + 2 :: 2] = (
-            s.omega * m * moved[:, 2::2], -s.omega * m * moved[:, 1::2]
-        )  # fmt: skip
+        self.law_speed[:, one:] = s.law_speed
         self.law_columns = np.zeros((s.size, P))
         self.law_columns[s.n : 2 * s.n] = -self._columns[:, at] / s.omega**2
 

@@ -9,6 +9,8 @@ with ``u' = G w``: rubbing motions and forces are rows times u, their rates rows
 contact states still has constant rows; y is what an unbalance or a moving support makes of u, ``-u'' / m^2``. The
 structure is linear with constant matrices: over a step the power series of z follows from that of the forcing, which is
 known by itself, and is summed to rounding. Changes of contact state are roots of polynomials as at a constant speed.
+Where contacts of other laws make the system smooth instead, the forcing is part of what the polynomial at Gauss nodes
+fulfils, from its exact value at the start of each step on.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipstick.analysis.time_domain.event_integrator import REACH, Piece, StateChange, Stepper
+from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper, reach
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, LinearPiece, PiecewiseLinear
 from slipstick.typing import Array
 
@@ -41,11 +43,14 @@ class SweptSystem(FrictionSystem):
         ``nu`` at the start, and r.
     velocity_per_nu
         What the constant velocity of rubbing grows by with nu, (n_contacts,).
+    law_velocity_per_nu
+        The same along the ports of other laws, (n,).
     """
 
     first: float
     growth: float
     velocity_per_nu: Array = field(default_factory=lambda: np.zeros(0))
+    law_velocity_per_nu: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def _places(self) -> tuple[slice, int, slice, slice]:
@@ -81,6 +86,13 @@ class SweptSystem(FrictionSystem):
         _, nu, _, y = self._places
         out = np.zeros((self.n_contacts, y.stop))
         out[:, 0], out[:, nu] = self.velocity / self.omega, self.velocity_per_nu / self.omega
+        return out
+
+    @property
+    def law_speed(self) -> Array:
+        """Velocity of the opposing surface along the ports of other laws, as rows times the forcing, length/time."""
+        out = super().law_speed
+        out[:, self._places[1]] += self.law_velocity_per_nu
         return out
 
     def phase(self, tau: float) -> float:
@@ -141,14 +153,14 @@ class SweptPiecewise(PiecewiseLinear):
 
     def rate(self, linear: LinearPiece, z: Array) -> Array:
         """``dz/dtau`` at states (k, size)."""
-        out = np.asarray(z @ linear.A.T, dtype=float)
+        out = super().rate(linear, z)
         out[:, self.system.n_dynamic :] = self.system.forcing_rate(z[:, self.system.n_dynamic :])
         return out
 
 
 def fewest_steps(model: PiecewiseLinear) -> int:
     """Steps a period at the reference speed that are enough for the fastest motion, and for events."""
-    return max(FEWEST_STEPS, int(np.ceil(2 * np.pi * model.fastest() / REACH)))
+    return max(FEWEST_STEPS, int(np.ceil(2 * np.pi * model.fastest() / reach(model.system.laws))))
 
 
 class SweptStepper(Stepper):
@@ -161,18 +173,14 @@ class SweptStepper(Stepper):
 
     def advance(self, tau: float, stop: float) -> Iterator[Piece | StateChange]:
         """Pieces and changes of state from tau, with ``self.z`` and ``self.states``, to ``stop``, a step on at most."""
-        immediate = 0
-        while tau < stop:
-            linear, left = self.model(self.states), (stop - tau) / self.step
-            path = self._driven(linear, tau)
-            change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
-            length = change[0] if change else left
-            immediate = self._immediate(immediate, length, tau)
-            if length > 0.0:
-                yield self._advance(linear, tau, length, path)
-            tau = stop if length == left else tau + length * self.step
-            if change:
-                yield self._switch(linear, change[1], tau)
+        yield from self._one_step(tau, (stop - tau) / self.step)
+
+    def _path(self, linear: LinearPiece, tau: float, length: float) -> tuple[Array, float]:
+        """The polynomial of z from ``self.z`` at tau on, and how far it reaches: ``length`` or less, in steps."""
+        if not linear.smooth:
+            return self._driven(linear, tau), length
+        self.z[self.model.system.n_dynamic :] = self.model.system.forcing(tau)
+        return self._smooth(linear, self.z, length)
 
     def _driven(self, linear: LinearPiece, tau: float) -> Array:
         """Power series (degree + 1, size) of z from tau on, in steps."""

@@ -8,8 +8,9 @@ point of a branch is the truncation of the harmonic series.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -25,9 +26,13 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
 from slipstick.html import MOST_SHOWN, html_table
+from slipstick.results.saved_table import write_table
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
 from slipstick.units import Units
+
+if TYPE_CHECKING:
+    import xarray
 
 _COLUMNS = {"separation": 0, "stick": 1, "slip": 2}
 """Of fractions: where the states of contacts that slide in a plane stand."""
@@ -90,6 +95,56 @@ class TransientResult:
     error: float = np.nan
     """Estimated distance of the state after the integrated periods from the periodic one, relative to its size: the
     error of the integration itself. nan where nothing tells it, as after the first periods of marching."""
+    units: Units = field(default_factory=Units)
+    """Names of the base units."""
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The same with labels, over ``time``, ``dof``, ``contact``, ``coefficient`` and ``change``."""
+        import xarray
+
+        label, coefficients = (
+            self.units.label,
+            ["0", *(f"{part}{m}" for m in self.harmonics.orders[1:] for part in "cs")],
+        )
+        states = zip(("separation", "stick", "slip_plus", "slip_minus"), self.fractions.T, strict=True)
+        parts = [(f"{name}_fraction", ("contact",), part, "1", f"fraction of {name}") for name, part in states]
+        told: list[tuple[str, tuple[str, ...], Any, str, str]] = [
+            ("displacement", ("time", "dof"), self.displacement, "length", "motion"),
+            ("friction_force", ("time", "contact"), self.friction_force, "force", "friction force"),
+            ("normal_force", ("time", "contact"), self.normal_force, "force", "normal force"),
+            ("amplitude", ("dof",), self.amplitude, "length", "largest deviation from the mean in the last period"),
+            ("mean", ("dof",), self.mean, "length", "mean of the motion"),
+            ("coefficients", ("dof", "coefficient"), self.coefficients, "length", "harmonics of the motion"),
+            ("friction_coefficients", ("contact", "coefficient"), self.friction_coefficients, "force", "of F_x"),
+            ("normal_coefficients", ("contact", "coefficient"), self.normal_coefficients, "force", "of F_y"),
+            ("power", ("contact",), self.power, "force length/time", "dissipated power in the last period"),
+            *parts,
+            ("change_time", ("change",), np.array([c.time for c in self.changes]), "time", "change of a contact state"),
+        ]
+        data: dict[str, Any] = {
+            name: (dims, values, {"units": label(unit), "long_name": meaning})
+            for name, dims, values, unit, meaning in told
+        }
+        for name in ("contact", "before", "after"):
+            data[f"change_{name}"] = "change", np.array([getattr(c, name) for c in self.changes], dtype=np.str_)
+        names = {"dof": self.outputs, "contact": self.contacts, "coefficient": coefficients}
+        coords: dict[str, Any] = {name: (name, np.array(labels, dtype=np.str_)) for name, labels in names.items()}
+        said = {"omega": self.omega, "periods": self.periods, "change": self.change, "converged": int(self.converged)}
+        coords["time"] = "time", self.time, {"units": label("time"), "long_name": "time"}
+        return xarray.Dataset(data, coords, {**said, "error": self.error, **self.units.attributes})
+
+    def save_table(self, path: str | Path, table: str | None = None) -> Path:
+        """Write numbers for other programs and return the path: a .csv file, one table, or a .mat file, all of them.
+
+        ``table`` chooses: "time" (of a .csv file by default), "dof", "contact" (power and fractions) or "change".
+
+        Raises
+        ------
+        InputError
+            For another ending or table, and where the file cannot be written.
+        """
+        return write_table(self.dataset, path, table)
 
     def __repr__(self) -> str:
         ended = "periodic" if self.converged else "not periodic"
@@ -174,11 +229,12 @@ def transient(
     problem.warn(problem_warnings(problem))
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements
-    return integrate(
+    found = integrate(
         system, problem.harmonics, outputs=outputs, contacts=contacts, friction=friction_elements(problem).tolist(),
         periods=periods, tolerance=tolerance, method=method, initial=initial, record_periods=record_periods,
         steps=steps,
     )  # fmt: skip
+    return replace(found, units=problem.units)
 
 
 def integrate(

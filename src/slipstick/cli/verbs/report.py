@@ -13,7 +13,7 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import complain, say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
-from slipstick.runs.folder import REPORT, results_of
+from slipstick.runs.folder import REPORT, kind_of, results_of
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
@@ -74,7 +74,7 @@ def report_results(
         warn_user(f"{name}: is given twice, and drawn twice")
     if output is not None and output.suffix.lower() not in _PAGES and not output.exists():
         raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
-    kinds = [_kind(path) for path in paths]
+    kinds = [kind_of(path) for path in paths]
     if case is not None:
         if kinds != ["study"]:
             raise InputError("--case is a case of a study: give its study.nc, or its folder, alone")
@@ -82,7 +82,7 @@ def report_results(
         made = {f"case {case}": _case_of(paths[0], case)}
         return _told(write_report(made, target, title=title, contacts=contacts, dofs=dofs))
     target = output if output is not None else paths[0].parent / REPORT
-    if "study" in kinds:
+    if {"study", "curves"} & set(kinds):
         if len(paths) > 1:
             raise InputError("a report holds one study, or results of runs; give a study by itself")
         return _told(report_study(paths[0], target, title=title, dofs=dofs))
@@ -138,18 +138,6 @@ def _case_of(path: Path, number: int) -> Branch:
     values = zip(case.plan.names, case.plan.values[number].tolist(), strict=True)
     branch.table.attrs.update(case.names | {"study_case": ", ".join(f"{key} = {value:g}" for key, value in values)})
     return branch
-
-
-def _kind(path: Path) -> str:
-    """What a file holds: a study, a run-up, a fit, or (empty) something else, such as a branch."""
-    from slipstick.io.loading import load_table
-
-    if not path.is_file():
-        return ""
-    table = load_table(path)
-    if "study_parameters" in table.attrs:
-        return "study"
-    return "run-up" if "section_displacement" in table else "fit" if "standard_error" in table else ""
 
 
 def _told(written: Path) -> Answer:

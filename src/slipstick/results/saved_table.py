@@ -1,0 +1,193 @@
+"""Results for other programs: CSV files, one table each, and MATLAB files with all arrays.
+
+A dataset holds one table or several, each with its *rows*: the dimensions without text labels, such as ``point`` or
+``period``, or all parameters of a grid, every combination a line. Labelled dimensions (``dof``, ``coefficient``) lie in
+the columns, and so do percentiles and harmonics; where there are no others, the first of them is the rows. A table is
+called by its rows.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterator, Mapping
+from itertools import product
+from keyword import iskeyword
+from pathlib import Path
+from re import sub
+from typing import TYPE_CHECKING, Any
+
+from slipstick.errors import Fault, InputError
+from slipstick.faults import path as path_of
+from slipstick.faults import text, wrong
+from slipstick.replacing import replacing
+
+if TYPE_CHECKING:
+    import xarray
+
+_ENDINGS = (".csv", ".mat")
+_IN_COLUMNS = ("percentile", "harmonic")
+_LONGEST = 63
+"""Characters of a name in MATLAB."""
+_MATLAB_WORDS = frozenset(["case", "catch", "end", "function", "otherwise", "parfor", "persistent", "spmd", "switch"])
+_MOST_BYTES = 2**31 - 1
+"""Of one array in a MATLAB 5 file."""
+
+Made = Mapping[str, Callable[[], Any]]
+"""Tables by name that are made when they are asked for: datasets."""
+
+
+def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None, made: Made | None = None) -> Path:
+    """Write a dataset, or one table of it, and return the path.
+
+    A .csv file has a line for each row and a column for each number, such as ``displacement.x.c1 [m]``. A .mat file
+    (MATLAB 5, read by MATLAB, Octave and SciPy) has every array under its name, labels as cell arrays, a struct
+    ``dimensions`` that says along which dimensions each lies, and a struct ``about`` with units, meanings, attributes
+    and the names as they were: in MATLAB ``damper.mu`` is ``damper_mu``.
+
+    Parameters
+    ----------
+    table
+        Which one: by default the first in a .csv file, all in a .mat file.
+    made
+        More tables that can be asked for.
+
+    Raises
+    ------
+    InputError
+        For another ending, a table that is not there, and where the file cannot be written.
+    """
+    target = path_of("table", path, "the path of a file such as results.csv or results.mat")
+    ending = target.suffix.lower()
+    if ending not in _ENDINGS:
+        raise wrong("table", str(target), "a name that ends with .csv or .mat")
+    made, tables = made or {}, tables_of(data)
+    if table is not None:
+        table = text("table", table)
+        if table in made:
+            data, table = made[table](), None
+            tables = tables_of(data)
+        elif table not in tables:
+            known = " or ".join(f'"{name}"' for name in (*tables, *made))
+            raise wrong("table", table, known or "none: there are no rows")
+    if table is not None:
+        data = _alone(data, tables[table])
+    elif not tables and ending == ".csv":
+        raise InputError(Fault("table", "there are no rows in these results", remedy="write a .mat file"))
+    rows = next(iter(tables.values()), ()) if table is None else tables[table]
+    try:
+        with replacing(target) as temporary:
+            if ending == ".csv":
+                _csv(data, rows, temporary)
+            else:
+                _mat(data, temporary)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{target}: the table cannot be written ({reason}); choose another place") from None
+    return target
+
+
+def tables_of(data: xarray.Dataset) -> dict[str, tuple[str, ...]]:
+    """The rows of each table by its name, in the order of the variables."""
+    order = [*data.data_vars, *(name for name in data.coords if name not in data.dims)]
+    found = dict.fromkeys(_rows(data, name) for name in order)
+    return {",".join(rows): rows for rows in found if rows}
+
+
+def _rows(data: xarray.Dataset, name: Any) -> tuple[str, ...]:
+    """The dimensions that are rows of a variable's table; none for a single number."""
+    dims = tuple(str(dim) for dim in data.dims if dim in data[name].dims)
+    return tuple(dim for dim in dims if not _labels(data, dim)) or tuple(map(str, data[name].dims[:1]))
+
+
+def _labels(data: xarray.Dataset, dim: str) -> bool:
+    return dim in _IN_COLUMNS or (dim in data.coords and data[dim].dtype.kind in "OUS")
+
+
+def _alone(data: xarray.Dataset, rows: tuple[str, ...]) -> xarray.Dataset:
+    """One table, with the labels of its dimensions."""
+    kept = [name for name in data.variables if name not in data.dims and _rows(data, name) == rows]
+    return data.drop_vars([name for name in data.variables if name not in data.dims and name not in kept])[kept]
+
+
+def _csv(data: xarray.Dataset, rows: tuple[str, ...], target: Path) -> None:
+    columns: list[tuple[str, list[Any]]] = []
+    sizes = {dim: data.sizes[dim] for dim in rows}
+    for dim in rows:
+        if dim in data.coords:
+            known = data[dim].expand_dims({d: n for d, n in sizes.items() if d != dim}).transpose(*rows)
+            columns.append((f"{dim}{_unit(data[dim])}", known.values.reshape(-1).tolist()))
+    for name in data.variables:
+        if name not in data.dims and (not data[name].dims or _rows(data, name) == rows):
+            variable = data[name] if data[name].dims else data[name].expand_dims(sizes)
+            columns += _columns(variable.transpose(*rows, ...), len(rows))
+    with target.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([name for name, _ in columns])
+        writer.writerows(zip(*(values for _, values in columns), strict=True))
+
+
+def _columns(variable: xarray.DataArray, rows: int) -> Iterator[tuple[str, list[Any]]]:
+    """Name with labels and unit, and the values in all rows, which are the first dimensions."""
+    labels = [
+        [str(label) for label in variable[dim].values.tolist()] if dim in variable.coords else list(map(str, range(n)))
+        for dim, n in list(variable.sizes.items())[rows:]
+    ]
+    chosen = list(product(*labels))
+    flat = variable.values.reshape(-1, len(chosen))
+    for k, own in enumerate(chosen):
+        yield ".".join([str(variable.name), *own]) + _unit(variable), flat[:, k].tolist()
+
+
+def _unit(variable: xarray.DataArray) -> str:
+    unit = str(variable.attrs.get("units", ""))
+    return f" [{unit}]" if unit and unit != "1" else ""
+
+
+def _mat(data: xarray.Dataset, target: Path) -> None:
+    from scipy.io import savemat
+
+    called = matlab_names([str(name) for name in data.variables])
+    dims = matlab_names([str(dim) for dim in data.dims], called)
+    arrays: dict[str, Any] = {}
+    said: dict[str, dict[str, str]] = {"names": {}, "units": {}, "meaning": {}}
+    for name, variable in data.variables.items():
+        own, values = called[str(name)], variable.values
+        arrays[own] = values.astype(object) if values.dtype.kind in "OUS" else values
+        if values.nbytes > _MOST_BYTES:
+            raise InputError(
+                Fault(f"table, {name}", f"{values.nbytes / 1e9:.1f} GB are more than a .mat file can hold in one array",
+                      remedy="write a .csv file, or read the .nc file")
+            )  # fmt: skip
+        told = name, variable.attrs.get("units", "1"), variable.attrs.get("long_name", "")
+        for about, sentence in zip(said.values(), told, strict=True):
+            about[own] = str(sentence)
+    lie = {str(name): [dims[str(dim)] for dim in variable.dims] for name, variable in data.variables.items()}
+    arrays["dimensions"] = {called[name]: " ".join(along) or "none" for name, along in lie.items()}
+    attributes = matlab_names([str(name) for name in data.attrs])
+    arrays["about"] = {**said, "attributes": {attributes[str(name)]: value for name, value in data.attrs.items()}}
+    with target.open("wb") as file:
+        savemat(file, arrays, long_field_names=True, oned_as="column")
+
+
+def matlab_names(names: list[str], known: Mapping[str, str] | None = None) -> dict[str, str]:
+    """What names are called in MATLAB: letters, digits and underscores, at most 63, no two alike.
+
+    >>> matlab_names(["damper.mu", "damper mu", "2nd", "end", "dimensions"])
+    {'damper.mu': 'damper_mu', 'damper mu': 'damper_mu_2', '2nd': 'v_2nd', 'end': 'v_end', 'dimensions': 'dimensions_2'}
+    """
+    out: dict[str, str] = {name: known[name] for name in names if name in known} if known else {}
+    used = {"dimensions", "about", *out.values()}
+    for name in names:
+        if name in out:
+            continue
+        plain = sub(r"[^0-9A-Za-z_]", "_", name)
+        if not plain[:1].isalpha() or plain in _MATLAB_WORDS or iskeyword(plain):
+            plain = f"v_{plain}"
+        own, k = plain[:_LONGEST], 1
+        while own in used:
+            k += 1
+            behind = f"_{k}"
+            own = plain[: _LONGEST - len(behind)] + behind
+        used.add(own)
+        out[name] = own
+    return out
