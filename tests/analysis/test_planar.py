@@ -171,16 +171,15 @@ class TestCircleThatSlipsEverywhereAtOnce:
         return [float(value) for value in d[name].to_numpy()[d["kind"].to_numpy() == "state change"]]
 
     @pytest.mark.parametrize("stability", [False, True])
-    @pytest.mark.parametrize("span", [(2.0, 20.0), (20.0, 2.0)])
+    @pytest.mark.parametrize("span", [(2.0, 20.0), (20.0, 2.0), (16.0, 5.0)])
     def test_both_corners_over_frequency(self, span: tuple[float, float], stability: bool) -> None:
         roots = np.roots([1.0, -2.0 * 140.0 + 0.4**2, 140.0**2 - (200.0 / 2.4) ** 2])
         begins, ends = sorted(np.sqrt(roots.real), reverse=span[0] > span[1])
         found = self.marked(ss.forced_response(CIRCLE, omega=span, stability=stability), "omega")
-        assert found == [pytest.approx(begins, abs=2e-4), pytest.approx(ends, abs=5e-8)]  # of the element: 1e-8
+        assert found == [pytest.approx(begins, abs=5e-8), pytest.approx(ends, abs=5e-8)]  # of the element: 1e-8
 
     def test_over_the_normal_load(self) -> None:
         limit = 100.0 * 200.0 / abs(140.0 - 64.0 + 3.2j) / 0.3
-        loads = [(600.0, 1200.0, 5e-8), (1200.0, 600.0, 1e-4)]
-        for start, stop, within in loads:
+        for start, stop in ((600.0, 1200.0), (1200.0, 600.0)):
             branch = ss.parameter_response(CIRCLE, "foot.normal_load", (start, stop), omega=8.0)
-            assert self.marked(branch, "parameter") == [pytest.approx(limit, rel=within)]
+            assert self.marked(branch, "parameter") == [pytest.approx(limit, rel=5e-8)]

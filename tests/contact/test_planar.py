@@ -81,6 +81,17 @@ def structured_states(n: int, seed: int) -> tuple[Array, Array]:
     return X, par
 
 
+def resting_states(states: Any, n: int, seed: int, varying: bool) -> tuple[Array, Array]:
+    """States that never slip: small motion along the surface, from 1e-4 of the limit on, under a load that may vary."""
+    X, par = states(n, seed)
+    rng = np.random.default_rng(seed + 1)
+    X[:, :2] *= (10.0 ** rng.uniform(-4, -0.7, n) / np.abs(X[:, :2]).max(axis=(1, 2)))[:, None, None]
+    load = 10.0 ** rng.uniform(-3, -0.3, n) / np.maximum(np.abs(X[:, 2, 1:]).max(axis=1), 1e-9)
+    X[:, 2, 1:] *= load[:, None] if varying else 0.0
+    X[:, 2, 0], par[:, :2] = 0.1 * X[:, 2, 0], 0.0
+    return X, par
+
+
 def worst_beside_marching(X: Array, par: Array, steps: int) -> Array:
     """Error over the largest limit, (n,): 0 where the mean is one of many, nan where marching does not settle."""
     found = respond(X, par, tolerance=1e-9)
@@ -206,13 +217,12 @@ class TestBesideMarching:
 class TestDerivatives:
     @pytest.mark.parametrize("orders", [1, 3, 10])
     def test_they_are_those_of_differences(self, orders: int) -> None:
-        X, par = random_states(12, seed=orders, orders=orders)
-        assert_derivatives(X, par, 1e-7)
+        assert_derivatives(*random_states(12, seed=orders, orders=orders))
 
-    @pytest.mark.verify
-    def test_of_many_states(self) -> None:
-        assert_derivatives(*random_states(600, seed=20), 1e-6)
-        assert_derivatives(*structured_states(300, seed=21), 1e-6, ties=True)
+    @pytest.mark.parametrize("count", [36, pytest.param(600, marks=pytest.mark.verify)])
+    @pytest.mark.parametrize("states", [random_states, structured_states])
+    def test_of_many_states(self, states: Any, count: int) -> None:
+        assert_derivatives(*states(count, seed=20))
 
     @pytest.mark.parametrize(
         ("states", "count"),
@@ -223,29 +233,95 @@ class TestDerivatives:
         ],
     )  # fmt: skip
     def test_of_contacts_that_separate(self, states: Any, count: int) -> None:
-        """By differences of fourth order; at a corner the derivative is that of one side."""
         X, par = states(count, seed=31)
         apart = respond(X, par).detail.separation_fraction > 1e-3
-        error, one_side = beside_differences(X[apart], par[apart])
         assert apart.sum() > 0.1 * count
-        assert np.quantile(error, 0.99) < 1e-8
-        corners = error > 1e-7
-        assert np.count_nonzero(corners) <= 0.005 * count
-        assert one_side[corners].max(initial=0.0) < 1e-6
+        assert_derivatives(X[apart], par[apart])
 
-    def test_of_a_contact_that_never_slips(self) -> None:
-        """The mean is that of the largest least margin: it moves with the motion."""
-        X, par = random_states(12, seed=3)
-        X[:, :2] *= 0.1 / np.abs(X[:, :2]).max(axis=(1, 2), keepdims=True)
-        X[:, 2] *= 0.1
-        par[:, :2] = 0.0
-        assert respond(X, par).detail.loose.all()
-        assert_derivatives(X, par, 1e-7)
+
+class TestMeanOfAContactThatNeverSlips:
+    """It is that of the largest least distance from the limit (BEYOND the one direction: one of many)."""
+
+    @pytest.mark.parametrize("count", [100, pytest.param(3000, marks=pytest.mark.verify)])
+    @pytest.mark.parametrize("varying", [False, True])
+    @pytest.mark.parametrize("states", [random_states, structured_states])
+    def test_it_moves_with_time_and_plane(self, states: Any, varying: bool, count: int) -> None:
+        X, par = resting_states(states, count, 5, varying)
+        first = respond(X, par)
+        c, s = np.cos(1.1), np.sin(1.1)
+        turn = np.array([[c, -s], [s, c]])
+        Z = X @ shift(0.83).T
+        Z[:, :2] = np.einsum("ij,ejl->eil", turn, Z[:, :2])
+        mean, moved = (np.stack(r.force[:2], axis=1)[:, :, 0] for r in (first, respond(Z, par)))
+        error = np.abs(mean @ turn.T - moved).max(axis=1) / (par[:, 2] * np.abs(X[:, :2]).max(axis=(1, 2)))
+        assert first.detail.loose.mean() > 0.95
+        assert error[first.detail.loose].max() < 1e-8
+
+    @pytest.mark.parametrize("varying", [False, True])
+    def test_no_other_mean_is_farther_from_the_limit(self, varying: bool) -> None:
+        """By sequential quadratic programming over sampled times, as well as those tell it."""
+        from scipy.optimize import minimize
+
+        X, par = resting_states(random_states, 8, 9, varying)
+        tau = 2.0 * np.pi * np.arange(720) / 720
+        H = np.stack([np.ones(720)] + [f(m * tau) for m in (1, 2, 3) for f in (np.cos, np.sin)])
+        F = friction(X, par)
+        for x, p, f in zip(X, par, F, strict=True):
+            size = 3.0 * np.abs(x[:2]).max()
+            q, b = f[:, 1:] @ H[1:] / size, p[3] * p[4] * (x[2] @ H - p[5]) / size
+
+            def beyond(c: Array, q: Array = q, b: Array = b) -> Array:
+                return np.hypot(c[0] + q[0], c[1] + q[1]) - b
+
+            start = np.array([0.0, 0.0, beyond(np.zeros(2)).max()])
+            limits = {"type": "ineq", "fun": lambda z, beyond=beyond: z[2] - beyond(z[:2])}
+            found = minimize(lambda z: z[2], start, constraints=limits, method="SLSQP", options={"ftol": 1e-14})
+            mean = f[:, 0] / size
+            np.testing.assert_allclose(mean, found.x[:2], atol=2e-2)
+            assert beyond(mean).max() <= found.x[2] + 1e-4
+
+    def test_of_hardly_any_motion_it_is_the_force_of_the_least_load(self) -> None:
+        """``c = -f(t_0)`` where the load is least, up to the square of the motion; its derivatives too."""
+        X, par = (a[np.arange(30) % 3 != 1] for a in resting_states(random_states, 30, 7, varying=True))
+        tau = 2.0 * np.pi * np.arange(100_000) / 100_000
+        H = np.stack([np.ones(tau.size)] + [f(m * tau) for m in (1, 2, 3) for f in (np.cos, np.sin)])
+        least = H[:, (X[:, 2] @ H).argmin(axis=1)].T
+        least[:, 0] = 0.0
+        motion = X[:, :2] / np.abs(X[:, :2]).max(axis=(1, 2), keepdims=True)
+        for size in (1e-9, 0.0):
+            r = respond(np.concatenate([size * motion, X[:, 2:]], axis=1), par)
+            mean = np.stack(r.force[:2], axis=1)[:, :, 0]
+            expected = -3.0 * size * np.einsum("erl,el->er", motion, least)
+            np.testing.assert_allclose(mean, expected, atol=3.0 * size * 1e-3)
+            for i in (0, 1):
+                np.testing.assert_allclose(r.by_motion[i, i][:, 0], -3.0 * least, atol=2e-3)
+
+    @pytest.mark.parametrize("varying", [False, True])
+    def test_its_derivatives(self, varying: bool) -> None:
+        X, par = resting_states(random_states, 300, 5, varying)
+        rng, size = np.random.default_rng(0), np.abs(X[:, :2]).max(axis=(1, 2))
+        d = rng.normal(size=(300, 27)) * np.repeat([1.0, 0.1], [14, 13])
+        d[:, 21:23] = 0.0
+        if not varying:
+            d[:, 15:21] = 0.0
+        along = np.einsum("eric,ec->eri", by_all(respond(X, par)), d)[:, :2, 0]
+        errors = []
+        for part in (1e-3, 1e-4, 1e-5):
+            e = part * size
+
+            def mean(k: int, e: Array = e) -> Array:
+                moved = X + k * e[:, None, None] * d[:, :21].reshape(X.shape)
+                return np.asarray(friction(moved, par + k * e[:, None] * d[:, 21:])[:, :, 0])
+
+            central = (8.0 * (mean(1) - mean(-1)) - mean(2) + mean(-2)) / (12.0 * e[:, None])
+            errors.append(np.abs(central - along).max(axis=1) / np.abs(along).max(axis=1))
+        assert np.min(errors, axis=0).max() < 1e-6  # now and then a step changes the times that decide
+        assert np.quantile(np.min(errors, axis=0), 0.95) < 1e-8
 
 
 def beside_differences(X: Array, par: Array) -> tuple[Array, Array]:
-    """Errors of the derivatives along one direction each, over their largest, (n,): by central differences of fourth
-    order, and by the better of the two sides, of second order: at a corner the derivative is that of one side."""
+    """Errors of the derivatives along one direction each, over their largest, (n,): by differences of fourth order,
+    central ones and those of the better side: at a corner the derivative is that of one side."""
     rng, L, e = np.random.default_rng(0), X.shape[2], 1e-5
     d = rng.normal(size=(len(X), 3 * L + 6))
     d[:, 3 * L : 3 * L + 2] *= (par[:, :2] != 0).any(axis=1)[:, None]
@@ -255,35 +331,29 @@ def beside_differences(X: Array, par: Array) -> tuple[Array, Array]:
         moved = X + step * d[:, : 3 * L].reshape(X.shape)
         return np.stack(respond(moved, par + step * d[:, 3 * L :], tolerance=1e-12).force, axis=1)
 
-    f = {k: forces(k * e) for k in (-2, -1, 0, 1, 2)}
+    f = {k: forces(k * e) for k in range(-4, 5)}
     central = (8.0 * (f[1] - f[-1]) - f[2] + f[-2]) / (12.0 * e)
     size = np.maximum(np.abs(along).max(axis=(1, 2)), 1e-9)
 
     def error(difference: Array) -> Array:
         return np.asarray(np.abs(difference - along).max(axis=(1, 2)) / size)
 
-    sides = [side * (4.0 * f[side] - f[2 * side] - 3.0 * f[0]) / (2.0 * e) for side in (1, -1)]
-    return error(central), np.minimum(error(sides[0]), error(sides[1]))
+    forward, backward = (
+        i * (48.0 * f[i] - 36.0 * f[2 * i] + 16.0 * f[3 * i] - 3.0 * f[4 * i] - 25.0 * f[0]) / (12.0 * e)
+        for i in (1, -1)
+    )
+    return error(central), np.minimum(error(forward), error(backward))
 
 
-def assert_derivatives(X: Array, par: Array, tolerance: float, ties: bool = False) -> None:
-    rng, L = np.random.default_rng(0), X.shape[2]
-    D = by_all(respond(X, par, tolerance=1e-11))
-    d, e = rng.normal(size=(len(X), 3 * L + 6)), 1e-6
-    d[:, 3 * L : 3 * L + 2] *= (par[:, :2] != 0).any(axis=1)[:, None]
-    sides, states = [], []
-    for step in (e, -e):
-        r = respond(X + step * d[:, : 3 * L].reshape(X.shape), par + step * d[:, 3 * L :], tolerance=1e-12)
-        sides.append(np.stack(r.force, axis=1))
-        states.append(r.detail.loose)
-    difference = (sides[0] - sides[1]) / (2 * e)
-    along = np.einsum("eric,ec->eri", D, d)
-    error = np.abs(difference - along).max(axis=(1, 2)) / np.maximum(np.abs(difference).max(axis=(1, 2)), 1e-9)
-    if ties:  # on straight lines and circles a step may begin another state
-        assert np.quantile(error, 0.8) < tolerance
-    else:
-        assert np.quantile(error, 0.9) < tolerance, np.sort(error)[-5:]
-        assert error.max() < 100 * tolerance, np.sort(error)[-5:]
+def assert_derivatives(X: Array, par: Array) -> None:
+    """Of states that slip: of the others see the mean. Central differences of second order, 1e-5 apart, are 3e-7 off
+    where the third derivative is large; those of fourth order 3e-11."""
+    slips = ~respond(X, par).detail.loose
+    error, one_side = beside_differences(X[slips], par[slips])
+    assert np.quantile(error, 0.97) < 1e-8, np.sort(error)[-5:]
+    # where all ports reverse at one instant the sides differ too, and from the derivative
+    apart = np.minimum(error, one_side) > 1e-7
+    assert np.count_nonzero(apart) <= 0.002 * slips.size, np.sort(np.minimum(error, one_side))[-5:]
 
 
 class TestSymmetries:
@@ -320,13 +390,8 @@ class TestSymmetries:
         Z[:, :2], turned[:, :2] = np.einsum("ij,ejl->eil", turn, Z[:, :2]), par[:, :2] @ turn.T
         moved = np.einsum("ij,ejl->eil", turn, forces @ R.T)
         limit = par[:, 3] * par[:, 4] * (np.abs(X[:, 2]).sum(1) - par[:, 5])
-        answer = respond(Z, turned, tolerance=1e-11)
-        error = np.abs(np.stack(answer.force[:2], axis=1) - moved) / limit[:, None, None]
-        assert error[:, :, 1:].max() < 1e-10
-        # the mean of one that never slips is one of many: now and then it is known to a part of the sampling alone
-        assert error[~answer.detail.loose, :, 0].max() < 1e-10
-        assert np.count_nonzero(error[:, :, 0].max(axis=1) > 1e-10) <= 0.001 * count
-        assert error.max() < 0.01
+        error = np.abs(friction(Z, turned, tolerance=1e-11) - moved) / limit[:, None, None]
+        assert error.max() < 1e-10
 
     def test_more_elements_at_once_and_no_harmonics(self) -> None:
         X, par = random_states(9, seed=13)
@@ -400,7 +465,7 @@ class TestForcedCircle:
         squares = np.roots([1.0, 0.16 - 280.0, 140.0**2 - (200 / 2.4) ** 2]).real
         corners = np.sqrt(np.sort(squares)).tolist()
         begins, ends = d["omega"].to_numpy()[d["kind"].to_numpy() == "state change"]
-        assert abs(begins - corners[0]) < 1e-4
+        assert abs(begins - corners[0]) < 1e-7
         assert abs(ends - corners[1]) < 1e-7
         w, a, stuck = (d[name].to_numpy() for name in ("omega", "amplitude", "stick_fraction"))
         a, stuck = a[:, 0], stuck[:, 0] > 0.5

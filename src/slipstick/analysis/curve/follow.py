@@ -171,6 +171,7 @@ class CurveRun(Run[CurveRequest]):
         self.state = ResumeState.taken_up(request.start, request.stop, request.checkpoints)
         super().__init__(request, count=self.state.points, begun=self.state.seconds)
         self._special: SpecialPoints | None = None
+        self._reached: Step | None = None
 
     def points(self) -> Generator[Point, None, None]:
         """Those of one segment, then of the other."""
@@ -227,8 +228,9 @@ class CurveRun(Run[CurveRequest]):
                     return
                 point = self._point(step, before, steps.residual)
                 if step.place is None:
-                    yield from self._at_once(request, before, step)
-                    before = step
+                    beyond = request.departure is not None and before is None
+                    yield from self._at_once(request, self._reached if beyond else before, step)
+                    before = self._reached = step
                 segment.add(step.parameter, step.x)
                 self.checkpoint = state.checkpoint(step, steps, self.seconds)
                 self.progress, self.step = progress(state.segments), steps.step_length
@@ -238,7 +240,7 @@ class CurveRun(Run[CurveRequest]):
             state.done = state.done.plus(steps.work)
 
     def _beyond_corners(self, request: CurveRequest) -> Generator[Point, None, None]:
-        """The segment gone on with beyond corners of square roots, whose first point there is a change of state."""
+        """The segment gone on with beyond corners of square roots: that, or the first point, changes the state."""
         segment = self.state.segments[-1]
         while segment.outcome is Outcome.STEP_TOO_SMALL and segment.error is None:
             departure = beyond_corner(request, segment)
@@ -249,7 +251,8 @@ class CurveRun(Run[CurveRequest]):
             if first is None:
                 return
             yield replace(first, kind=STATE_CHANGE)
-            yield from points
+            for point in points:
+                yield replace(point, kind="regular") if point.kind == "start" else point
 
     def _at_once(self, request: CurveRequest, before: Step | None, step: Step) -> Generator[Point, None, None]:
         """The corner between two steps on one side of which a contact sticks at all times, on the other slips."""

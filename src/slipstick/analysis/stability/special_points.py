@@ -182,7 +182,8 @@ class SpecialPoints:
     def _word(self, x: Array, parameter: float, near: Detail) -> Word:
         x, inputs, omega = self._placed(x, parameter)
         values = [response.values for response in near.responses] if near.states else None
-        return word_at(self._watch.balance, x, omega, inputs, values)
+        # slip of all times at once is found by itself: beside that corner the branch is a root, not a cubic
+        return word_at(self._watch.balance, x, omega, inputs, values, at_once=False)
 
     def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""

@@ -155,9 +155,17 @@ def word_of(harmonics: Harmonics, X: Array, Y: Array, values: Mapping[str, Array
 
 
 def word_at(
-    balance: Balance, x: Array, omega: float, inputs: Inputs, values: Sequence[Mapping[str, Array]] | None = None
+    balance: Balance,
+    x: Array,
+    omega: float,
+    inputs: Inputs,
+    values: Sequence[Mapping[str, Array]] | None = None,
+    at_once: bool = True,
 ) -> Word:
-    """That of all contacts with friction at a motion (N,); ``values``: parameters of the batches, as they are there."""
+    """That of all contacts with friction at a motion (N,); ``values``: parameters of the batches, as they are there.
+
+    ``at_once``: whether slip at all times is another state than stick at all times where one can follow the other.
+    """
     word: Word = ()
     for k, batch in enumerate(balance.batches):
         own = inputs.batches[k].values if values is None else values[k]
@@ -166,7 +174,10 @@ def word_at(
             word = (*word, *word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]}))
         elif batch.law.regimes is not None:
             told = batch.law.states(balance.layout.motion(k, x, omega, inputs.batches[k]), own)
-            word = (*word, *(_word_of_states(states) for states in told or ()))
+            words = [_word_of_states(states) for states in told or ()]
+            if batch.law.slips_at_once and not at_once:
+                words = [("slip",) if one == ("stick",) else one for one in words]
+            word = (*word, *words)
     return word
 
 
