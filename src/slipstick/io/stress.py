@@ -28,8 +28,8 @@ def write_stress(branch: Branch, path: str | Path, points: Points = None, at: An
     found = stress_of(branch, points, at)
     if target.suffix.lower() == ".mat":
         return write_table(found, target)
-    if target.suffix.lower() == ".csv":  # with frequency and position in each line
-        return write_table(found.assign_coords(_in_each_line(found)), target)
+    if target.suffix.lower() == ".csv":
+        return write_table(_in_each_line(found), target, f"point,{PLACE}")
     places = strains_of(branch).places
     kept, order = np.unique(chosen_places(places, at), return_index=True)
     if at is not None:
@@ -37,11 +37,13 @@ def write_stress(branch: Branch, path: str | Path, points: Points = None, at: An
     return write_stress_shape(places, found, found[branch.followed].to_numpy(), target)
 
 
-def _in_each_line(found: Any) -> dict[str, Any]:
-    """What is known of each point or of each place, of both together."""
-    both = {dim: found.sizes[dim] for dim in ("point", PLACE)}
-    return {
-        name: value.variable.set_dims({**both, **dict(value.sizes)}).transpose("point", PLACE, ...)
-        for name, value in found.coords.items()
-        if name not in found.dims and len({*value.dims} & {*both}) == 1
+def _in_each_line(found: Any) -> Any:
+    """With what is known of each point or of each place, frequency and position, given for both together."""
+    sizes = {dim: found.sizes[dim] for dim in ("point", PLACE)}
+    known = found.set_coords([name for name in found.data_vars if PLACE not in found[name].dims])
+    each = {
+        name: value.variable.set_dims({**sizes, **dict(value.sizes)}).transpose("point", PLACE, ...)
+        for name, value in known.coords.items()
+        if name not in known.dims and {*value.dims} & {*sizes}
     }
+    return known.assign_coords(axis=["x", "y", "z"][: found.sizes.get("axis", 0)]).assign_coords(each)
