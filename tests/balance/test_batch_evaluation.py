@@ -7,6 +7,7 @@ from helpers.problems import random_problem
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.batch_evaluation import Together, evaluated_together, respond
+from slipstick.balance.inputs import Assigned
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.norm import norm
@@ -24,7 +25,7 @@ def states(seed, count=5):
 def test_forces_and_residuals_are_those_of_each_alone(seed):
     problem, balance, x, omega = states(seed)
     inputs = [problem.inputs.scaled(1.0 + 0.1 * i) for i in range(len(x))]
-    found = Together(balance, x, omega, inputs)
+    found = Together(balance, x, omega, Assigned.of(inputs))
     together, residuals, whole = found.responses, found.relative_residuals(), found.residuals()
     for i in range(len(x)):
         alone = FrequencySystem(balance, inputs[i]).evaluate(x[i], float(omega[i]))
@@ -45,7 +46,7 @@ def test_forces_and_residuals_are_those_of_each_alone(seed):
 def test_forces_change_with_the_motion_as_those_of_each_alone(seed):
     problem, balance, x, omega = states(seed)
     dx = np.random.default_rng(seed).normal(size=x.shape)
-    changes = Together(balance, x, omega, [problem.inputs] * len(x)).force_changes(dx)
+    changes = Together(balance, x, omega, Assigned.of([problem.inputs] * len(x))).force_changes(dx)
     system = FrequencySystem(balance, problem.inputs)
     for own, state, w, change in zip(dx, x, omega, changes, strict=True):
         forces, _ = system.rates(system.evaluate(state, float(w)).detail, float(w), own, 0.0)
@@ -62,7 +63,7 @@ def test_a_parameter_of_the_structure_that_varies():
     balance, path = Balance(problem), parameter_path(problem, "loss_factor")
     x = np.random.default_rng(0).normal(size=(3, balance.size))
     inputs = [path.at(value)[0] for value in (0.01, 0.02, 0.3)]
-    residuals = Together(balance, x, np.full(3, 2.5), inputs).relative_residuals()
+    residuals = Together(balance, x, np.full(3, 2.5), Assigned.of(inputs)).relative_residuals()
     for i, one in enumerate(inputs):
         alone = FrequencySystem(balance, one).evaluate(x[i], 2.5)
         assert residuals[i] == pytest.approx(norm(alone.residual / alone.terms()), rel=1e-10)
@@ -73,8 +74,8 @@ def test_further_harmonics_leave_the_forces_of_the_others_as_they_are():
     own = balance.harmonics
     wide = Harmonics(range(own.highest + 4))
     for k in range(len(balance.batches)):
-        plain = respond(balance, k, x, omega, [problem.inputs] * len(x))
-        more = respond(balance, k, x, omega, [problem.inputs] * len(x), wide)
+        plain = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)))
+        more = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)), wide)
         at = [wide.index(0), *(wide.index(m, part) for m in own.orders[1:] for part in ("c", "s"))]
         for a, b in zip(plain.force, more.force, strict=True):
             assert b[:, at] == pytest.approx(a, abs=1e-11 * np.abs(a).max())
