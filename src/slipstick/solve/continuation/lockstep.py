@@ -9,8 +9,9 @@ at its start, finds no way on, stands before a corner, or is known to rounding o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -164,14 +165,12 @@ def angles(cosines: Array) -> Array:
     return np.asarray(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 
-def inverses(matrices: Array) -> Array:
-    """Inverses (k, n, n); nan of singular ones."""
-    try:
-        return np.asarray(np.linalg.inv(matrices))
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full_like(matrices, np.nan)
-        return np.concatenate([inverses(one[None]) for one in matrices])
+@cache
+def _inverses() -> Callable[[Array], Array]:
+    """Loaded with the first step: what is compiled takes a while to import."""
+    from slipstick.solve.linear.inverses import inverses
+
+    return inverses
 
 
 class Inverses:
@@ -329,7 +328,7 @@ class Correctors:
         residual[:, :N], jacobian[:, :N] = self._systems.evaluate(branches, z)
         residual[:, N], jacobian[:, N] = dots(row, z) - level, row
         self.evaluations += np.bincount(branches, minlength=self.evaluations.size)
-        return residual, inverses(jacobian)
+        return residual, _inverses()(jacobian)
 
     def _iterated(
         self, branches: Numbers, guess: Array, row: Array, measures: Measures, options: NewtonOptions,
