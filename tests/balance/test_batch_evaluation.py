@@ -86,3 +86,20 @@ def test_heat_and_springs_on_both_sides_are_evaluated_one_by_one():
     assert evaluated_together(balance)
     balance.springs = np.ones(balance.n_ports)
     assert not evaluated_together(balance)
+
+
+def test_inputs_of_many_motions_are_those_of_each():
+    problem = random_problem(1)
+    distinct = [problem.inputs, problem.inputs.scaled(2.0)]
+    many = Assigned.of([distinct[1], distinct[0], distinct[1]])
+    assert (len(many.distinct), many.which.tolist(), len(many.at([2]))) == (2, [0, 1, 0], 1)
+    assert np.array_equal(many.loads, [distinct[1].P, distinct[0].P, distinct[1].P])
+    for k, first in enumerate(problem.inputs.batches):
+        together, twice = many.contacts(k), many.at(np.array([1, 2])).contacts(k)
+        for name, value in first.values.items():
+            assert np.array_equal(together.values[name], np.concatenate([2.0 * value, value, 2.0 * value]))
+            assert np.array_equal(twice.values[name], np.concatenate([value, 2.0 * value]))
+        motion = [scale * first.motion for scale in (2.0, 1.0, 2.0)]
+        assert np.array_equal(together.motion, np.concatenate(motion, axis=1))
+        together.motion[:] = 1.0  # a new array
+        assert np.array_equal(many.contacts(k).motion, np.concatenate(motion, axis=1))

@@ -45,7 +45,7 @@ _ROOM = 25_000_000
 """Numbers that the Jacobians of all points of curves side by side may hold."""
 _POINTS = 80
 """Points that a curve is expected to be stepped to."""
-_RECORDED = 2000
+_RECORDED = 1000
 """Points of which all that contacts do is computed in one go: what is kept of them on the way is large."""
 _KINDS = f"U{max(map(len, POINT_KINDS))}"
 
