@@ -238,7 +238,8 @@ def test_peaks_at_corners_are_located_together(monkeypatch: pytest.MonkeyPatch) 
     assert len(narrowed) >= 3
     assert len(alone) <= 2
     for i in narrowed[:4]:
-        assert (branch := found[i]) is not None
+        branch = found[i]
+        assert branch is not None
         hold(branch, problems[i], (2.0, 15.0))
 
 
