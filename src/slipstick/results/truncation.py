@@ -30,10 +30,10 @@ from slipstick.typing import Array, BoolArray, IntArray
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
     from slipstick.balance.batches import Batch
+    from slipstick.balance.ports import Tangents
     from slipstick.results.record import Outputs
 
 Structures = Sequence[Mapping[str, float]]
-Tangents = Mapping[tuple[int, int], Array]
 
 _WORTH, _WORTH_ITERATIONS = 1e-5, 1e-3
 """Share of the motion that the further orders move from which on the kept ones are asked; of an iterative Jacobian."""
@@ -181,7 +181,9 @@ def _columns(wide: Harmonics, kept: Harmonics) -> Sequence[int]:
     return [wide.index(m, part) for m in kept.orders[1:] for part in ("c", "s")]
 
 
-def _coupling(batch: Batch, by_motion: Tangents, at: IntArray, count: int) -> dict[tuple[int, int], Array]:
+def _coupling(
+    batch: Batch, by_motion: Mapping[tuple[int, int], Array], at: IntArray, count: int
+) -> dict[tuple[int, int], Array]:
     """Tangents (k, n_members, L, L) of the elements that couple two ports of a batch, at some of ``count`` points."""
     members = {pair: batch.couplings[pair][0] for pair in by_motion}
     return {
@@ -191,7 +193,7 @@ def _coupling(batch: Batch, by_motion: Tangents, at: IntArray, count: int) -> di
     }
 
 
-def _changes(balance: Balance, tangents: Sequence[Tangents], change: Array) -> Array:
+def _changes(balance: Balance, tangents: Tangents, change: Array) -> Array:
     """Change of the forces (n, n_ports, L') by a change (n, n_ports or more, L') of the motion at the ports."""
     out = np.zeros((len(change), balance.n_ports, change.shape[2]))
     for batch, by_port in zip(balance.batches, tangents, strict=True):
