@@ -7,6 +7,7 @@ from helpers.problems import random_problem
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.batch_evaluation import Together, evaluated_together, respond
+from slipstick.balance.inputs import Assigned
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.norm import norm
@@ -24,7 +25,7 @@ def states(seed, count=5):
 def test_forces_and_residuals_are_those_of_each_alone(seed):
     problem, balance, x, omega = states(seed)
     inputs = [problem.inputs.scaled(1.0 + 0.1 * i) for i in range(len(x))]
-    found = Together(balance, x, omega, inputs)
+    found = Together(balance, x, omega, Assigned.of(inputs))
     together, residuals, whole = found.responses, found.relative_residuals(), found.residuals()
     for i in range(len(x)):
         alone = FrequencySystem(balance, inputs[i]).evaluate(x[i], float(omega[i]))
@@ -45,7 +46,7 @@ def test_forces_and_residuals_are_those_of_each_alone(seed):
 def test_forces_change_with_the_motion_as_those_of_each_alone(seed):
     problem, balance, x, omega = states(seed)
     dx = np.random.default_rng(seed).normal(size=x.shape)
-    changes = Together(balance, x, omega, [problem.inputs] * len(x)).force_changes(dx)
+    changes = Together(balance, x, omega, Assigned.of([problem.inputs] * len(x))).force_changes(dx)
     system = FrequencySystem(balance, problem.inputs)
     for own, state, w, change in zip(dx, x, omega, changes, strict=True):
         forces, _ = system.rates(system.evaluate(state, float(w)).detail, float(w), own, 0.0)
@@ -62,7 +63,7 @@ def test_a_parameter_of_the_structure_that_varies():
     balance, path = Balance(problem), parameter_path(problem, "loss_factor")
     x = np.random.default_rng(0).normal(size=(3, balance.size))
     inputs = [path.at(value)[0] for value in (0.01, 0.02, 0.3)]
-    residuals = Together(balance, x, np.full(3, 2.5), inputs).relative_residuals()
+    residuals = Together(balance, x, np.full(3, 2.5), Assigned.of(inputs)).relative_residuals()
     for i, one in enumerate(inputs):
         alone = FrequencySystem(balance, one).evaluate(x[i], 2.5)
         assert residuals[i] == pytest.approx(norm(alone.residual / alone.terms()), rel=1e-10)
@@ -73,8 +74,8 @@ def test_further_harmonics_leave_the_forces_of_the_others_as_they_are():
     own = balance.harmonics
     wide = Harmonics(range(own.highest + 4))
     for k in range(len(balance.batches)):
-        plain = respond(balance, k, x, omega, [problem.inputs] * len(x))
-        more = respond(balance, k, x, omega, [problem.inputs] * len(x), wide)
+        plain = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)))
+        more = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)), wide)
         at = [wide.index(0), *(wide.index(m, part) for m in own.orders[1:] for part in ("c", "s"))]
         for a, b in zip(plain.force, more.force, strict=True):
             assert b[:, at] == pytest.approx(a, abs=1e-11 * np.abs(a).max())
@@ -85,3 +86,20 @@ def test_heat_and_springs_on_both_sides_are_evaluated_one_by_one():
     assert evaluated_together(balance)
     balance.springs = np.ones(balance.n_ports)
     assert not evaluated_together(balance)
+
+
+def test_inputs_of_many_motions_are_those_of_each():
+    problem = random_problem(1)
+    distinct = [problem.inputs, problem.inputs.scaled(2.0)]
+    many = Assigned.of([distinct[1], distinct[0], distinct[1]])
+    assert (len(many.distinct), many.which.tolist(), len(many.at([2]))) == (2, [0, 1, 0], 1)
+    assert np.array_equal(many.loads, [distinct[1].P, distinct[0].P, distinct[1].P])
+    for k, first in enumerate(problem.inputs.batches):
+        together, twice = many.contacts(k), many.at(np.array([1, 2])).contacts(k)
+        for name, value in first.values.items():
+            assert np.array_equal(together.values[name], np.concatenate([2.0 * value, value, 2.0 * value]))
+            assert np.array_equal(twice.values[name], np.concatenate([value, 2.0 * value]))
+        motion = [scale * first.motion for scale in (2.0, 1.0, 2.0)]
+        assert np.array_equal(together.motion, np.concatenate(motion, axis=1))
+        together.motion[:] = 1.0  # a new array
+        assert np.array_equal(many.contacts(k).motion, np.concatenate(motion, axis=1))

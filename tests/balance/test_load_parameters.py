@@ -81,6 +81,24 @@ def test_names_that_stand_for_nothing(name: str, words: str) -> None:
         problem(*BOTH).parameter(name)
 
 
+def test_several_parameters_are_set_in_one_go_as_one_after_the_other() -> None:
+    """Also amplitude and phase of loads that become one, of a contact and of the structure."""
+    base = problem(*BOTH)
+    values = {
+        "load.x.amplitude": 7.0, "load.x.phase": 0.3, "damper.mu": 0.5, "damper.velocity": 4.0, "loss_factor": 0.1,
+        "friction": 2.0,
+    }  # fmt: skip
+    together, each = base.at_parameters(values), base
+    for name, value in values.items():
+        each = each.at_parameter(name, value)
+        assert together.parameter(name) == pytest.approx(value, rel=1e-15)
+    np.testing.assert_array_equal(together.inputs.P, each.inputs.P)
+    assert together.contacts == each.contacts
+    assert (together.loads, together.told, base.parameter("damper.mu")) == (each.loads, None, 0.3)
+    with pytest.raises(ss.InputError, match="negative"):
+        base.at_parameters({"damper.mu": 0.5, "negative.mu": 1.0})
+
+
 def test_an_amplitude_is_not_negative() -> None:
     with raises_fault("load.x.amplitude", found="-1", expected="an amplitude >= 0"):
         problem(*BOTH).with_parameter("load.x.amplitude", -1.0)

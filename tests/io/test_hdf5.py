@@ -15,6 +15,7 @@ from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.io import hdf5
 from slipstick.io.loading import load_dataset
 from slipstick.io.model_file import load_model, save_model
 from slipstick.io.netcdf import Group, StoredVariable, write_netcdf
@@ -159,3 +160,15 @@ def test_devices_and_pipes(tmp_path: Path, read: Callable[[Path], object]) -> No
     for path in (Path("/dev/zero"), tmp_path / "pipe"):
         with pytest.raises(InputError, match="there is no such file"):
             read(path)
+
+
+@pytest.mark.parametrize("block", [1, 3, 10, 20, 100])
+def test_texts_over_several_dimensions_are_read_in_blocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, block: int
+) -> None:
+    """One by one, by parts of rows, by rows and all at once: a study over a grid has texts over its parameters."""
+    kept = np.array([[[f"case {i} {j} {k}" for k in range(5)] for j in range(2)] for i in range(7)])
+    monkeypatch.setattr(hdf5, "_TEXT_BLOCK", 10000 * block)
+    with h5py.File(tmp_path / "many.h5", "w") as file:
+        data = file.create_dataset("texts", data=kept.astype(object), dtype=h5py.string_dtype())
+        np.testing.assert_array_equal(hdf5.texts(data, 10000), kept)

@@ -50,3 +50,17 @@ def test_slope_of_the_amplitude() -> None:
     size, slope = amplitude_with_slope(h, X, dX)
     assert slope == pytest.approx(wanted, abs=1e-7)
     assert size == pytest.approx(amplitude(h, X).value, rel=1e-15)
+
+
+def test_what_is_beside_a_motion_changes_no_bit_of_its_amplitude() -> None:
+    """Rows of one harmonic, of several, still and with a mean alone, in every order."""
+    X = np.random.default_rng(4).normal(size=(6, 7))
+    X[1, 3:], X[2, 1:5], X[3], X[4, 1:] = 0.0, 0.0, 0.0, 0.0
+    h, dX, orders = ss.Harmonics([0, 1, 2, 5]), np.ones((6, 7)), np.array([5, 3, 1, 0, 4, 2])
+    value, time, _ = amplitude(h, X)
+    size, slope = amplitude_with_slope(h, X, dX)
+    np.testing.assert_array_equal(amplitude(h, X[orders]).value, value[orders])
+    for i in range(6):
+        alone = amplitude(h, X[i])
+        assert (float(alone.value), float(alone.time)) == (value[i], time[i])
+        assert [float(part[0]) for part in amplitude_with_slope(h, X[[i]], dX[[i]])] == [size[i], slope[i]]

@@ -15,6 +15,11 @@ from slipstick.studies.solving import CaseSolved, Job, solve
 from slipstick.studies.together import Portion, portions, solve_portion
 from slipstick.verify.cases import oscillator
 
+CHAIN = ss.MatrixStructure(
+    M=[[1.0, 0.0], [0.0, 2.0]], C=[[0.5, -0.1], [-0.1, 0.4]], K=[[60.0, -20.0], [-20.0, 90.0]], dofs=["x", "y"]
+)
+"""Damped otherwise than by its modes."""
+
 
 @pytest.fixture(scope="module")
 def job() -> Job:
@@ -82,7 +87,16 @@ def test_a_fault_beside_the_road_leaves_every_case_alone(
 
 def test_a_case_is_the_same_to_the_last_bit_whatever_is_beside_it(job: Job) -> None:
     """Alone, with others before and behind it and in another order; stuck and freely slipping ones among them."""
-    plan = make_plan(job.problem, {"damper.mu": [0.0, 0.1, 0.2, 0.3, 1.0, 50.0]})
+    of_several = replace(job.problem, structure=CHAIN, outputs=["x"])
+    for problem, values in (
+        (job.problem, [0.0, 0.1, 0.2, 0.3, 1.0, 50.0]),
+        (of_several, [0.02, 0.1, 0.2, 0.3, 0.5, 1.0]),
+    ):
+        some = replace(job, problem=problem)
+        hold_beside_others(some, make_plan(problem, {"damper.mu": values}))
+
+
+def hold_beside_others(job: Job, plan: StudyPlan) -> None:
     whole = {one.row["case"]: one for one in solve_portion(job, plan, side_by_side(*range(6)))}
     assert [one.row["lockstep"] for one in whole.values()] == [1] * 6
     for cases in ((5, 4, 3, 2, 1, 0), (2,), (0,), (3, 1)):

@@ -5,20 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
+from slipstick.balance.inputs import Assigned
 from slipstick.contact.law import Motion, Response
-from slipstick.solve.norm import norm
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
+_SMALL = 2**14
+"""Entries of a matrix up to which products with many vectors cost as much one by one."""
 _MANY = 2**18
 """Entries of a receptance from which on its size is that of its factors."""
 
@@ -33,14 +35,14 @@ def evaluated_together(balance: Balance) -> bool:
 
 
 def respond(
-    balance: Balance, k: int, x: Array, omega: Array, inputs: Sequence[Inputs], harmonics: Harmonics | None = None
+    balance: Balance, k: int, x: Array, omega: Array, inputs: Assigned, harmonics: Harmonics | None = None
 ) -> Response:
     """Batch ``k`` at n motions: unknowns (n, N), frequencies (n,); elements at the first motion first.
 
     With other ``harmonics`` that hold those of the balance, forces are given in these.
     """
     batch, kept = balance.batches[k], balance.harmonics
-    contact_inputs = _joined([one.batches[k] for one in inputs])
+    contact_inputs = inputs.contacts(k)
     X = x.reshape(len(x), balance.n_ports, balance.L)
     moved = []
     for port, Q in zip(batch.ports, contact_inputs.motion, strict=True):
@@ -50,24 +52,6 @@ def respond(
     each = np.repeat(omega, batch.count)
     law = batch.law if harmonics is None else batch.law.widened(kept, harmonics)
     return law.respond(Motion(harmonics or kept, each, tuple(moved), contact_inputs.drift(each)), contact_inputs.values)
-
-
-def _joined(motions: Sequence[ContactInputs]) -> ContactInputs:
-    """The elements of all in one, the motion in a new array."""
-    first, count = motions[0], len(motions)
-    if count == 1:
-        return first.changed(motion=first.motion.copy())
-    if all(one is first for one in motions):  # as along a curve over the frequency
-        surface = {name: _repeated(getattr(first, name), count, 1) for name in SURFACE}
-        return ContactInputs(values={name: _repeated(v, count, 0) for name, v in first.values.items()}, **surface)
-    surface = {name: np.concatenate([getattr(g, name) for g in motions], axis=1) for name in SURFACE}
-    values = {name: np.concatenate([g.values[name] for g in motions]) for name in motions[0].values}
-    return ContactInputs(values=values, **surface)
-
-
-def _repeated(array: Array, count: int, axis: int) -> Array:
-    """An array as often along an axis, one after the other."""
-    return np.concatenate([np.asarray(array)] * count, axis=axis)
 
 
 def _in(wide: Harmonics, narrow: Harmonics, Q: Array) -> Array:
@@ -82,7 +66,7 @@ def _in(wide: Harmonics, narrow: Harmonics, Q: Array) -> Array:
 class Together:
     """The response of each batch as ``respond`` gives it at n motions: unknowns (n, N), frequencies (n,)."""
 
-    def __init__(self, balance: Balance, x: Array, omega: Array, inputs: Sequence[Inputs]) -> None:
+    def __init__(self, balance: Balance, x: Array, omega: Array, inputs: Assigned) -> None:
         self._balance, self._x, self._omega, self._inputs = balance, x, omega, inputs
         self.responses: Sequence[Response] = [
             respond(balance, k, x, omega, inputs) for k in range(len(balance.batches))
@@ -91,7 +75,7 @@ class Together:
     @cached_property
     def loads(self) -> Array:
         """Forces of the loads (n, n_loads, L)."""
-        return np.array([one.P for one in self._inputs]).reshape(len(self._x), self._balance.n_loads, self._balance.L)
+        return self._inputs.loads
 
     @cached_property
     def forces(self) -> Array:
@@ -132,16 +116,15 @@ class Together:
         balance, x = self._balance, self._x
         stiffness, prescribed = np.zeros((len(x), balance.n_ports)), np.zeros(len(x))
         for k, (batch, response) in enumerate(zip(balance.batches, self.responses, strict=True)):
-            motions = {id(one.batches[k]): one.batches[k].motion for one in self._inputs}
-            sizes = {key: float(np.sum(motion[..., 1:] ** 2)) for key, motion in motions.items()}
-            prescribed += [sizes[id(one.batches[k])] for one in self._inputs]
+            sizes = [np.sum(one.batches[k].motion[..., 1:] ** 2) for one in self._inputs.distinct]
+            prescribed += np.array(sizes)[self._inputs.which]
             for i, springs in batch.law.springs(response).items():
                 port = batch.ports[i]
                 stiffness[:, port.rows] += springs.reshape(len(x), batch.count)[:, port.members]
         reach = np.empty_like(self.forces)
         for receptance, at in self._receptances():
             reach[at] = _reach(receptance, balance.orders, self._omega[at], stiffness[at])
-        motion = np.array([norm(unknowns) for unknowns in x])
+        motion = np.sqrt(np.vecdot(x, x))
         terms = motion[:, None, None] + reach * (motion + np.sqrt(prescribed))[:, None, None]
         residual = self.residuals().reshape(terms.shape)
         return np.sqrt(np.sum((residual / np.where(terms > 0, terms, 1.0)) ** 2, axis=(1, 2)))
@@ -150,17 +133,24 @@ class Together:
         """``A (F - P)`` (n, n_ports, L)."""
         G, out = np.concatenate([self.forces, -self.loads], axis=1), np.empty_like(self.forces)
         for receptance, at in self._receptances():
-            out[at, :, 0] = (receptance.static @ G[at, :, 0].T).T
+            out[at, :, 0] = mapped(receptance.static, G[at, :, 0])
             out[at, :, 1:] = applied(receptance, self._balance.orders, self._omega[at], G[at, :, 1:])
         return out
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
         """The receptance of each structure, and the motions that it answers."""
         first = 0
-        for structure, same in groupby(self._inputs, lambda one: one.structure):
+        for structure, same in groupby(self._inputs.structures):
             at = slice(first, first + len(list(same)))
             yield adjusted(self._balance.receptance, structure), at
             first = at.stop
+
+
+def mapped(matrix: Any, vectors: Array) -> Array:
+    """``matrix @ v`` of vectors (n, k); by a small matrix one by one, so what is beside one changes no bit of it."""
+    if not isinstance(matrix, np.ndarray) or matrix.size > _SMALL:
+        return np.asarray((matrix @ vectors.T).T)
+    return np.asarray((matrix @ vectors[:, :, None])[:, :, 0])
 
 
 def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
@@ -174,7 +164,7 @@ def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array
         reached = np.array(by_modes).reshape(n, -1, 1 + orders.size)
         return np.concatenate([reached[..., :1], np.repeat(reached[..., 1:], 2, axis=2)], axis=2)
     out = np.empty((n, ports, 1 + 2 * orders.size))
-    out[..., 0] = stiffness @ np.abs(receptance.static[:, :ports]).T
+    out[..., 0] = mapped(np.abs(receptance.static[:, :ports]), stiffness)
     if orders.size:
         A, _ = receptance.at(orders, omega)
         size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,3 +98,61 @@ class Inputs:
         """A copy with other arrays in one batch."""
         changed = tuple(b.changed(**arrays) if i == k else b for i, b in enumerate(self.batches))
         return replace(self, batches=changed)
+
+
+class Assigned:
+    """The inputs of n motions: ``distinct`` ones of one form, and the number ``which`` (n,) of those of each motion."""
+
+    def __init__(self, distinct: Sequence[Inputs], which: NDArray[np.intp]) -> None:
+        self.distinct, self.which = tuple(distinct), which
+        self._stacked: dict[int, ContactInputs] = {}
+
+    @classmethod
+    def of(cls, inputs: Sequence[Inputs]) -> Assigned:
+        """Of each motion; along a curve over the frequency they are all the same."""
+        numbers: dict[int, int] = {}
+        which = [numbers.setdefault(id(one), len(numbers)) for one in inputs]
+        return cls(tuple({id(one): one for one in inputs}.values()), np.array(which, dtype=np.intp))
+
+    def __len__(self) -> int:
+        return len(self.which)
+
+    def at(self, which: Any) -> Assigned:
+        """Those of some of the motions."""
+        some = Assigned(self.distinct, self.which[which])
+        some._stacked = self._stacked
+        return some
+
+    @property
+    def loads(self) -> Array:
+        """Load coefficients (n, n_loads, L)."""
+        return np.array([one.P for one in self.distinct])[self.which]
+
+    @property
+    def structures(self) -> list[Mapping[str, float]]:
+        """Parameters of the structure of each motion that are not its own."""
+        each = [one.structure for one in self.distinct]
+        return [each[i] for i in self.which.tolist()]
+
+    def contacts(self, k: int) -> ContactInputs:
+        """Batch ``k`` of all motions along one axis, elements of the first motion first; new arrays."""
+        if k not in self._stacked:
+            self._stacked[k] = _side_by_side([one.batches[k] for one in self.distinct])
+        together, which = self._stacked[k], self.which
+        ports = len(together.velocity)
+        return ContactInputs(
+            values={name: value[which].reshape(-1) for name, value in together.values.items()},
+            velocity=together.velocity[:, which].reshape(ports, -1),
+            velocity_per_omega=together.velocity_per_omega[:, which].reshape(ports, -1),
+            motion=together.motion[:, which].reshape(ports, -1, together.motion.shape[-1]),
+        )
+
+
+def _side_by_side(inputs: Sequence[ContactInputs]) -> ContactInputs:
+    """Numbers of one batch of several in one: whose they are is the axis before that of the elements."""
+    return ContactInputs(
+        values={name: np.array([one.values[name] for one in inputs], dtype=float) for name in inputs[0].values},
+        velocity=np.stack([one.velocity for one in inputs], axis=1),
+        velocity_per_omega=np.stack([one.velocity_per_omega for one in inputs], axis=1),
+        motion=np.stack([one.motion for one in inputs], axis=1),
+    )

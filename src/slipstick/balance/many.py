@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipstick.balance.balance import Balance
 from slipstick.balance.batch_evaluation import evaluated_together
 from slipstick.balance.batches import Batch, Places
-from slipstick.balance.inputs import ContactInputs, Inputs
+from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.contact.law import Motion, Response
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.receptance import ModalReceptance
@@ -67,10 +67,8 @@ class ManyBalances:
     """
 
     def __init__(self, balances: Sequence[Balance], inputs: Sequence[Inputs]) -> None:
-        self._balance, self.inputs = balances[0], tuple(inputs)
-        self._together = [_side_by_side([one.batches[k] for one in inputs]) for k in range(len(self._balance.batches))]
-        b = self._balance
-        self._P = np.array([one.P for one in inputs]).reshape(len(inputs), b.n_loads, b.L)
+        self._balance, self.inputs = balances[0], Assigned(inputs, np.arange(len(inputs)))
+        self._P = self.inputs.loads
         structures: dict[Any, int] = {}
         receptances, which = list[Any](), list[int]()
         for balance, one in zip(balances, inputs, strict=True):
@@ -139,7 +137,7 @@ class ManyBalances:
     def respond(self, k: int, branches: Numbers, x: Array, omega: Array) -> tuple[Response, Array]:
         """Batch ``k`` at motions (m, N), elements of the first motion first; their velocities (n_ports, m count)."""
         b, batch = self._balance, self._balance.batches[k]
-        here = _some(self._together[k], branches)
+        here = self.inputs.at(branches).contacts(k)
         X = x.reshape(len(x), b.n_ports, b.L)
         moved = []
         for port, Q in zip(batch.ports, here.motion, strict=True):
@@ -168,27 +166,6 @@ class ManyBalances:
             if part is not out:
                 out[at] = part
         return out
-
-
-def _side_by_side(inputs: Sequence[ContactInputs]) -> ContactInputs:
-    """Numbers of a batch of n balances in one: the balance is the axis before that of the elements."""
-    return ContactInputs(
-        values={name: np.array([one.values[name] for one in inputs], dtype=float) for name in inputs[0].values},
-        velocity=np.stack([one.velocity for one in inputs], axis=1),
-        velocity_per_omega=np.stack([one.velocity_per_omega for one in inputs], axis=1),
-        motion=np.stack([one.motion for one in inputs], axis=1),
-    )
-
-
-def _some(together: ContactInputs, branches: Numbers) -> ContactInputs:
-    """Those of some balances, all elements along one axis; new arrays."""
-    ports = len(together.velocity)
-    return ContactInputs(
-        values={name: value[branches].reshape(-1) for name, value in together.values.items()},
-        velocity=together.velocity[:, branches].reshape(ports, -1),
-        velocity_per_omega=together.velocity_per_omega[:, branches].reshape(ports, -1),
-        motion=together.motion[:, branches].reshape(ports, -1, together.motion.shape[-1]),
-    )
 
 
 def _on_ports(batch: Batch, i: int, part: Array, out: Array) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
-from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
+from slipstick.balance.parameters import FACTORS, Parts, Target, changed, parameter_target
 from slipstick.balance.states import pairs_at_start
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
@@ -257,7 +257,11 @@ class Problem:
 
     def parameter_target(self, name: str) -> Target:
         """What a named parameter such as "tip.velocity", "load.x.phase" or "load" is; InputError if there is none."""
-        target = parameter_target(self, name)
+        return self._target(self, name)
+
+    def _target(self, parts: Parts, name: str) -> Target:
+        """The same in parts of which some are changed already."""
+        target = parameter_target(parts, name)
         for state in self.contact_states if target.members else ():
             fault = state.parameter_fault(name, target.quantity, target.places(self.batches[state.batch]))
             if fault is not None:
@@ -278,14 +282,23 @@ class Problem:
 
     def with_parameter(self, name: str, value: float) -> Problem:
         """A copy with a named parameter changed; raises InputError where the value is not allowed."""
-        return replace(self, **self._changed(name, value))
+        return replace(self, **self._changed({name: value}))
 
     def at_parameter(self, name: str, value: float) -> Problem:
         """As ``with_parameter`` on the way along a curve: gives no warning."""
-        return replace(self, told=None, **self._changed(name, value))
+        return self.at_parameters({name: value})
 
-    def _changed(self, name: str, value: float) -> dict[str, Any]:
-        return changed(self, self.parameter_target(name), name, number(name, value))
+    def at_parameters(self, values: Mapping[str, float]) -> Problem:
+        """The same with several, set one after the other: what is allowed is judged of all together."""
+        return replace(self, told=None, **self._changed(values))
+
+    def _changed(self, values: Mapping[str, float]) -> dict[str, Any]:
+        parts = {name: getattr(self, name) for name in ("contacts", "loads", "structure")}
+        new: dict[str, Any] = {}
+        for name, value in values.items():
+            now = SimpleNamespace(**{**parts, **new})
+            new |= changed(now, self._target(now, name), name, number(name, value))
+        return new
 
 
 def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:

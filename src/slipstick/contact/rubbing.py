@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import gcd, lcm
 from types import MappingProxyType
 from typing import Any, NamedTuple, cast
@@ -155,7 +156,7 @@ class RubbingMotion:
         """Coefficients ``N`` of the normal motion, added to ``Y`` (THEORY.md (1.5)), (L,) or (n_elements, L)."""
         return _coefficients(harmonics, self.normal_cos, self.normal_sin, order_factor)
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the components that are there: "velocity", "cos1", "normal_sin2", ..."""
         there = (name for name in ALL_VELOCITIES[1:] if np.any(np.asarray(getattr(self, name)) != 0))

@@ -155,13 +155,15 @@ def texts(data: h5py.Dataset, file_size: int) -> NDArray[np.str_]:
 
 
 def _blocks(data: h5py.Dataset, block: int) -> Iterator[AnyArray]:
-    if data.ndim != 1:
-        if data.size > block:
-            raise ValueError(f"'{data.name}' holds texts in more than one dimension")
+    if data.size <= block:
         yield np.asarray(data.asstr()[...]).reshape(-1)
-        return
-    for start in range(0, data.size, block):
-        yield data.asstr()[start : start + block]
+    elif (row := prod(data.shape[1:])) <= block:
+        for start in range(0, len(data), block // row):
+            yield np.asarray(data.asstr()[start : start + block // row]).reshape(-1)
+    else:
+        for index in np.ndindex(data.shape[:-1]):
+            for start in range(0, data.shape[-1], block):
+                yield data.asstr()[(*index, slice(start, start + block))]
 
 
 def attributes(node: h5py.Dataset, skipped: set[str]) -> dict[str, Any]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
@@ -53,7 +54,9 @@ def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
     if harmonics.n == 0:
         zero = np.zeros(X.shape[:-1])
         return Amplitude(zero, zero, zero + 1.0)
-    value, time = _of_one_harmonic(harmonics, flat) or _of_several(harmonics, flat)
+    value, time = np.empty(len(flat)), np.empty(len(flat))
+    for rows, of_form in _forms(flat):
+        value[rows], time[rows] = of_form(harmonics, flat[rows])
     shape = X.shape[:-1]
     sign = np.where(value < 0, -1.0, 1.0)
     return Amplitude(np.abs(value).reshape(shape), time.reshape(shape), sign.reshape(shape))
@@ -66,13 +69,28 @@ def largest_deviation(harmonics: Harmonics, X: Array) -> Array:
     return np.asarray(np.abs(X[..., 1:] @ _times(harmonics.orders)).max(axis=-1))
 
 
-def _of_one_harmonic(harmonics: Harmonics, X: Array) -> tuple[Array, Array] | None:
-    """Largest deviation and its time of rows (k, L) that move with one harmonic each; None where one does not."""
-    if len(X) and np.count_nonzero(X[0, 1:]) > 2:  # most often: seen at once
-        return None
+_Form = Callable[[Harmonics, Array], tuple[Array, Array]]
+
+
+def _forms(X: Array) -> Iterator[tuple[slice | NDArray[np.intp], _Form]]:
+    """Rows of one form (k, L), and what gives their largest deviations and times: one harmonic is in closed form.
+
+    It is chosen for each row, so what is beside a row changes no bit of its result.
+    """
+    single = np.count_nonzero(X[:, 1:], axis=1) <= 2
+    if single.any():
+        rows = np.flatnonzero(single)
+        single[rows] = np.count_nonzero(np.hypot(X[rows, 1::2], X[rows, 2::2]), axis=1) <= 1
+    if single.all() or not single.any():
+        yield slice(None), _of_one_harmonic if single.all() else _of_several
+    else:
+        yield np.flatnonzero(single), _of_one_harmonic
+        yield np.flatnonzero(~single), _of_several
+
+
+def _of_one_harmonic(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
+    """Largest deviation and its time of rows (k, L) that move with one harmonic each."""
     sizes = np.hypot(X[:, 1::2], X[:, 2::2])
-    if np.any(np.count_nonzero(sizes, axis=1) > 1):
-        return None
     rows, largest = np.arange(len(X)), sizes.argmax(axis=1)
     angle = np.arctan2(X[rows, 2 * largest + 2], X[rows, 2 * largest + 1])
     return sizes[rows, largest], np.mod(angle, 2.0 * np.pi) / harmonics.m[largest]
@@ -93,13 +111,15 @@ def amplitude_with_slope(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Arr
     if harmonics.n == 0:
         return np.zeros(X.shape[:-1]), np.zeros(X.shape[:-1])
     shape, X, dX = X.shape[:-1], X.reshape(-1, harmonics.size), dX.reshape(-1, harmonics.size)
-    known = _of_one_harmonic(harmonics, X)
-    if known is None:
-        from slipstick.trig.extremes import largest_with_changes
+    value, change = np.empty(len(X)), np.empty(len(X))
+    for rows, of_form in _forms(X):
+        if of_form is _of_several:
+            from slipstick.trig.extremes import largest_with_changes
 
-        value, change = largest_with_changes(harmonics, X, dX)
-    else:
-        value, change = known[0], (harmonics.H_minus(known[1])[:, 1:] * dX[:, 1:]).sum(axis=1)
+            value[rows], change[rows] = largest_with_changes(harmonics, X[rows], dX[rows])
+        else:
+            value[rows], time = of_form(harmonics, X[rows])
+            change[rows] = (harmonics.H_minus(time)[:, 1:] * dX[rows][:, 1:]).sum(axis=1)
     return np.abs(value).reshape(shape), np.copysign(change, value * change).reshape(shape)
 
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.batch_evaluation import Together
 from slipstick.balance.compliance import Compliance
+from slipstick.balance.inputs import Assigned
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import Detail
+from slipstick.balance.residual import Adapted, Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.law import Response
 from slipstick.results.besides import Besides
@@ -21,10 +25,10 @@ from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of, state_names
 from slipstick.results.stability import PointStability, is_wave, stability_values
 from slipstick.results.table import ResultTable
-from slipstick.results.truncation import Reaction, Structures, moved, truncation
+from slipstick.results.truncation import EachReaction, Reaction, Reactions, Structures, moved, truncation
 from slipstick.solve.continuation import Step
 from slipstick.structure.dynamic import adjusted
-from slipstick.typing import AnyArray, Array, Matrix
+from slipstick.typing import AnyArray, Array, IntArray, Matrix
 
 _REMEMBERED = 8
 
@@ -65,6 +69,59 @@ class Point:
             residual=residual,
             **names,  # type: ignore[arg-type]
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Columns:
+    """What is known of n points, of each in a row: as of ``Point``."""
+
+    x: Array
+    omega: Array
+    parameter: Array
+    residual: Array
+    iterations: IntArray
+    kind: NDArray[np.str_]
+    peak_of: Sequence[str]
+    inputs: Assigned
+    """Numbers of contacts and loads."""
+    reactions: Reactions
+    part: IntArray
+    details: Sequence[Detail] = ()
+    """None where all that contacts do is still to be had."""
+    stability: Sequence[PointStability | None] = ()
+
+    @classmethod
+    def of(cls, balance: Balance, points: Sequence[Point]) -> Columns:
+        """Of points one by one."""
+        inputs = Assigned.of([point.detail.inputs for point in points])
+        return cls(
+            x=_stack([p.x for p in points], (balance.size,)),
+            omega=np.array([p.omega for p in points], dtype=float),
+            parameter=np.array([p.parameter for p in points], dtype=float),
+            residual=np.array([p.residual for p in points], dtype=float),
+            iterations=np.array([p.iterations for p in points], dtype=int),
+            kind=np.array([p.kind for p in points], dtype=np.str_),
+            peak_of=[p.peak_of for p in points],
+            part=np.array([p.part for p in points], dtype=int),
+            inputs=inputs if points else Assigned([balance.problem.inputs], np.empty(0, dtype=int)),
+            reactions=EachReaction([p.reaction for p in points]),
+            details=[p.detail for p in points],
+            stability=[p.stability for p in points],
+        )
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def at(self, which: IntArray) -> Columns:
+        """Some of them."""
+        columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _ARRAYS}
+        columns |= {"inputs": self.inputs.at(which), "reactions": self.reactions.at(which)}
+        columns |= {name: [getattr(self, name)[i] for i in which] for name in _LISTS if len(getattr(self, name))}
+        return replace(self, **columns)
+
+
+_ARRAYS = ("x", "omega", "parameter", "residual", "iterations", "kind", "part")
+_LISTS = ("peak_of", "details", "stability")
 
 
 class Outputs:
@@ -198,11 +255,13 @@ class Recorder:
 
     def values(self, points: Sequence[Point]) -> dict[str, AnyArray]:
         """Every variable, (n_points, ...)."""
+        return self.values_of(Columns.of(self.balance, points), self.further(points))
+
+    def values_of(self, points: Columns, further: Mapping[str, AnyArray] = MappingProxyType({})) -> dict[str, AnyArray]:
+        """The same of points in columns, with ``further`` variables."""
         b = self.balance
-        x = _stack([p.x for p in points], (b.size,))
-        omega = np.array([p.omega for p in points], dtype=float)
-        answers = _Answers(b, points, x, omega, self.besides)
-        P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
+        x, omega, P = points.x, points.omega, points.inputs.loads
+        answers = _Answers(b, points, self.besides)
         force = np.zeros((len(points), b.n_ports, b.L))
         layout = self.layout
         values: dict[str, AnyArray] = {
@@ -211,8 +270,8 @@ class Recorder:
             if "contact" in declared.dims
         }
         for k in range(len(b.batches)):
-            self._of_batch(k, points, x, answers, values, force)
-        structures = [p.detail.inputs.structure for p in points]
+            self._of_batch(k, points, answers, values, force)
+        structures = points.inputs.structures
         motion = self.besides.each(
             "the motion of the outputs",
             lambda at: self.outputs.motion(x[at], force[at], P[at], omega[at], [structures[i] for i in at]),
@@ -222,7 +281,7 @@ class Recorder:
         values |= {
             "omega": omega,
             "excitation_frequency": omega * b.problem.load_order,
-            "parameter": np.array([p.parameter for p in points], dtype=float),
+            "parameter": points.parameter,
             "displacement": motion,
             "amplitude": self.besides.each(
                 "amplitude", lambda at: amplitude(b.harmonics, motion[at]).value, len(points), (len(self.outputs),)
@@ -230,49 +289,45 @@ class Recorder:
             "mean": motion[:, :, 0],
             "truncation": self.besides.each(
                 "truncation",
-                lambda at: self._truncation([points[i] for i in at], x[at], motion[at], omega[at]),
+                lambda at: self._truncation(points.at(np.array(at)), motion[at]),
                 len(points),
                 (),
             ),
-            "harmonics_in_use": np.array([_in_use(b, p) for p in points], dtype=np.int32),
+            "harmonics_in_use": np.full(len(points), len(b.harmonics.orders), dtype=np.int32),
             "residual": answers.residual,
-            "newton_iterations": np.array([p.iterations for p in points], dtype=np.int32),
-            "kind": np.array([p.kind for p in points], dtype=np.str_),
-            "branch_part": np.array([p.part for p in points], dtype=np.int32),
-            "peak_dof": np.array(
-                [outputs.index(p.peak_of) if p.peak_of in outputs else -1 for p in points], dtype=np.int32
-            ),
+            "newton_iterations": points.iterations.astype(np.int32),
+            "kind": points.kind,
+            "branch_part": points.part.astype(np.int32),
+            "peak_dof": np.array([outputs.index(p) if p in outputs else -1 for p in points.peak_of], dtype=np.int32),
         }
+        for i, adapted in _adapted(points).items():
+            values["harmonics_in_use"][i] = adapted.in_use
         if self.stability:
-            values |= stability_values(
-                [p.stability for p in points], len(layout.labels["rank"]), of_wave=is_wave(b.problem)
-            )
-        values |= self.further(points)
+            values |= stability_values(points.stability, len(layout.labels["rank"]), of_wave=is_wave(b.problem))
+        values |= further
         return {name: values[name] for name in layout.variables}
 
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
         """Variables that a subclass adds to the layout."""
         return {}
 
-    def _truncation(self, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
+    def _truncation(self, points: Columns, motion: Array) -> Array:
         """What the harmonics left out would add (n_points,); points with some of the harmonics know it themselves."""
-        out, others = np.empty(len(points)), []
-        for i, point in enumerate(points):
-            if point.detail.adapted is None:
-                others.append(i)
-            else:
-                out[i] = point.detail.adapted.truncation
-        out[others] = truncation(self.outputs, [points[i] for i in others], x[others], motion[others], omega[others])
+        out, adapted = np.empty(len(points)), _adapted(points)
+        for i, solution in adapted.items():
+            out[i] = solution.truncation
+        others = np.array([i for i in range(len(points)) if i not in adapted], dtype=int)
+        some = points.at(others) if adapted else points
+        at_states = any(detail.states for detail in some.details)
+        asked = Assigned.of([detail.asked for detail in some.details]) if at_states else some.inputs
+        out[others] = truncation(self.outputs, some.x, motion[others], some.omega, asked, some.reactions)
         return out
 
-    def _of_batch(
-        self, k: int, points: Sequence[Point], x: Array, answers: _Answers, values: dict[str, AnyArray], force: Array
-    ) -> None:
+    def _of_batch(self, k: int, points: Columns, answers: _Answers, values: dict[str, AnyArray], force: Array) -> None:
         """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
         b, batch = self.balance, self.balance.batches[k]
         at, shape = batch.elements, (batch.count, b.L)
-        inputs = [p.detail.inputs.batches[k] for p in points]
-        X = x.reshape(len(points), b.n_ports, b.L)
+        X = points.x.reshape(len(points), b.n_ports, b.L)
         for i, name in enumerate(batch.law.force_names):
             forces, port = answers.of(k, _force_of(i), shape), batch.ports[i]
             values[f"{name}_force"][:, at] = forces
@@ -280,17 +335,19 @@ class Recorder:
             moved = np.zeros_like(forces)
             moved[:, port.members] = X[:, port.rows]
             values[f"contact_{batch.law.ports[i]}"][:, at] = moved
-        omega = np.array([p.omega for p in points])[:, None]
-        values["dissipated_power"][:, at] = omega * answers.of(k, lambda response: response.work, shape[:1])
+        values["dissipated_power"][:, at] = points.omega[:, None] * answers.of(
+            k, lambda response: response.work, shape[:1]
+        )
         surface, place = batch.law.surface_ports, batch.law.ports.index
         along, across = (place(surface[d]) if d in surface else None for d in ("tangential", "normal"))
-        speeds = [] if along is None else [g.speed(p.omega)[along] for g, p in zip(inputs, points, strict=True)]
-        values["rubbing_velocity"][:, at] = 0.0 if along is None else _stack(speeds, shape[:1])
+        given = points.inputs.contacts(k)
+        speed = given.speed(np.repeat(points.omega, batch.count))
+        values["rubbing_velocity"][:, at] = 0.0 if along is None else speed[along].reshape(-1, batch.count)
         for name, number in (("rubbing_motion", along), ("normal_motion", across)):
-            values[name][:, at] = 0.0 if number is None else _stack([g.motion[number] for g in inputs], shape)
+            values[name][:, at] = 0.0 if number is None else given.motion[number].reshape(-1, *shape)
         for s, (name, state) in enumerate(zip(state_names(b.problem), b.states, strict=True)):
             if state.batch == k:
-                values[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])
+                values[name][:, at] = _stack([detail.states[s].values for detail in points.details], shape[:1])
         for name, variable in law_variables(batch.law).items():
             get = (_values_of if variable.source in batch.law.values else _detail_of)(variable.source)
             shown = (batch.count, *values[name].shape[2:])
@@ -325,9 +382,9 @@ def contact_states(table: ResultTable, balance: Balance, point: int) -> Array | 
     return states if np.all(np.isfinite(states)) else None
 
 
-def _in_use(balance: Balance, point: Point) -> int:
-    adapted = point.detail.adapted
-    return len(balance.harmonics.orders) if adapted is None else adapted.in_use
+def _adapted(points: Columns) -> dict[int, Adapted]:
+    """What is known of points with some of the harmonics, by their numbers."""
+    return {i: detail.adapted for i, detail in enumerate(points.details) if detail.adapted is not None}
 
 
 class _Answers:
@@ -336,15 +393,15 @@ class _Answers:
     ``residual`` (n,) are the relative residuals. What a law cannot tell of a point that was interpolated is nan.
     """
 
-    def __init__(self, balance: Balance, points: Sequence[Point], x: Array, omega: Array, besides: Besides) -> None:
-        self._count, self.residual = len(points), np.array([p.residual for p in points], dtype=float)
-        self._solved = [i for i, point in enumerate(points) if point.detail.responses]
-        self._each = [points[i].detail.responses for i in self._solved]
+    def __init__(self, balance: Balance, points: Columns, besides: Besides) -> None:
+        self._count, self.residual = len(points), points.residual.copy()
+        self._solved = [i for i, detail in enumerate(points.details) if detail.responses]
+        self._each = [points.details[i].responses for i in self._solved]
         self._known: list[tuple[list[int], Sequence[Response]]] = []
-        others = [i for i, point in enumerate(points) if not point.detail.responses]
+        others = sorted(set(range(len(points))) - set(self._solved))
 
         def ask(at: list[int]) -> Array:
-            together = Together(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
+            together = Together(balance, points.x[at], points.omega[at], points.inputs.at(at))
             residual = together.relative_residuals()
             self._known.append((at, together.responses))
             return residual

@@ -13,23 +13,25 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import groupby
 from math import ceil
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.batch_evaluation import applied, respond
+from slipstick.balance.batch_evaluation import applied, mapped, respond
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.contact.law import Response
+from slipstick.balance.inputs import Assigned
 from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.results.record import Outputs, Point
+    from slipstick.balance.batches import Batch
+    from slipstick.balance.ports import Tangents
+    from slipstick.results.record import Outputs
 
 Structures = Sequence[Mapping[str, float]]
 
@@ -71,20 +73,67 @@ class Reaction(NamedTuple):
         if self.tangent is None:
             return self.jacobian.solve(r)
         z = self.jacobian.solve(np.append(r, 0.0))
-        across, missing, rate = z[:-1], float(z[-1]), float(self.tangent[-1])
+        return at_their_parameter(z[None], self.tangent[None], np.array([self.bend]))[0]
+
+
+def at_their_parameter(z: Array, tangents: Array, bends: Array) -> Array:
+    """Answers (k, N) at the same parameter, from those across the branch ``z`` (k, N + 1)."""
+    missing, rate = z[:, -1], tangents[:, -1]
+    with np.errstate(invalid="ignore", divide="ignore"):
         # rate s + bend s^2 / 2 = missing
-        reach = abs(rate) + float(np.sqrt(rate * rate + 2.0 * abs(self.bend * missing)))
-        along = np.copysign(2.0 * missing / reach, missing * rate) if reach else 0.0
-        return np.asarray(across - along * self.tangent[:-1])
+        reach = np.abs(rate) + np.sqrt(rate * rate + 2.0 * np.abs(bends * missing))
+        along = np.where(missing == 0.0, 0.0, np.copysign(2.0 * missing / reach, missing * rate))
+    return np.asarray(z[:, :-1] - np.where(reach == 0.0, 0.0, along)[:, None] * tangents[:, :-1])
 
 
-def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
+class Reactions(Protocol):
+    """How the kept harmonics of n points answer to residuals: a ``Reaction`` of each."""
+
+    @property
+    def known(self) -> BoolArray:
+        """Of which points it is known, (n,)."""
+        ...
+
+    def at(self, which: Any) -> Reactions:
+        """Those of some."""
+        ...
+
+    def answers(self, which: IntArray, residuals: Array) -> Array:
+        """Answers (k, N) of some to their residuals (k, N)."""
+        ...
+
+
+class EachReaction(Reactions):
+    """Of points one by one; None: not known."""
+
+    def __init__(self, each: Sequence[Reaction | None]) -> None:
+        self._each = each
+
+    @property
+    def known(self) -> BoolArray:
+        """Where there is one."""
+        return np.array([one is not None for one in self._each], dtype=bool)
+
+    def at(self, which: Any) -> EachReaction:
+        """Those of some."""
+        return EachReaction([self._each[i] for i in np.arange(len(self._each))[which].tolist()])
+
+    def answers(self, which: IntArray, residuals: Array) -> Array:
+        """By one solve each."""
+        pairs = zip(which.tolist(), residuals, strict=True)
+        return np.array([reaction(r) for i, r in pairs if (reaction := self._each[i]) is not None])
+
+
+def truncation(
+    outputs: Outputs, x: Array, motion: Array, omega: Array, inputs: Assigned, reactions: Reactions
+) -> Array:
     """Largest deviation of what is left out over the largest deviation of the motion itself, (n_points,).
 
     Both are the largest over the period, without the mean, among all relative motions of the contacts and all
-    outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance. The answer
-    of the kept harmonics is in it at points that have a ``reaction``; where the further orders
-    move next to nothing, they alone count: an iterative Jacobian takes as long as a correction of the point.
+    outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance, ``inputs``
+    those at the contact states. The answer of the kept harmonics is in it at points whose reaction is known; where the
+    further orders move next to nothing, they alone count: an iterative Jacobian takes as long as a correction of the
+    point.
     """
     balance, n = outputs.balance, len(x)
     h, wide = balance.harmonics, with_further(balance.harmonics)
@@ -92,14 +141,13 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
     if not told.all():  # a table of receptances ends there: not known
         out = np.full(n, np.nan)
         if told.any():
-            some = [point for point, inside in zip(points, told, strict=True) if inside]
-            out[told] = truncation(outputs, some, x[told], motion[told], omega[told])
+            out[told] = truncation(outputs, x[told], motion[told], omega[told], inputs.at(told), reactions.at(told))
         return out
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
     kept = [0, *_columns(wide, h)]
-    new, structures = _columns(wide, further), [p.detail.inputs.structure for p in points]
+    new, structures = _columns(wide, further), inputs.structures
     size = largest_deviation(h, np.concatenate([x.reshape(n, balance.n_ports, balance.L), motion], axis=1))
-    responses = [_response(balance, k, points, omega, wide) for k in range(len(balance.batches))] if n else []
+    responses = [respond(balance, k, x, omega, inputs, wide) for k in range(len(balance.batches))] if n else []
     force = np.zeros((n, balance.n_ports, wide.size))
     for batch, response in zip(balance.batches, responses, strict=False):
         for port, F in zip(batch.ports, response.force, strict=True):
@@ -112,12 +160,13 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
     added[..., new] = np.concatenate(parts, axis=1)[..., 1:]
     largest, more = size.max(axis=1, initial=0.0), largest_deviation(wide, added).max(axis=1, initial=0.0)
     worth = (_WORTH if balance.backend.name == "dense" else _WORTH_ITERATIONS) * largest
-    at = np.array([i for i, p in enumerate(points) if p.reaction is not None and more[i] > worth[i]], dtype=int)
+    at = np.flatnonzero(reactions.known & (more > worth))
     if at.size:
-        tangents = [{pair: T.reshape(n, -1, *T.shape[1:])[at] for pair, T in r.by_motion.items()} for r in responses]
+        pairs = zip(balance.batches, responses, strict=True)
+        tangents = [_coupling(batch, response.by_motion, at, n) for batch, response in pairs]
         change, where = added[at], (omega[at], [structures[i] for i in at])
         right = _answered(balance, _changes(balance, tangents, change)[..., kept], *where)
-        answers = [points[i].reaction(r) for i, r in zip(at, right, strict=True)]
+        answers = reactions.answers(at, right)
         change[:, : balance.n_ports, kept] = -np.reshape(answers, (len(at), balance.n_ports, -1))
         if outputs.receptance is not None:
             G = _loaded(balance, _changes(balance, tangents, change)[..., kept])
@@ -132,18 +181,25 @@ def _columns(wide: Harmonics, kept: Harmonics) -> Sequence[int]:
     return [wide.index(m, part) for m in kept.orders[1:] for part in ("c", "s")]
 
 
-def _response(balance: Balance, k: int, points: Sequence[Point], omega: Array, wide: Harmonics) -> Response:
-    """One batch in the wider set at every point; elements of the first point first."""
-    return respond(balance, k, np.array([p.x for p in points]), omega, [p.detail.asked for p in points], wide)
+def _coupling(
+    batch: Batch, by_motion: Mapping[tuple[int, int], Array], at: IntArray, count: int
+) -> dict[tuple[int, int], Array]:
+    """Tangents (k, n_members, L, L) of the elements that couple two ports of a batch, at some of ``count`` points."""
+    members = {pair: batch.couplings[pair][0] for pair in by_motion}
+    return {
+        pair: T.reshape(count, batch.count, *T.shape[1:])[np.ix_(at, members[pair])]
+        for pair, T in by_motion.items()
+        if members[pair].size
+    }
 
 
-def _changes(balance: Balance, tangents: Sequence[Mapping[tuple[int, int], Array]], change: Array) -> Array:
+def _changes(balance: Balance, tangents: Tangents, change: Array) -> Array:
     """Change of the forces (n, n_ports, L') by a change (n, n_ports or more, L') of the motion at the ports."""
     out = np.zeros((len(change), balance.n_ports, change.shape[2]))
     for batch, by_port in zip(balance.batches, tangents, strict=True):
         for pair, tangent in by_port.items():
-            members, felt, moving = batch.couplings[pair]
-            out[:, felt] += (tangent[:, members] @ change[:, moving, :, None])[..., 0]
+            _, felt, moving = batch.couplings[pair]
+            out[:, felt] += (tangent @ change[:, moving, :, None])[..., 0]
     return out
 
 
@@ -156,7 +212,7 @@ def _answered(balance: Balance, F: Array, omega: Array, structures: Structures) 
     """``A F`` (n, N) for forces at the ports (n, n_ports, L), with the receptance that the Jacobian is made with."""
     if balance.springs is None and isinstance(balance.receptance.static, np.ndarray):
         out = -moved(balance.receptance, balance.orders, _loaded(balance, F[..., 1:]), omega, structures)
-        out[..., 0] = F[..., 0] @ balance.receptance.static[:, : balance.n_ports].T
+        out[..., 0] = mapped(balance.receptance.static[:, : balance.n_ports], F[..., 0])
         return out.reshape(len(F), -1)
     pairs = np.zeros((*F.shape[:2], balance.L + 1))
     pairs[..., 0], pairs[..., 2:] = F[..., 0], F[..., 1:]

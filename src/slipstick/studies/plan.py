@@ -76,10 +76,7 @@ class StudyPlan:
 
     def problem(self, base: Problem, case: int) -> Problem:
         """The problem of one case; raises InputError where its values are not allowed together."""
-        problem = base
-        for name, value in zip(self.names, self.values[case].tolist(), strict=True):
-            problem = problem.at_parameter(name, value)
-        return problem
+        return base.at_parameters(dict(zip(self.names, self.values[case].tolist(), strict=True)))
 
 
 def make_plan(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -106,7 +106,7 @@ def solve(job: Job, plan: StudyPlan, case: int) -> CaseSolved:
 
 
 def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
-    branch = job.request(replace(plan.problem(job.problem, case), told=None)).branch()
+    branch = job.request(plan.problem(job.problem, case)).branch()
     if branch.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return kept(job, case, branch, time.perf_counter() - begin)

@@ -95,7 +95,7 @@ def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterat
 def _request(job: Job, plan: StudyPlan, case: int) -> CurveRequest | None:
     """What is followed for one case; None where it is to be solved alone."""
     try:
-        request = job.request(replace(plan.problem(job.problem, case), told=None))
+        request = job.request(plan.problem(job.problem, case))
         return request if in_lockstep(request) else None
     except Exception:  # it is a row that says why, made where it is alone
         return None

@@ -13,9 +13,12 @@ import slipstick as ss
 from slipstick.analysis.curve import lockstep
 from slipstick.analysis.curve.follow import CurveRequest, frequency_request
 from slipstick.analysis.curve.lockstep import Lockstep, alike, in_lockstep
+from slipstick.analysis.curve.lockstep_events import Events
+from slipstick.balance.inputs import Assigned
 from slipstick.balance.many import ManyBalances, same_form
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
+from slipstick.results import record
 
 ONE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
 TWO = ss.MatrixStructure(
@@ -189,6 +192,55 @@ def test_a_case_does_not_depend_on_the_others() -> None:
         assert other is not None
         for name in ("omega", "amplitude", "displacement"):
             np.testing.assert_allclose(one.table[name].to_numpy(), other.table[name].to_numpy(), rtol=1e-9, atol=1e-12)
+
+
+def test_what_cannot_be_told_of_one_curve_leaves_that_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a curve records fails where it is with others and alone; theirs is kept, as it is without it."""
+    span, problems = (3.0, 11.0), [damper(100.0, mu, 400.0, 5.0) for mu in (0.2, 0.25, 0.3)]
+    expected, told = side_by_side(problems, span), record.truncation
+
+    def fails(outputs: Any, x: Any, motion: Any, omega: Any, inputs: Assigned, reactions: Any) -> Any:
+        if any(inputs.distinct[i].batches[0].values["mu"][0] == 0.25 for i in inputs.which):
+            raise ZeroDivisionError
+        return told(outputs, x, motion, omega, inputs, reactions)
+
+    monkeypatch.setattr(record, "truncation", fails)
+    first, middle, last = side_by_side(problems, span)
+    assert middle is None
+    for found, other in ((first, expected[0]), (last, expected[2])):
+        assert found is not None
+        assert other is not None
+        for name in ("omega", "amplitude", "truncation"):
+            np.testing.assert_array_equal(found.table[name].to_numpy(), other.table[name].to_numpy())
+
+
+def test_peaks_at_corners_are_located_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Near to a corner secants do not find them; few are left to be located curve by curve."""
+
+    def rubbed(kt: float, mu: float, load: float) -> ss.Problem:
+        return damper(kt, mu, load, velocity=5.0)
+
+    problems = randomly(rubbed, 8, 22, (60, 140), (0.2, 0.4), (500, 1100))
+    alone, narrowed = list[int](), list[int]()
+    each, together = Events._each, Events._narrowed
+
+    def one_by_one(self: Events, wanted: Any, *more: Any) -> None:
+        alone.extend(wanted)
+        each(self, wanted, *more)
+
+    def narrow(self: Events, i: int, brackets: Any, found: Any) -> None:
+        narrowed.extend(brackets.branch)
+        together(self, i, brackets, found)
+
+    monkeypatch.setattr(Events, "_each", one_by_one)
+    monkeypatch.setattr(Events, "_narrowed", narrow)
+    found = side_by_side(problems, (2.0, 15.0))
+    assert len(narrowed) >= 3
+    assert len(alone) <= 2
+    for i in narrowed[:4]:
+        branch = found[i]
+        assert branch is not None
+        hold(branch, problems[i], (2.0, 15.0))
 
 
 def test_a_range_followed_downwards() -> None:

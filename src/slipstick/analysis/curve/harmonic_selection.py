@@ -17,15 +17,15 @@ from math import ceil
 import numpy as np
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.inputs import Inputs
+from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Adapted, Detail
 from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.results.measures import largest_deviation
-from slipstick.results.record import Outputs, Point
-from slipstick.results.truncation import Reaction, truncation
+from slipstick.results.record import Outputs
+from slipstick.results.truncation import EachReaction, Reaction, truncation
 from slipstick.solve.linear.bordered import EmbeddedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.trig.harmonics import Harmonics
@@ -204,15 +204,12 @@ class _AtPoint(Adapted):
     @cached_property
     def truncation(self) -> float:
         """What those left out would add, relative to the largest amplitude."""
-        return float(truncation(self.rung.outputs, [self._point], self._point.x[None], self._motion, self._omega)[0])
+        inputs, reaction = Assigned.of([self.value.detail.asked]), EachReaction([Reaction(self.value.jacobian)])
+        return float(truncation(self.rung.outputs, self._some, self._motion, self._omega, inputs, reaction)[0])
 
-    @cached_property
-    def _point(self) -> Point:
-        x = self._x[self.rung.active]
-        return Point.at(
-            self.value.detail, x=x, residual=0.0, iterations=0, kind="regular", parameter=0.0, peak_of="",
-            reaction=Reaction(self.value.jacobian),
-        )  # fmt: skip
+    @property
+    def _some(self) -> Array:
+        return self._x[self.rung.active][None]
 
     @property
     def _omega(self) -> Array:
@@ -223,7 +220,7 @@ class _AtPoint(Adapted):
         b, detail = self.rung.balance, self.value.detail
         force = b.layout.real(b.layout.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
         structures = [detail.inputs.structure]
-        return self.rung.outputs.motion(self._point.x[None], force, detail.inputs.P[None], self._omega, structures)
+        return self.rung.outputs.motion(self._some, force, detail.inputs.P[None], self._omega, structures)
 
     def again(self) -> Array | None:
         """With what it must be solved again: more harmonics; None where it is good, or all are in use."""
@@ -245,7 +242,7 @@ class _AtPoint(Adapted):
     def _dropped(self, number: int) -> float:
         """Largest deviation at the contacts of what a lower rung does not have, over that of all."""
         b = self.rung.balance
-        X = self._point.x.reshape(1, b.n_ports, b.L)
+        X = self._some.reshape(1, b.n_ports, b.L)
         lost = Harmonics([0, *sorted(set(b.harmonics.orders) - set(self._rungs[number].balance.harmonics.orders))])
         at = [0, *(b.harmonics.index(m, part) for m in lost.orders[1:] for part in ("c", "s"))]
         size = largest_deviation(b.harmonics, X).max(initial=0.0)

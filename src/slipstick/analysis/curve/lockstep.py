@@ -8,7 +8,8 @@ which anything is out of the ordinary is left to be followed alone.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -21,21 +22,20 @@ from slipstick.analysis.curve.segments import Segment, joined
 from slipstick.analysis.curve.state_continuation import FOLDS, UNSOLVED
 from slipstick.balance.batch_evaluation import evaluated_together
 from slipstick.balance.many import ManyBalances, same_form
-from slipstick.balance.residual import unanswered
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Outcome
-from slipstick.results.record import Outputs, Point
-from slipstick.results.schema import LARGEST, attributes_of, make_table
-from slipstick.results.truncation import Reaction
-from slipstick.solve.continuation.lockstep import Correctors, Measures, Numbers, follow
+from slipstick.results.record import Columns, Outputs
+from slipstick.results.schema import LARGEST, POINT_KINDS, attributes_of, make_table
+from slipstick.results.truncation import at_their_parameter
+from slipstick.solve.continuation.lockstep import Correctors, Inverses, Measures, Numbers, follow
 from slipstick.solve.continuation.lockstep_output import Interpolated, Segments
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.linear.factorisation import one_blas_thread
-from slipstick.typing import Array, BoolArray
+from slipstick.typing import Array, BoolArray, IntArray
 
 MOST_UNKNOWNS = 120
 """Unknowns up to which a curve is followed with others: of more, the work of one fills a processor anyway."""
@@ -45,6 +45,9 @@ _ROOM = 25_000_000
 """Numbers that the Jacobians of all points of curves side by side may hold."""
 _POINTS = 80
 """Points that a curve is expected to be stepped to."""
+_RECORDED = 1000
+"""Points of which all that contacts do is computed in one go: what is kept of them on the way is large."""
+_KINDS = f"U{max(map(len, POINT_KINDS))}"
 
 
 def in_lockstep(request: CurveRequest) -> bool:
@@ -79,14 +82,25 @@ def alike(first: CurveRequest, other: CurveRequest) -> bool:
     )
 
 
-class _Inverse:
-    """An inverse, as a Jacobian that is solved with."""
+@dataclass(frozen=True, kw_only=True)
+class _Reactions:
+    """A ``Reaction`` of each point: numbers of ``inverses`` (n,), tangents (n, N + 1) and bends (n,)."""
 
-    def __init__(self, inverse: Array) -> None:
-        self._inverse = inverse
+    inverses: Inverses
+    near: Numbers
+    tangents: Array
+    bends: Array
 
-    def solve(self, right: Array) -> Array:
-        return np.asarray(self._inverse @ right)
+    @property
+    def known(self) -> BoolArray:
+        return np.ones(self.near.size, dtype=bool)
+
+    def at(self, which: Any) -> _Reactions:
+        return replace(self, near=self.near[which], tangents=self.tangents[which], bends=self.bends[which])
+
+    def answers(self, which: IntArray, residuals: Array) -> Array:
+        z = self.inverses.times(self.near[which], residuals)
+        return at_their_parameter(z, self.tangents[which], self.bends[which])
 
 
 class Lockstep:
@@ -119,7 +133,7 @@ class Lockstep:
         self._scalings = [one.arclength() for one in scaling]
         self._layout = self._first.recorder().layout
         self._systems = ManyBalances([r.balance for r in requests], [r.inputs for r in requests])
-        self._correctors = Correctors(self._systems, len(requests), options.newton)
+        self._correctors = Correctors(self._systems, len(requests), x.shape[1], options.newton)
         measures = Measures.begun(self._scalings[0], np.array([s.displacement for s in scaling]), x, span)
         followed = follow(self._correctors, x, self._span, measures, options)
         self._rejected = followed.rejected
@@ -136,34 +150,41 @@ class Lockstep:
         """All points in order, and the numbers of each."""
         pieces, whole, place = self._pieces(located)
         between = self._dense.points(pieces, whole)
-        order = self._in_order(located, pieces, place, between)
-        points, branch = self._points(order, located, pieces, between)
-        values = self._values(points, branch)
-        solved = np.array([p.kind != "interpolated" for p in points])
-        unsolved = solved & ~(values["residual"] <= UNSOLVED)
+        points = self._points(*self._in_order(located, pieces, place, between), located, pieces, between)
+        ends = np.searchsorted(points.inputs.which, np.arange(len(self._requests) + 1)).tolist()
         given_up = given_up.copy()
-        given_up[branch[unsolved]] = True
         for i, besides in self._besides.items():  # what could not be told is said where a curve is alone
             given_up[i] |= bool(besides.sentences)
-        ends = np.searchsorted(branch, np.arange(len(self._requests) + 1))
+        values = [value for curves in self._portions(ends) for value in self._values(points, curves, ends)]
         seconds = (time.perf_counter() - self._clock) / len(self._requests)
         return [
-            None
-            if given_up[i] or ends[i] == ends[i + 1]
-            else self._branch(i, slice(ends[i], ends[i + 1]), values, seconds)
-            for i in range(len(self._requests))
+            None if given_up[i] or own is None or not len(own["kind"]) else self._branch(i, own, seconds)
+            for i, own in enumerate(values)
         ]
 
-    def _values(self, points: Sequence[Point], branch: Numbers) -> dict[str, Any]:
-        """Every variable of all points, curve by curve: so they are those of each alone, to the last bit."""
-        ends = np.append(np.flatnonzero(np.append(True, branch[1:] != branch[:-1])), branch.size).tolist()
-        parts = []
-        for begin, end in pairwise(ends):
-            recorder = self._requests[int(branch[begin])].recorder()
-            recorder.besides = self._besides.get(int(branch[begin]), recorder.besides)
-            self._besides[int(branch[begin])] = recorder.besides
-            parts.append(recorder.values(points[begin:end]))
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    def _portions(self, ends: Sequence[int]) -> Iterator[range]:
+        """Neighbouring curves of one structure with some thousand points."""
+        structure, first = self._systems.structure.tolist(), 0
+        for i in range(1, len(structure) + 1):
+            if i == len(structure) or structure[i] != structure[first] or ends[i + 1] - ends[first] > _RECORDED:
+                yield range(first, i)
+                first = i
+
+    def _values(self, points: Columns, curves: range, ends: Sequence[int]) -> list[dict[str, Any] | None]:
+        """Every variable of neighbouring curves; None of those of which something could not be told or is no solution.
+
+        No number depends on which curves these are.
+        """
+        begin, end = ends[curves[0]], ends[curves[-1] + 1]
+        recorder = self._requests[curves[0]].recorder()
+        values = recorder.values_of(points.at(np.arange(begin, end)))
+        if recorder.besides.sentences:
+            return [None] if len(curves) == 1 else [self._values(points, range(i, i + 1), ends)[0] for i in curves]
+        unsolved = (values["kind"] != "interpolated") & ~(values["residual"] <= UNSOLVED)
+        parts = [slice(ends[i] - begin, ends[i + 1] - begin) for i in curves]
+        return [
+            None if unsolved[part].any() else {name: value[part] for name, value in values.items()} for part in parts
+        ]
 
     def _pieces(self, located: Located) -> tuple[Segments, Numbers, Array]:
         """Segments parted at located points; of which segment each piece is all (-1: of none), and its place in it."""
@@ -184,8 +205,8 @@ class Lockstep:
 
     def _in_order(
         self, located: Located, pieces: Segments, place: Array, between: Interpolated
-    ) -> list[tuple[int, int]]:
-        """Every point: (number of its node or -1, number among those between or -1)."""
+    ) -> tuple[Numbers, Numbers]:
+        """Of every point the number of its node or -1, and its number among those between or -1."""
         segments, nodes = self._dense.segments, self._dense.nodes
         starts = np.flatnonzero(np.append(True, nodes.branch[segments.first][1:] != nodes.branch[segments.first][:-1]))
         parts = [  # owner, low, place in the segment, node, between
@@ -205,57 +226,48 @@ class Lockstep:
         node = np.concatenate([part[3] for part in parts])
         number = np.concatenate([np.full(part[3].size, -1) if part[4] is None else part[4] for part in parts])
         order = np.lexsort((keys[2], keys[1], keys[0]))
-        return list(zip(node[order].tolist(), number[order].tolist(), strict=True))
+        return node[order], number[order]
 
     def _points(
-        self, order: Sequence[tuple[int, int]], located: Located, pieces: Segments, between: Interpolated
-    ) -> tuple[list[Point], Numbers]:
-        """Points of all curves, each with what is known of it; whose each is."""
-        nodes, segments, requests = self._dense.nodes, self._dense.segments, self._requests
-        others = nodes.branch[segments.first][1:] != nodes.branch[segments.first][:-1]
-        firsts = set(segments.first[np.append(True, others)].tolist())
-        lasts = set(segments.second[np.append(others, True)].tolist())
-        inverses: dict[int, _Inverse] = {}
-        whose, arclength, rates = (part.tolist() for part in (nodes.branch, nodes.arclength, nodes.tangents[:, -1]))
-        ends = list(zip(*(part[between.segment].tolist() for part in (pieces.first, pieces.second)), strict=True))
+        self, node: Numbers, number: Numbers, located: Located, pieces: Segments, between: Interpolated
+    ) -> Columns:
+        """Points of all curves, as ``_in_order`` names them, each with what is known of it."""
+        nodes, solved, count = self._dense.nodes, node >= 0, node.size
+        other = number[~solved]
+        piece = between.segment[other]
+        states, tangents = (np.empty((count, nodes.states.shape[1])) for _ in range(2))
+        states[solved], states[~solved] = nodes.states[node[solved]], between.states[other]
+        tangents[solved], tangents[~solved] = nodes.tangents[node[solved]], between.tangents[other]
+        near, before = node.copy(), np.empty(count, dtype=int)
+        near[~solved], before[~solved] = pieces.second[piece], pieces.first[piece]
+        before[solved] = np.append(node[:1], node[solved][:-1])
+        branch = nodes.branch[near]
+        kind = np.where(solved, "regular", "interpolated").astype(_KINDS)
+        begins = np.append(True, branch[1:] != branch[:-1])
+        kind[begins], kind[np.append(begins[1:], True)] = "start", "end"
+        peak_of = [""] * count
+        place = np.full(len(nodes.branch), -1)
+        place[node[solved]] = np.flatnonzero(solved)
+        for one, (what, name) in located.kinds.items():
+            kind[place[one]] = what
+            peak_of[place[one]] = name if what == "peak" else ""
+        length = np.abs(nodes.arclength[near] - nodes.arclength[before])
+        turned = nodes.tangents[near, -1] - nodes.tangents[before, -1]
+        bends = np.divide(turned, length, out=np.zeros(count), where=length > 0.0)
+        bends[begins], bends[np.isin(kind, FOLDS)] = 0.0, np.inf
+        return Columns(
+            x=states[:, :-1], omega=states[:, -1], parameter=states[:, -1], residual=np.full(count, np.nan),
+            iterations=np.where(solved, nodes.iterations[node], 0), kind=kind, peak_of=peak_of,
+            part=np.ones(count, dtype=int), inputs=self._systems.inputs.at(branch),
+            reactions=_Reactions(
+                inverses=self._correctors.inverses, near=nodes.inverse[near], tangents=tangents, bends=bends
+            ),
+        )  # fmt: skip
 
-        def inverse(node: int) -> _Inverse:
-            if node not in inverses:
-                inverses[node] = _Inverse(nodes.inverse[node])
-            return inverses[node]
-
-        def bend(first: int, second: int) -> float:
-            length = abs(arclength[second] - arclength[first])
-            return float((rates[second] - rates[first]) / length) if length else 0.0
-
-        points, branch, before = list[Point](), list[int](), -1
-        for node, number in order:
-            if node >= 0:
-                i, z, tangent = whose[node], nodes.states[node], nodes.tangents[node]
-                kind, name = located.kinds.get(
-                    node, ("start" if node in firsts else "end" if node in lasts else "regular", "")
-                )
-                bent = np.inf if kind in FOLDS else 0.0 if kind == "start" else bend(before, node)
-                reaction = Reaction(inverse(node), tangent, bent)  # type: ignore[arg-type]
-                before, iterations = node, int(nodes.iterations[node])
-            else:
-                first, second = ends[number]
-                i, z, tangent = whose[first], between.states[number], between.tangents[number]
-                kind, name, iterations = "interpolated", "", 0
-                reaction = Reaction(inverse(second), tangent, bend(first, second))  # type: ignore[arg-type]
-            parameter = float(z[-1])
-            points.append(Point.at(
-                unanswered(requests[i].inputs, parameter), x=z[:-1], residual=np.nan, iterations=iterations, kind=kind,
-                parameter=parameter, peak_of=name if kind == "peak" else "", reaction=reaction,
-            ))  # fmt: skip
-            branch.append(i)
-        return points, np.array(branch)
-
-    def _branch(self, i: int, which: slice, values: Mapping[str, Any], seconds: float) -> Branch:
-        """The branch of one request."""
-        request, own = self._requests[i], {name: value[which] for name, value in values.items()}
-        x = own["omega"]
-        segment = Segment(number=1, start=request.start, stop=request.stop, points=len(x), outcome=Outcome.COMPLETED)
+    def _branch(self, i: int, own: Mapping[str, Any], seconds: float) -> Branch:
+        """The branch of one request from its variables."""
+        request, points = self._requests[i], len(own["omega"])
+        segment = Segment(number=1, start=request.start, stop=request.stop, points=points, outcome=Outcome.COMPLETED)
         outcome, message = joined([segment])
         said = [*request.warnings, *request.doubts(own)]
         work = {

@@ -1,7 +1,8 @@
 """Peaks and turning points of curves that are followed side by side.
 
-Where they may be is seen for all segments at once, as ``Locator`` sees it of each. A plain peak is located by secants
-for all curves together; what is near to a corner, or several in one segment, curve by curve, by a ``Locator``.
+Where they may be is seen for all segments at once, as ``Locator`` sees it of each. A peak is located for all curves
+together, by secants or, near to a corner, between solutions on both sides; several in one segment, turning points, and
+what nearly is one, curve by curve, by a ``Locator``.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import turning_points
 from slipstick.solve.continuation.locate import _NEARLY, _PLACES, Locator
 from slipstick.solve.continuation.lockstep import Correctors, Cubics, Measures, Numbers, Points, Solved
+from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, TINY
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.newton import NewtonResult
-from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
 _TOO_FAR = 0.5
@@ -79,10 +80,9 @@ class Events:
             a, b = rates[:, :-1], rates[:, 1:]
             alone |= (((a < 0.0) & (b >= 0.0)) | ((a > 0.0) & (b <= 0.0))).any(axis=1) | _near_miss(rates)
             before.append(known)
-        plain = list[tuple[int, Numbers, Array]]()
+        plain, between = list[tuple[int, Numbers, Array]](), list[tuple[int, Numbers, Array, Array]]()
         if self._names:
             slopes, heights = self._slopes(begins)
-            parted = list[tuple[int, Numbers, Array]]()
             for i in range(len(self._names)):
                 values = _carried(slopes[:, :, i], begins)
                 crossed = (values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0)
@@ -93,22 +93,44 @@ class Events:
                 falls = (ends[:, 0] > 0.0) & (ends[:, 1] <= 0.0)
                 tangents = nodes.tangents[segments.first], nodes.tangents[segments.second]
                 hidden = ~_plain(ends, heights[:, :, i], self._measures, *tangents, cubics.length)
-                alone |= ~segments.smooth & ~hidden & falls
-                parted.append((i, np.flatnonzero(~segments.smooth & hidden), ends))
+                between.append((i, np.flatnonzero(~segments.smooth & (hidden | falls)), ends, heights[:, :, i]))
                 before.append(values[:, 0])
-            for i, which, ends in parted:
-                which = which[~alone[which]]
-                alone[which[self._falls_between(i, which, ends[which], heights[which, :, i])]] = True
-        sought = np.zeros(branch.size, dtype=int)
+        found = self._together(plain, between, alone)
+        self._each(np.flatnonzero(alone), np.array(before), found)
+        return found
+
+    def _together(
+        self, plain: Sequence[tuple[int, Numbers, Array]], between: Sequence[tuple[int, Numbers, Array, Array]],
+        alone: BoolArray,
+    ) -> Located:  # fmt: skip
+        """Peaks by output: on segments where one is seen, and on those that are not near the branch, with slopes along
+        them or slopes and heights at their ends. What is not found so is to be located ``alone``."""
+        branch, known = self._dense.nodes.branch[self._segments.first], self._correctors.doubtful.copy()
+        brackets, sought = list[tuple[int, Brackets]](), np.zeros(alone.size, dtype=int)
+        for i, which, ends, heights in between:
+            which = which[~alone[which]]
+            parts = self._parted(i, self._brackets(which, ends[which], heights[which]))
+            np.add.at(sought, parts.segment, 1)
+            brackets.append((i, parts))
         for _, which, _ in plain:
             sought[which] += 1
         alone |= sought > 1
         found = Located(nodes={}, kinds={})
         for i, which, values in plain:
             which = which[~alone[which]]
-            good = self._by_secants(i, which, values[which], found)
-            alone[which[~good]] = True
-        self._each(np.flatnonzero(alone), np.array(before), found)
+            which = which[~self._by_secants(i, which, values[which], found)]
+            beside = self._beside(i, which, values[which])
+            alone[np.setdiff1d(which, beside.segment)] = True
+            brackets.append((i, beside))
+        for i, some in brackets:
+            self._narrowed(i, some.at(~alone[some.segment]), found)
+        doubted = self._correctors.doubtful & ~known
+        self._correctors.doubtful[:] = known
+        for which in [*(part[1] for part in plain), *(part[1] for part in between)]:
+            alone[which[doubted[branch[which]]]] = True
+        for s in [s for s in found.nodes if alone[s]]:
+            for node in found.nodes.pop(s):
+                del found.kinds[node]
         return found
 
     def _motion(self, z: Array) -> Array:
@@ -123,7 +145,7 @@ class Events:
 
     def _at(self, z: Array, tangents: Array) -> tuple[Array, Array]:
         """Amplitudes and their slopes (k, n_outputs) at solutions, as the event functions tell them."""
-        size, slope = _each_alone(self._first.balance.harmonics, self._motion(z), self._motion(tangents))
+        size, slope = amplitude_with_slope(self._first.balance.harmonics, self._motion(z), self._motion(tangents))
         largest = np.maximum(self._moving(z), size.max(axis=1))[:, None]
         slope[(np.abs(slope) <= _ROUNDING * size) | (size <= _NOISE * largest)] = 0.0
         return size, slope
@@ -140,7 +162,7 @@ class Events:
         flat, shape = ends.reshape(first.size, 4, -1), (first.size, -1, *ends.shape[2:])
         along, change = ((part @ flat).reshape(shape) for part in (_PLACES.shares, _PLACES.slopes))
         change /= cubics.length[:, None, None, None]
-        size, slope = _each_alone(self._first.balance.harmonics, along, change)
+        size, slope = amplitude_with_slope(self._first.balance.harmonics, along, change)
         largest = np.maximum(self._moving(nodes.states)[second], size.max(axis=(1, 2)))[:, None, None]
         slope[(np.abs(slope) <= _LEVEL * size) | (size <= _NOISE * largest)] = 0.0
         slope[begins, 0] = self._at(nodes.states[first[begins]], nodes.tangents[first[begins]])[1]
@@ -148,47 +170,89 @@ class Events:
 
     # seen together
 
-    def _falls_between(self, i: int, which: Numbers, slopes: Array, heights: Array) -> BoolArray:
-        """Whether the slope of an output falls through zero somewhere on segments that are not near the branch.
+    def _observed(self, i: int) -> Observed:
+        """Amplitude and slope of an output."""
+
+        def observed(states: Array, tangents: Array) -> tuple[Array, Array]:
+            size, slope = self._at(states, tangents)
+            return size[:, i], slope[:, i]
+
+        return observed
+
+    def _brackets(self, which: Numbers, slopes: Array, heights: Array) -> Brackets:
+        """Whole segments, with slopes and heights (k, 2) at both ends."""
+        nodes, segments = self._dense.nodes, self._segments
+        low, high = (
+            Ends.of(nodes, at[which], heights[:, k], slopes[:, k])
+            for k, at in enumerate((segments.first, segments.second))
+        )
+        branch, measures = nodes.branch[segments.first[which]], self._measures.at(which)
+        return Brackets(segment=which, branch=branch, measures=measures, low=low, high=high)
+
+    def _parted(self, i: int, whole: Brackets) -> Brackets:
+        """Parts of segments that are not near the branch, over which the slope of an output falls through zero.
 
         ``Maxima._parted``: they are halved until slopes and heights at the ends tell what is between.
         """
-        nodes, segments = self._dense.nodes, self._segments
-        falls = np.zeros(which.size, dtype=bool)
-        of, owner = np.arange(which.size), segments.owner[which]
-        ends = [(nodes.states[at[which]], nodes.tangents[at[which]]) for at in (segments.first, segments.second)]
+        parts, todo = list[Brackets](), whole
         for _ in range(_PARTINGS):
-            if not of.size:
-                break
-            measures = nodes.measures.at(owner[of])
-            cubics = Cubics.between(measures, *ends)
-            told = _plain(slopes, heights, measures, ends[0][1], ends[1][1], cubics.length)
-            np.logical_or.at(falls, of[told], (slopes[told, 0] > 0.0) & (slopes[told, 1] <= 0.0))
-            rest = np.flatnonzero(~told)
-            if not rest.size:
-                return falls
-            some, u = cubics.at(rest), np.full(rest.size, 0.5)
-            solved, good = self._solved(which[of[rest]], measures.at(rest), some, some.points(u), some.derivatives(u))
-            bad = rest[~good]
-            np.logical_or.at(falls, of[bad], (slopes[bad, 0] > 0.0) & (slopes[bad, 1] <= 0.0))
-            rest, middle = rest[good], (solved.states[good], solved.tangents[good])
-            height, slope = (part[:, i] for part in self._at(*middle)) if rest.size else (np.empty(0), np.empty(0))
-            slope = np.where(slope == 0.0, np.copysign(TINY, slopes[rest, 0]), slope)
-            of = np.append(of[rest], of[rest])
-            low, high = ([part[rest] for part in end] for end in ends)
-            ends = [
-                (np.concatenate((low[0], middle[0])), np.concatenate((low[1], middle[1]))),
-                (np.concatenate((middle[0], high[0])), np.concatenate((middle[1], high[1]))),
-            ]
-            slopes, heights = (
-                np.concatenate((np.column_stack((at[rest, 0], between)), np.column_stack((between, at[rest, 1]))))
-                for at, between in ((slopes, slope), (heights, height))
-            )
-        np.logical_or.at(falls, of, (slopes[: of.size, 0] > 0.0) & (slopes[: of.size, 1] <= 0.0))
-        return falls
+            cubics = todo.cubics
+            slopes = np.column_stack((todo.low.slopes, todo.high.slopes))
+            heights = np.column_stack((todo.low.heights, todo.high.heights))
+            told = _plain(slopes, heights, todo.measures, todo.low.tangents, todo.high.tangents, cubics.length)
+            parts.append(todo.at(told))
+            rest, some = todo.at(~told), cubics.at(~told)
+            if not rest.segment.size:
+                return _falling(parts)
+            u = np.full(rest.segment.size, 0.5)
+            solved, good = self._solved(rest.segment, rest.measures, some, some.points(u), some.derivatives(u))
+            parts.append(rest.at(~good))
+            middle = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
+            rest = rest.at(good)
+            middle.slopes = np.where(middle.slopes == 0.0, np.copysign(TINY, rest.low.slopes), middle.slopes)
+            todo = Brackets.joined([replace(rest, high=middle), replace(rest, low=middle)])
+        return _falling([*parts, todo])
+
+    def _beside(self, i: int, which: Numbers, values: Array) -> Brackets:
+        """Solutions on both sides of where the slope of an output falls through zero on segments, as ``Maxima.near``.
+
+        Those of segments where both are there, and tell it.
+        """
+        place, step = np.argmax((values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0), axis=1), float(_PLACES.u[1])
+        nodes, at, good = self._dense.nodes, _PLACES.u[place], np.ones(which.size, dtype=bool)
+        ends = [end[which] for end in (self._segments.first, self._segments.second)]
+        heights = (
+            [self._at(nodes.states[end], nodes.tangents[end])[0][:, i] for end in ends] if which.size else [at, at]
+        )
+        out = self._brackets(which, values[:, [0, -1]], np.column_stack(heights))
+        for end, edge, u in (
+            (out.low, 0.0, np.maximum(0.0, at - step)),
+            (out.high, 1.0, np.minimum(1.0, at + 2 * step)),
+        ):
+            inside = np.flatnonzero(u != edge)
+            if inside.size:
+                here, cubics = self._measures.at(which[inside]), self._cubics.at(which[inside])
+                guess, direction = cubics.points(u[inside]), cubics.derivatives(u[inside])
+                solved, fine = self._solved(which[inside], here, cubics, guess, direction, exact=True)
+                end.put(inside[fine], Ends.found(self._correctors, solved, np.flatnonzero(fine), self._observed(i)))
+                good[inside[~fine]] = False
+        return _falling([out.at(good)])
+
+    def _narrowed(self, i: int, brackets: Brackets, found: Located) -> None:
+        """Locate the peak of an output within each bracket."""
+        if not brackets.segment.size:
+            return
+        tolerance, nodes = self._first.options.event_tolerance, self._dense.nodes
+        brackets.narrow(self._correctors, self._exact, self._observed(i), tolerance)
+        top, known = brackets.tops(tolerance)
+        points = self._as_nodes(top, np.arange(known.size), top.inverse, brackets.segment)
+        for k, (s, certain) in enumerate(zip(brackets.segment.tolist(), known.tolist(), strict=True)):
+            number = len(nodes.branch) + k
+            found.nodes[s], found.kinds[number] = [number], ("peak" if certain else "near peak", self._names[i])
+        self._dense.nodes = Points.joined([nodes, points])
 
     def _by_secants(self, i: int, which: Numbers, values: Array, found: Located) -> BoolArray:
-        """Locate the peak of an output on segments where its slope falls through zero once; whether it was.
+        """Locate the peak of an output on segments where its slope falls through zero once; which were.
 
         ``Maxima.quickly``, from slopes (n, 9) along each.
         """
@@ -221,7 +285,8 @@ class Events:
             shift = -value / rate[live]
             done = np.abs(shift) * cubics.length[live] < tolerance
             if done.any():
-                parts.append(self._as_nodes(solved, kept[done], which[live[done]]))
+                inverse = self._correctors.inverses.add(solved.inverse, kept[done])
+                parts.append(self._as_nodes(solved, kept[done], inverse, which[live[done]]))
                 whose.append(which[live[done]])
                 good[live[done]] = True
             u[live] += shift
@@ -250,11 +315,12 @@ class Events:
         elsewhere = np.logical_and.reduce([solved.orientation * way < 0 for way in ways])
         return solved, np.asarray(solved.found & near & ~elsewhere)
 
-    def _as_nodes(self, solved: Solved, kept: Numbers, which: Numbers) -> Points:
+    def _as_nodes(self, solved: Solved | Ends, kept: Numbers, inverse: Numbers, which: Numbers) -> Points:
+        """Some of what was solved for, on the segments named."""
         nodes, first, owner = self._dense.nodes, self._segments.first[which], self._segments.owner[which]
         measures, states = nodes.measures.at(owner), solved.states[kept]
         return Points(
-            branch=nodes.branch[first], states=states, tangents=solved.tangents[kept], inverse=solved.inverse[kept],
+            branch=nodes.branch[first], states=states, tangents=solved.tangents[kept], inverse=inverse,
             orientation=solved.orientation[kept], iterations=solved.iterations[kept],
             arclength=nodes.arclength[first] + measures.lengths(states - nodes.states[first]),
             apart=np.full(kept.size, np.inf), measures=measures,
@@ -292,10 +358,11 @@ class Events:
 
     def _as_points(self, steps: Sequence[Step], owners: Sequence[int]) -> Points:
         nodes, unit = self._dense.nodes, np.eye(len(steps[0].state))
+        inverses = [step.jacobian.solve(unit) for step in steps if step.jacobian is not None]
         return Points(
             branch=nodes.branch[owners], states=np.array([s.state for s in steps]),
             tangents=np.array([s.tangent for s in steps]),
-            inverse=np.array([s.jacobian.solve(unit) for s in steps if s.jacobian is not None]),
+            inverse=self._correctors.inverses.add(np.array(inverses)),
             orientation=np.array([s.orientation for s in steps]), iterations=np.array([s.iterations for s in steps]),
             arclength=np.array([s.arclength for s in steps]), apart=np.full(len(steps), np.inf),
             measures=nodes.measures.at(np.array(owners)),
@@ -324,18 +391,6 @@ class Events:
         return step
 
 
-def _each_alone(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Array, Array]:
-    """``amplitude_with_slope`` of motions (..., L), the same bits whatever is beside each: one harmonic is a form of
-    its own, which is taken where all rows have it."""
-    flat, change = X.reshape(-1, harmonics.size), dX.reshape(-1, harmonics.size)
-    single = np.count_nonzero(np.hypot(flat[:, 1::2], flat[:, 2::2]), axis=1) <= 1
-    size, slope = np.empty(len(flat)), np.empty(len(flat))
-    for rows in (np.flatnonzero(single), np.flatnonzero(~single)):
-        if rows.size:
-            size[rows], slope[rows] = amplitude_with_slope(harmonics, flat[rows], change[rows])
-    return size.reshape(X.shape[:-1]), slope.reshape(X.shape[:-1])
-
-
 def _near_miss(values: Array) -> BoolArray:
     """Where values (n, p) of one sign nearly change it between their ends, as in ``Locator._see_to_near_miss``."""
     same, size = (values.min(axis=1) > 0.0) | (values.max(axis=1) < 0.0), np.abs(values)
@@ -356,6 +411,12 @@ def _carried(slopes: Array, begins: BoolArray) -> Array:
     ends = np.append(np.nan, filled[:-1, -1])
     filled[:, 0] = np.where(begins, filled[:, 0], ends)
     return np.asarray(filled)
+
+
+def _falling(parts: list[Brackets]) -> Brackets:
+    """Those between whose ends the slope falls through zero."""
+    every = Brackets.joined(parts)
+    return every.at(every.falls)
 
 
 def _plain(slopes: Array, heights: Array, measures: Measures, first: Array, second: Array, length: Array) -> BoolArray:

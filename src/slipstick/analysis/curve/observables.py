@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.batch_evaluation import Together, evaluated_together
-from slipstick.balance.inputs import Inputs
+from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step
@@ -56,7 +56,7 @@ class OutputObservables(Observables):
         evaluated: Together | _OneByOne
         together = evaluated_together(self._system.balance) and second.evaluation.detail.adapted is None
         if together and omega.min() > 0.0 and isfinite(states.sum()):
-            evaluated = Together(self._system.balance, states[:, :-1], omega, inputs)
+            evaluated = Together(self._system.balance, states[:, :-1], omega, Assigned.of(inputs))
         else:
             evaluated = _OneByOne(self._system, states, inputs, context_between(first, second))
         return _Motion(self._outputs, self._system, (first, second), evaluated, (omega, inputs))

@@ -30,7 +30,7 @@ from slipstick.analysis.identification.measured import (
     parameter_starts,
     read_measured,
 )
-from slipstick.analysis.identification.predicted import Predictor, at_parameters, predictor_of
+from slipstick.analysis.identification.predicted import Predictor, predictor_of
 from slipstick.balance.parameters import parameter_units, product_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
@@ -598,7 +598,7 @@ def _result(request: _Request, end: _End, costs: Sequence[float]) -> Identificat
     deviation = 1.0 if known else spread
     errors, correlations, singular, sentences = _statistics(request.names, end, deviation)
     values = dict(zip(request.names, end.p.tolist(), strict=True))
-    problem = at_parameters(request.problem, values)
+    problem = request.problem.at_parameters(values)
     bound = [name for name, at in zip(request.names, end.at_bound, strict=True) if at]
     message = "the fit converged" if end.converged else f"the fit did not converge in {request.most} evaluations"
     if bound:

@@ -130,11 +130,8 @@ def conditions_at(
     problem: Problem, names: Sequence[str], p: Array, conditions: Mapping[str, Array], point: int
 ) -> Problem:
     """The problem with parameters ``p``, and what was set at a point."""
-    for name, value in zip(names, p, strict=True):
-        problem = problem.at_parameter(name, float(value))
-    for name, values in conditions.items():
-        problem = problem.at_parameter(name, float(values[point]))
-    return problem
+    set_there = {name: values[point] for name, values in conditions.items()}
+    return problem.at_parameters({**dict(zip(names, p, strict=True)), **set_there})
 
 
 Measured = Vibration | Loops | Backbone | Decay

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
@@ -69,13 +69,6 @@ def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> 
     return VibrationPredictor(problem, names, measured)
 
 
-def at_parameters(problem: Problem, values: Mapping[str, float]) -> Problem:
-    """The problem with parameters set."""
-    for name, value in values.items():
-        problem = problem.at_parameter(name, float(value))
-    return problem
-
-
 class LoopPredictor:
     """Forces of a contact whose motion is prescribed: nothing is solved."""
 
@@ -95,9 +88,9 @@ class LoopPredictor:
     def values(self, p: Array) -> Array:
         """Coefficients of the force (n, L)."""
         out, slopes = np.empty_like(self.loops.values), np.empty((len(p), *self.loops.values.shape))
-        problem = at_parameters(self._problem, dict(zip(self.names, p, strict=True)))
+        problem = self._problem.at_parameters(dict(zip(self.names, p, strict=True)))
         for k, omega in enumerate(self.loops.omega):
-            here = at_parameters(problem, {name: v[k] for name, v in self.loops.conditions.items()})
+            here = problem.at_parameters({name: v[k] for name, v in self.loops.conditions.items()})
             batch, inputs = here.batches[0], here.inputs
             moved = tuple(
                 self.loops.motion.get(port, np.zeros_like(out))[[k]] + inputs.batches[0].motion[i]
@@ -158,7 +151,7 @@ class VibrationPredictor:
     def _problem_at(self, group: IntArray, p: Array) -> Problem:
         values = dict(zip(self.names, p, strict=True))
         values |= {name: float(v[group[0]]) for name, v in self.measured.conditions.items()}
-        return at_parameters(self.problem, values)
+        return self.problem.at_parameters(values)
 
     def _level(self, group: IntArray, p: Array, *, slopes: bool) -> _Level:
         here = self._problem_at(group, p)

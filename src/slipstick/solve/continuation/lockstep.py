@@ -9,7 +9,9 @@ at its start, finds no way on, stands before a corner, or is known to rounding o
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +25,9 @@ from slipstick.typing import Array, BoolArray
 
 _ROUNDING = 1e-10
 """Residual over the solution below which an iteration that failed may have met rounding."""
+
+_GATHERED = 256
+"""Matrices that are gathered in one go: as many as stay near to the processor."""
 
 Numbers = NDArray[np.intp]
 
@@ -73,6 +78,13 @@ class Measures:
             self, unit=self.unit[which], size=self.size[which], present=self.present[which],
             largest=self.largest[which],
         )  # fmt: skip
+
+    @classmethod
+    def joined(cls, parts: Sequence[Measures]) -> Measures:
+        """Those of several."""
+        names = ("unit", "size", "present", "largest")
+        unit, size, present, largest = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        return replace(parts[0], unit=unit, size=size, present=present, largest=largest)
 
     def put(self, which: Numbers, those: Measures) -> None:
         """Replace those of some."""
@@ -153,14 +165,39 @@ def angles(cosines: Array) -> Array:
     return np.asarray(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 
-def inverses(matrices: Array) -> Array:
-    """Inverses (k, n, n); nan of singular ones."""
-    try:
-        return np.asarray(np.linalg.inv(matrices))
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full_like(matrices, np.nan)
-        return np.concatenate([inverses(one[None]) for one in matrices])
+@cache
+def _inverses() -> Callable[[Array], Array]:
+    """Loaded with the first step: what is compiled takes a while to import."""
+    from slipstick.solve.linear.inverses import inverses
+
+    return inverses
+
+
+class Inverses:
+    """Inverses (size, size) of the Jacobians of many points: kept in one place, where points name them by number."""
+
+    def __init__(self, size: int) -> None:
+        self._room, self._count = np.empty((0, size, size)), 0
+
+    def add(self, matrices: Array, which: Numbers | None = None) -> Numbers:
+        """Keep some more (k, size, size), or those named of them; their numbers."""
+        which = np.arange(len(matrices)) if which is None else which
+        begin, end = self._count, self._count + which.size
+        if end > len(self._room):
+            room = np.empty((max(end, 2 * len(self._room)), *self._room.shape[1:]))  # memory once it is written to
+            room[:begin] = self._room[:begin]
+            self._room = room
+        np.take(matrices, which, axis=0, out=self._room[begin:end], mode="clip")
+        self._count = end
+        return np.arange(begin, end)
+
+    def times(self, which: Numbers, vectors: Array) -> Array:
+        """Products (k, size) of inverses and vectors (k, m), zero beyond their ends."""
+        out = np.empty((len(vectors), self._room.shape[1]))
+        for begin in range(0, len(vectors), _GATHERED):
+            part = slice(begin, begin + _GATHERED)
+            out[part] = times(self._room[which[part]][:, :, : vectors.shape[1]], vectors[part])
+        return out
 
 
 @dataclass(kw_only=True)
@@ -247,13 +284,16 @@ class Correctors:
         Work so far, by branch (n,).
     doubtful
         Branches (n,) on which an iteration failed that may have met rounding.
+    inverses
+        Of the bordered Jacobians of points that were taken.
     """
 
-    def __init__(self, systems: Systems, count: int, options: NewtonOptions) -> None:
+    def __init__(self, systems: Systems, count: int, size: int, options: NewtonOptions) -> None:
         self._systems, self._options = systems, options
         self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
         self.evaluations, self.solves = np.zeros(count, dtype=int), np.zeros(count, dtype=int)
         self.doubtful = np.zeros(count, dtype=bool)
+        self.inverses = Inverses(size + 1)
 
     def correct(
         self, branches: Numbers, guess: Array, normal: Array, fixed: BoolArray, measures: Measures, *,
@@ -288,7 +328,7 @@ class Correctors:
         residual[:, :N], jacobian[:, :N] = self._systems.evaluate(branches, z)
         residual[:, N], jacobian[:, N] = dots(row, z) - level, row
         self.evaluations += np.bincount(branches, minlength=self.evaluations.size)
-        return residual, inverses(jacobian)
+        return residual, _inverses()(jacobian)
 
     def _iterated(
         self, branches: Numbers, guess: Array, row: Array, measures: Measures, options: NewtonOptions,
@@ -394,8 +434,10 @@ class Points:
     ----------
     branch
         Whose each is, (p,).
-    states, tangents, inverse, orientation, iterations, arclength
-        As of ``Step``; ``inverse`` (p, N + 1, N + 1) of the bordered Jacobian.
+    states, tangents, orientation, iterations, arclength
+        As of ``Step``.
+    inverse
+        Number of that of the bordered Jacobian among ``Correctors.inverses``.
     apart
         See ``Step.apart``; of a first point infinite.
     measures
@@ -405,7 +447,7 @@ class Points:
     branch: Numbers
     states: Array
     tangents: Array
-    inverse: Array
+    inverse: Numbers
     orientation: NDArray[np.int_]
     iterations: NDArray[np.int_]
     arclength: Array
@@ -425,12 +467,7 @@ class Points:
             for name in cls.__dataclass_fields__
             if name != "measures"
         }
-        unit, size, present, largest = (
-            np.concatenate([getattr(part.measures, name) for part in parts])
-            for name in ("unit", "size", "present", "largest")
-        )
-        measures = replace(parts[0].measures, unit=unit, size=size, present=present, largest=largest)
-        return cls(**arrays, measures=measures)
+        return cls(**arrays, measures=Measures.joined([part.measures for part in parts]))
 
 
 @dataclass(kw_only=True)
@@ -460,7 +497,8 @@ def follow(
     cubics = Cubics(nodes=np.zeros((n, 4, size)), length=np.ones(n), rates=(np.ones(n), np.ones(n)))
     curved, arclength, length = np.zeros(n, dtype=bool), np.zeros(n), step_length.copy()
     order = np.full(n, 2)
-    accepted = [_taken(first, everyone, np.flatnonzero(first.found), measures, arclength, np.full(n, np.inf))]
+    found = np.flatnonzero(first.found)
+    accepted = [_taken(correctors.inverses, first, everyone, found, measures, arclength, np.full(found.size, np.inf))]
     count, live = np.ones(n, dtype=int), np.flatnonzero(first.found)
     while live.size:
         here, last, along, reaching = measures.at(live), z[live], tangent[live], length[live]
@@ -484,7 +522,8 @@ def follow(
             order[new] = np.where(curved[new], 4, 2)
             z[new], tangent[new], orientation[new] = those, solved.tangents[good], solved.orientation[good]
             measures.put(new, measured.renewed(those[:, :-1]))
-            accepted.append(_taken(solved, live, np.flatnonzero(good), measures, arclength, apart, from_all=False))
+            taken = np.flatnonzero(good)
+            accepted.append(_taken(correctors.inverses, solved, live, taken, measures, arclength, apart))
             count[new] += 1
             length[new] = step_length[new]
         missed = live[~good]
@@ -520,16 +559,16 @@ def _first(correctors: Correctors, every: Numbers, guess: Array, measures: Measu
 
 
 def _taken(
-    solved: Solved, live: Numbers, which: Numbers, measures: Measures, arclength: Array, apart: Array,
-    from_all: bool = True,
+    inverses: Inverses, solved: Solved, live: Numbers, which: Numbers, measures: Measures, arclength: Array,
+    apart: Array,
 ) -> Points:  # fmt: skip
     """Solutions that were accepted, as points."""
     branches = live[which]
     return Points(
         branch=branches, states=solved.states[which].copy(), tangents=solved.tangents[which].copy(),
-        inverse=solved.inverse[which], orientation=solved.orientation[which].copy(),
+        inverse=inverses.add(solved.inverse, which), orientation=solved.orientation[which].copy(),
         iterations=solved.iterations[which], arclength=arclength[branches],
-        apart=apart[which] if from_all else apart, measures=measures.at(branches),
+        apart=apart, measures=measures.at(branches),
     )  # fmt: skip
 
 

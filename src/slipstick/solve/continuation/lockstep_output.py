@@ -18,7 +18,6 @@ from slipstick.solve.continuation.lockstep import (
     Points,
     Systems,
     apart_from,
-    times,
 )  # fmt: skip
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.typing import Array, BoolArray
@@ -217,7 +216,7 @@ class Outputs:
         for begin in range(0, len(states), _TOGETHER):
             part = slice(begin, begin + _TOGETHER)
             residual = self._systems.evaluate(branch[part], states[part])[0]
-            off[part] = times(self.nodes.inverse[near[part]][:, :, :-1], residual)
+            off[part] = self._correctors.inverses.times(self.nodes.inverse[near[part]], residual)
         work = np.bincount(branch, minlength=self._correctors.evaluations.size)
         self._correctors.evaluations += work
         self._correctors.solves += work
@@ -278,9 +277,9 @@ class Outputs:
                 getattr(solved, name)[rest] = getattr(again, name)
         arclength = nodes.arclength[segments.first] + measures.lengths(solved.states - nodes.states[segments.first])
         points = Points(
-            branch=branch, states=solved.states, tangents=solved.tangents, inverse=solved.inverse,
-            orientation=solved.orientation, iterations=solved.iterations, arclength=arclength,
-            apart=np.full(u.size, np.inf), measures=measures,
+            branch=branch, states=solved.states, tangents=solved.tangents,
+            inverse=self._correctors.inverses.add(solved.inverse), orientation=solved.orientation,
+            iterations=solved.iterations, arclength=arclength, apart=np.full(u.size, np.inf), measures=measures,
         )  # fmt: skip
         return points, good
 
