@@ -156,7 +156,7 @@ def curve(side: Side, rounds: int = 3) -> list[Row]:
             found[n, step, solver, corrector].append(side.ask("sweep", **task, **{"from": RANGE[0], "to": RANGE[1]}))
     peak = max(branch.peaks("x"), key=lambda p: p[1])
     rows = [
-        _curve_row("slipstick, peak located", 0, "", np.array(own), len(branch), peak[1], 0.0, float(np.median(own)))
+        curve_row("slipstick, peak located", 0, "", np.array(own), len(branch), peak[1], 0.0, float(np.median(own)))
     ]
     for n in CURVE_SAMPLES:
         for step in STEPS:
@@ -166,17 +166,24 @@ def curve(side: Side, rounds: int = 3) -> list[Row]:
             error = abs(last["peak"] / peak[1] - 1.0)
             name = f"pyHarm {side.version}, {quick[0]}"
             rows.append(
-                _curve_row(name, n, step, both[quick], last["points"], last["peak"], error, float(np.median(own)))
+                curve_row(name, n, step, both[quick], last["points"], last["peak"], error, float(np.median(own)))
             )
     return rows
 
 
-def _curve_row(name: str, n: int, step: Any, t: np.ndarray, points: int, peak: float, error: float, own: float) -> Row:
+def curve_row(name: str, n: int, step: Any, t: np.ndarray, points: int, peak: float, error: float, own: float) -> Row:
+    """``error`` of the peak; ``own``: our seconds."""
     return {
         "curve by": name, "samples": n, "largest step": step, "s": float(t.min()), "s, median": float(np.median(t)),
         "over ours": float(np.median(t) / own), "points": points, "ms a point": float(1e3 * t.min() / points),
         "peak": float(peak), "peak error": float(error),
     }  # fmt: skip
+
+
+def show(rows: list[Row]) -> None:
+    """A line each."""
+    for line in rows:
+        print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in line.items()))
 
 
 if __name__ == "__main__":
@@ -185,5 +192,4 @@ if __name__ == "__main__":
         print(ABSENT)
     else:
         with Side(chosen) as other:
-            for line in [*element(other), *curve(other)]:
-                print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in line.items()))
+            show([*element(other), *curve(other)])

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from against_pyharm import ABSENT, OSCILLATOR, SOLVERS, Row, Side, python
+from against_pyharm import ABSENT, OSCILLATOR, SOLVERS, Row, Side, curve_row, python, show
 from clocks import interleaved, one_thread
 
 import slipstick as ss
@@ -165,7 +165,7 @@ def equal_accuracy(rows: list[Row]) -> list[Row]:
                 line[key.replace(" error", "")] = (
                     f"not at {most}"
                     if found is None or here is None
-                    else f"{found['samples or tolerance']}: {found['us'] / here['us']:.2g} x"
+                    else f"{found['samples or tolerance']}: {found['us, median'] / here['us, median']:.2g} x"
                 )
             out.append(line)
     return out
@@ -178,7 +178,7 @@ def _alone(element: str) -> str:
 
 def _cheapest(rows: list[Row], key: str, wanted: float) -> Row | None:
     """Of those that reach an error."""
-    return min((row for row in rows if row[key] <= wanted), key=lambda row: float(row["us"]), default=None)
+    return min((row for row in rows if row[key] <= wanted), key=lambda row: float(row["us, median"]), default=None)
 
 
 def _problem() -> ss.Problem:
@@ -205,7 +205,8 @@ def curve(side: Side, span: tuple[float, float] = (2.0, 15.0)) -> list[Row]:
                 answer = side.ask("sweep", **task, **{"from": span[0], "to": span[1]})
                 found[n, step, solver, corrector].append(answer)
     peak = max(branch.peaks("x"), key=lambda p: p[1])[1]
-    rows = [_curve_row("slipstick, peak located", 0, "", own, len(branch), peak, peak, min(own), span[1])]
+    middle = float(np.median(own))
+    rows = [curve_row("slipstick, peak located", 0, "", np.array(own), len(branch), peak, 0.0, middle)]
     for n in CURVE_SAMPLES:
         for step in CURVE_STEPS:
             whole = {s: a for s in SOLVERS if (a := found[n, step, *s])[-1]["reached"] > span[1] - step}
@@ -213,22 +214,10 @@ def curve(side: Side, span: tuple[float, float] = (2.0, 15.0)) -> list[Row]:
                 rows.append({"curve by": "pyHarm, stopped early", "samples": n, "largest step": step})
                 continue
             quick = min(whole, key=lambda s: min(a["seconds"] for a in whole[s]))
-            last, seconds = whole[quick][-1], [a["seconds"] for a in whole[quick]]
-            rows.append(
-                _curve_row(f"pyHarm, {quick[0]}", n, step, seconds, last["points"], last["peak"], peak, min(own),
-                           last["reached"])
-            )  # fmt: skip
+            last, seconds = whole[quick][-1], np.array([a["seconds"] for a in whole[quick]])
+            error, name = abs(last["peak"] / peak - 1.0), f"pyHarm, {quick[0]}"
+            rows.append(curve_row(name, n, step, seconds, last["points"], last["peak"], error, middle))
     return rows
-
-
-def _curve_row(
-    name: str, n: int, step: Any, t: list[float], points: int, found: float, peak: float, own: float, end: float
-) -> Row:
-    return {
-        "curve by": name, "samples": n, "largest step": step, "s": min(t), "over ours": min(t) / own, "points": points,
-        "ms a point": 1e3 * min(t) / points, "peak": float(found), "peak error": abs(float(found) / peak - 1.0),
-        "reached": float(end),
-    }  # fmt: skip
 
 
 if __name__ == "__main__":
@@ -239,5 +228,4 @@ if __name__ == "__main__":
         with Side(chosen, SIDE) as others:
             print(others.version)
             measured = elements(others)
-            for line in [*measured, *equal_accuracy(measured), *curve(others)]:
-                print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in line.items()))
+            show([*measured, *equal_accuracy(measured), *curve(others)])

@@ -3,16 +3,14 @@
 ``planar_against_others.py`` sends tasks. All of their elements take coefficients by harmonic, then by dof.
 """
 
-import json
 import logging
 import os
-import sys
 import time
 
 os.environ.update(XLA_FLAGS="--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1", OMP_NUM_THREADS="1")
 
 import numpy as np
-from pyharm_side import made, swept
+from pyharm_side import answer, made, swept
 
 CHUNK = 10  # states that jax.vmap takes together: the columns of all at all samples have to fit in the caches
 
@@ -160,18 +158,9 @@ def versions():
     return found
 
 
-def main():
-    answers, sys.stdout = sys.stdout, sys.stderr  # pyHarm prints
+if __name__ == "__main__":
     import jax
 
     jax.config.update("jax_enable_x64", True)
     logging.disable(logging.CRITICAL)
-    print(json.dumps({"version": versions()}), file=answers, flush=True)
-    for line in sys.stdin:
-        task = json.loads(line)
-        done = element(task) if task["what"] == "element" else sweep(task)
-        print(json.dumps(done), file=answers, flush=True)
-
-
-if __name__ == "__main__":
-    main()
+    answer(versions, element, sweep)

@@ -93,16 +93,21 @@ def swept(made, case, dofs=1):
     }
 
 
-def main():
+def answer(version, element, sweep):
+    """Tasks from standard input, answers to standard output."""
     answers, sys.stdout = sys.stdout, sys.stderr  # pyHarm prints
-    import pyHarm
-
-    print(json.dumps({"version": getattr(pyHarm, "__version__", "unknown")}), file=answers, flush=True)
+    print(json.dumps({"version": version()}), file=answers, flush=True)
     for line in sys.stdin:
         task = json.loads(line)
         done = element(task) if task["what"] == "element" else sweep(task)
         print(json.dumps(done), file=answers, flush=True)
 
 
+def version():
+    import pyHarm
+
+    return getattr(pyHarm, "__version__", "unknown")
+
+
 if __name__ == "__main__":
-    main()
+    answer(version, element, sweep)

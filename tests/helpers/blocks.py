@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
+
 import slipstick as ss
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
@@ -45,6 +47,28 @@ def branch(parameter: bool = False) -> ss.Branch:
     if parameter:
         return ss.parameter_response(problem, "c1.mu", (0.1, 0.4), omega=0.9 * first, options=options)
     return ss.forced_response(problem, omega=(0.8 * first, 1.1 * first), options=options)
+
+
+def solved_whole(made: ss.Branch, point: int) -> np.ndarray:
+    """Coefficients (n_dofs, L) of the motion of the whole model at a point, by direct solutions."""
+    body, d, problem = block(), made.dataset.isel(point=point), made.problem
+    assert problem is not None
+    L, names = d.sizes["coefficient"], list(problem.structure.dofs)
+    force, B = np.zeros((body.model.K.shape[0], L)), body.directions.toarray()
+    for c in (0, 1):
+        force -= np.outer(B[:, names.index(f"c{c + 1}y")], d["friction_force"].values[c])
+        force -= np.outer(B[:, names.index(f"c{c + 1}z")], d["normal_force"].values[c])
+    force[:, 1] += 0.02 * body.loads["push"]
+    force[:, 4] += 0.003 * B[:, names.index("c1z")]
+    force[:, 0] += -0.004 * B[:, names.index("c2z")]
+    K, M, omega = body.model.K.toarray(), body.model.M.toarray(), float(d["omega"])
+    out = np.zeros_like(force)
+    out[:, 0] = np.linalg.solve(K, force[:, 0])
+    for j, m in enumerate(made.harmonics.orders[1:]):
+        one = force[:, 2 * j + 1] - 1j * force[:, 2 * j + 2]
+        hat = np.linalg.solve(K * (1 + 1j * LOSS) - (m * omega) ** 2 * M, one)
+        out[:, 2 * j + 1], out[:, 2 * j + 2] = hat.real, -hat.imag
+    return np.asarray(body.model.expand(out))
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers.blocks import LOSS, block, branch
+from helpers.blocks import block, branch, solved_whole
 
 import slipstick as ss
 from slipstick.fem.boundary import skin_of
@@ -13,27 +13,8 @@ from slipstick.results.deflection import deflection_of
 
 def full_motion(made: ss.Branch, point: int) -> np.ndarray:
     """Coefficients (n_nodes, 3, L) of the skin nodes by direct solutions of the whole model."""
-    body, d, problem = block(), made.dataset.isel(point=point), made.problem
-    assert problem is not None
-    L, names = d.sizes["coefficient"], list(problem.structure.dofs)
-    force = np.zeros((body.model.K.shape[0], L))
-    B = body.directions.toarray()
-    for c in (0, 1):
-        force[:] -= np.outer(B[:, names.index(f"c{c + 1}y")], d["friction_force"].values[c])
-        force[:] -= np.outer(B[:, names.index(f"c{c + 1}z")], d["normal_force"].values[c])
-    force[:, 1] += 0.02 * body.loads["push"]
-    force[:, 4] += 0.003 * B[:, names.index("c1z")]
-    force[:, 0] += -0.004 * B[:, names.index("c2z")]
-    K, M, omega = body.model.K.toarray(), body.model.M.toarray(), float(d["omega"])
-    out = np.zeros_like(force)
-    out[:, 0] = np.linalg.solve(K, force[:, 0])
-    for j, m in enumerate(made.harmonics.orders[1:]):
-        hat = np.linalg.solve(
-            K * (1 + 1j * LOSS) - (m * omega) ** 2 * M, force[:, 2 * j + 1] - 1j * force[:, 2 * j + 2]
-        )
-        out[:, 2 * j + 1], out[:, 2 * j + 2] = hat.real, -hat.imag
-    nodes, _ = skin_of(body.model.mesh)
-    return body.model.expand(out)[nodes]
+    nodes, _ = skin_of(block().model.mesh)
+    return solved_whole(made, point)[nodes]
 
 
 @pytest.mark.parametrize("parameter", [False, True])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.blocks import LOSS, METAL, block, branch, stressed, with_structure
+from helpers.blocks import METAL, block, branch, solved_whole, stressed, with_structure
 from helpers.faults import raises_fault
 
 import slipstick as ss
@@ -25,26 +25,9 @@ from slipstick.structure.strains import Strains
 
 def full_strain(made: ss.Branch, point: int) -> np.ndarray:
     """Coefficients (n_elements, 6, L) by direct solutions of the whole model."""
-    body, d, problem = block(), made.dataset.isel(point=point), made.problem
-    assert problem is not None
-    L, names = d.sizes["coefficient"], list(problem.structure.dofs)
-    force, B = np.zeros((body.model.K.shape[0], L)), body.directions.toarray()
-    for c in (0, 1):
-        force -= np.outer(B[:, names.index(f"c{c + 1}y")], d["friction_force"].values[c])
-        force -= np.outer(B[:, names.index(f"c{c + 1}z")], d["normal_force"].values[c])
-    force[:, 1] += 0.02 * body.loads["push"]
-    force[:, 4] += 0.003 * B[:, names.index("c1z")]
-    force[:, 0] += -0.004 * B[:, names.index("c2z")]
-    K, M, omega = body.model.K.toarray(), body.model.M.toarray(), float(d["omega"])
-    out = np.zeros_like(force)
-    out[:, 0] = np.linalg.solve(K, force[:, 0])
-    for j, m in enumerate(made.harmonics.orders[1:]):
-        one = force[:, 2 * j + 1] - 1j * force[:, 2 * j + 2]
-        hat = np.linalg.solve(K * (1 + 1j * LOSS) - (m * omega) ** 2 * M, one)
-        out[:, 2 * j + 1], out[:, 2 * j + 2] = hat.real, -hat.imag
-    mesh = body.model.mesh
+    mesh, whole = block().model.mesh, solved_whole(made, point)
     _, matrix = strain_matrix(mesh, METAL, chosen_elements(mesh, "all"))
-    return (matrix.T @ body.model.expand(out).reshape(-1, L)).reshape(-1, 6, L)
+    return np.asarray((matrix.T @ whole.reshape(-1, whole.shape[-1])).reshape(-1, 6, whole.shape[-1]))
 
 
 @pytest.mark.parametrize("parameter", [False, True])
