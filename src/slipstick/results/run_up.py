@@ -16,7 +16,7 @@ from slipstick.typing import Array
 if TYPE_CHECKING:
     import xarray
 
-CONTACT_STATES = ("separation", "stick", "slip+", "slip-")
+CONTACT_STATES = ("separation", "stick", "slip+", "slip-", "slip")
 VARIABLES: Mapping[str, Declared] = {
     "time": Declared((), "time", "end of the period"),
     "omega": Declared((), "rad/time", "speed of the excitation in the middle of the period"),

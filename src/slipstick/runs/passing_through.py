@@ -138,7 +138,7 @@ def _in_folder(
             if kept.dataset.attrs.get("run_up") == mark:
                 return kept
             raise InputError(f"{folder} already holds another run-up ({PASSED}); choose another folder")
-        begin, keep = _begun(place, mark)
+        begin, keep = _begun(place, mark, run.stepper.model.system.n_contacts)
         names: dict[str, str] = {} if case is None else case.names
         about = {"run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
         layout = replace(_layout(run), attributes={**versions(), **names})
@@ -183,8 +183,8 @@ def _walked(
     return Outcome.COMPLETED
 
 
-def _begun(place: Path, mark: str) -> tuple[Checkpoint | None, int]:
-    """The last period in a journal, and how much of it is sound."""
+def _begun(place: Path, mark: str, friction: int) -> tuple[Checkpoint | None, int]:
+    """The last period in a journal of a run with so many friction contacts, and how much of it is sound."""
     if not place.exists():
         return None, 0
     recorded = read_journal(place)
@@ -193,7 +193,7 @@ def _begun(place: Path, mark: str) -> tuple[Checkpoint | None, int]:
     if not recorded.notes:
         return None, recorded.ends[-1]
     said = unpacked(recorded.notes[-1])
-    states = tuple(State(s) for s in said["states"])
+    states = tuple(State(s) if k < friction else int(s) for k, s in enumerate(said["states"]))
     energy = Energy(**dict(zip(said["energy_names"], said["energy"].tolist(), strict=True)))
     return Checkpoint(period=int(said["period"]), z=said["z"], states=states, energy=energy), recorded.ends[-1]
 
@@ -233,7 +233,7 @@ def _dataset(run: LongRun, rows: list[Any], notes: list[dict[str, Any]], outcome
         data["sample_time"] = "sample", times, {"units": label("time"), "long_name": "time"}
         data["displacement"] = ("sample", "dof"), series, {"units": label("length"), "long_name": "displacement"}
     changes = np.concatenate([np.zeros(0), *(note["changes"] for note in notes)]).reshape(-1, 4)
-    names = _friction_names(run)
+    names = _names_of_changes(run)
     data["change_time"] = "change", changes[:, 0], {"units": label("time"), "long_name": "change of a contact state"}
     data["change_contact"] = "change", np.array([names[int(c)] for c in changes[:, 1]], dtype=np.str_)
     for k, name in ((2, "change_before"), (3, "change_after")):
@@ -245,10 +245,12 @@ def _dataset(run: LongRun, rows: list[Any], notes: list[dict[str, Any]], outcome
     return xarray.Dataset(data, coords={**coords, "period": np.arange(1, len(rows) + 1)}, attrs=attributes)
 
 
-def _friction_names(run: LongRun) -> list[str]:
+def _names_of_changes(run: LongRun) -> list[str]:
+    """Of the contacts that change their states, as these are numbered."""
     from slipstick.analysis.time_domain.piecewise_model import friction_elements
 
-    return [run.problem.elements[e] for e in friction_elements(run.problem).tolist()]
+    switching = [own.number for own in run.stepper.model.system.laws.switching]
+    return [run.problem.elements[e] for e in [*friction_elements(run.problem).tolist(), *switching]]
 
 
 def _mark(run: LongRun) -> str:

@@ -79,7 +79,7 @@ class StabilityWatch:
     ------
     InputError
         If a contact follows a law that does not tell its rate in time, or slides in a plane on a structure that has no
-        equations in time or a static residual.
+        equations in time.
     """
 
     def __init__(self, balance: Balance, *, full: bool = False, damping_at: float | None = None) -> None:
@@ -97,13 +97,12 @@ class StabilityWatch:
         """Contacts whose law switches, where the structure is not known as that needs."""
         names = self.balance.problem.elements
         switching = [b for b in self.balance.batches if b.law.regimes is not None]
-        if not switching or (self.systems.in_time and not self.systems.answers_at_once()):
+        if self.systems.in_time:
             return
-        why = "has a static residual" if self.systems.in_time else "has no equations in time"
         for name in (names[e] for b in switching for e in b.numbers):
             yield Fault(
-                "stability", f"contact '{name}' slides in a plane, and the structure {why}",
-                remedy="give the structure as matrices, or as modes without a residual; or leave stability out",
+                "stability", f"contact '{name}' slides in a plane, and the structure has no equations in time",
+                remedy="give the structure as matrices or as modes; or leave stability out",
             )  # fmt: skip
 
     def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
@@ -118,6 +117,8 @@ class StabilityWatch:
         if motion.laws.remembers_smoothly:
             return self._shot(x, motion, known, detail)
         line, fine = self._pieces(motion, known, detail.omega)
+        if fine is None and motion.laws:
+            return self._by_orbit(detail, motion, line, known)
         if fine is None or not fine.sound:
             multipliers = NO_MULTIPLIERS if fine is None else self.judged(fine.multipliers)
             method = "" if fine is None else PIECES
@@ -160,6 +161,10 @@ class StabilityWatch:
                 multipliers=multipliers, unstable=unstable(multipliers) if settled else UNKNOWN, method=PIECES,
                 neutral=0, error=float(doubts.max(initial=0.0)),
             )  # fmt: skip
+        return self._by_orbit(detail, motion, line, known)
+
+    def _by_orbit(self, detail: Detail, motion: SmoothMotion, line: Timeline, known: Combinations) -> PointStability:
+        """That of the motion in time beside this one alone."""
         reach = self._within_reach(detail, motion, known.dynamics, known.contacts)
         orbit = self._orbit(detail, motion, line, known) if reach else None
         if orbit is None:

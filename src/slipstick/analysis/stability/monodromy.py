@@ -14,8 +14,9 @@ import numpy as np
 
 from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.state_sequence import Change, StateInterval, StickStarts, Timeline
-from slipstick.analysis.stability.switched_system import Combinations
+from slipstick.analysis.stability.switched_system import Combinations, StateCodes
 from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.analysis.time_domain.static_residual import Behind, motion_behind, slopes_behind
 from slipstick.contact.kernel.tuples import STICK
 from slipstick.trig.basis import TWO_PI
 from slipstick.trig.compiled import compiled
@@ -112,7 +113,7 @@ def monodromy_with_laws(
     longest, sound = 2.0 * np.pi / max(_FEWEST_STEPS, _STEPS_PER_ORDER * motion.harmonics.highest), True
     steep = _steep_times(line, laws, nc)
     for interval in line.intervals:
-        friction, regimes = interval.states[:nc], interval.states[nc:]
+        friction = interval.states[:nc]
         ends = _step_ends(begin, begin + interval.length, longest, steep)
         steps = np.diff(ends)
         tau = (ends[:-1, None] + steps[:, None] * _NODES).reshape(-1)
@@ -120,14 +121,14 @@ def monodromy_with_laws(
         A = np.zeros((len(tau), 2 * r + n + m, 2 * r + n + m))
         A[:, :r, r : 2 * r] = combinations.scale * np.eye(r)
         A[:, r : 2 * r, : 2 * r + n] = -piece.forces
-        if not laws_along.add_to(A, tau, regimes):
+        if not laws_along.add_to(A, tau, interval.states):
             return None
         for factor in _magnus(A.reshape(len(steps), len(_NODES), *A.shape[1:]), steps / omega):
             Phi = factor @ Phi
         begin, sound = begin + interval.length, sound and piece.sound
         change = interval.change
         if change is not None and change.contact >= nc:
-            rows, map_of = laws_along.reset(change, begin, nc)
+            rows, map_of = laws_along.reset(change, begin, interval.states)
             Phi[rows] = map_of @ Phi
         elif change is not None:
             target, row = _start(replace(interval, states=friction), starts)
@@ -163,50 +164,82 @@ _NEAREST = 1e-6
 
 
 class LawsAlong:
-    """Contacts of other laws linearised along a motion, coordinates as in ``monodromy_with_laws``."""
+    """Contacts of other laws linearised along a motion, coordinates as in ``monodromy_with_laws``.
 
-    def __init__(
-        self, combinations: Combinations, motion: SmoothMotion, rows: Array, columns: Array, R: Array | None
-    ) -> None:
-        self._combinations, self._motion, self._rows, self._columns = combinations, motion, rows, columns
-        self._R = R
+    Where the structure answers their forces at once, velocities jump with the states: they are those of
+    ``motion_behind`` from what the modes, whose motion is smooth, make of them.
+    """
+
+    def __init__(self, combinations: Combinations, motion: SmoothMotion, law_ports: IntArray, at_once: bool) -> None:
+        self._combinations, self._motion, self._at_once = combinations, motion, at_once
+        d, nc, there = combinations.dynamics, combinations.contacts.count, law_ports >= 0
+        self._ports = np.zeros((len(d.R), len(law_ports)))
+        """Places of their ports among all."""
+        self._ports[law_ports[there], there] = 1.0
+        self._nc = nc
+        self._smooth = motion.law_motion - motion.law_rubbing + self._ports.T @ d.R @ self._ports @ motion.law_force
+        """Motion of the modes and by the loads at the ports."""
 
     @classmethod
     def of(cls, combinations: Combinations, motion: SmoothMotion, law_ports: IntArray) -> LawsAlong | None:
         """None where the structure answers their forces at once and what comes of that is not known."""
-        d, there, P = combinations.dynamics, law_ports >= 0, len(law_ports)
-        ports = law_ports[there]
-        rows, columns, R = np.zeros((P, d.size)), np.zeros((d.size, P)), np.zeros((P, P))
-        rows[there], columns[:, there], R[np.ix_(there, there)] = (
-            d.rows[ports],
-            d.columns[:, ports],
-            d.R[np.ix_(ports, ports)],
-        )
-        at_once = np.any(d.R[ports]) or np.any(d.R[:, ports])
-        if at_once and (combinations.contacts.count or motion.laws.switching):
+        R, ports = combinations.dynamics.R, law_ports[law_ports >= 0]
+        at_once = bool(np.any(R[ports]) or np.any(R[:, ports]))
+        alike = len(motion.laws.switching) in (0, motion.laws.count)
+        if at_once and (combinations.contacts.count or not alike):
             return None
-        return cls(combinations, motion, rows, columns, R if at_once else None)
+        return cls(combinations, motion, law_ports, at_once)
 
-    def add_to(self, A: Array, tau: Array, regimes: tuple[int, ...]) -> bool:
-        """What the laws add to the linear system (k, size, size) at phases (k,)."""
-        motion, d, P = self._motion, self._combinations.dynamics, len(self._rows)
-        r, scale, m = d.size, self._combinations.scale, motion.laws.n_memory
-        q, velocity = motion.law_arguments(tau)
-        slopes = motion.laws.slopes(q, velocity, self._memory(tau, regimes, q, velocity), regimes)
-        if self._R is not None:
-            if np.any(slopes[:, :P, P:]):
-                return False
-            K = slopes[:, :P, :P]
-            slopes[:, :P, :P] = K @ np.linalg.inv(np.eye(P) + self._R @ K)
-        by = np.concatenate(
-            [slopes[:, :, :P] @ self._rows, scale * (slopes[:, :, P : 2 * P] @ self._rows), slopes[:, :, 2 * P :]],
-            axis=2,
-        )
-        A[:, r : 2 * r, : 2 * r] -= self._columns @ by[:, :P, : 2 * r] / scale
+    def _residual(self) -> Array:
+        return np.asarray(self._ports.T @ self._combinations.dynamics.R @ self._ports)
+
+    def _given(self) -> Array:
+        """Rows (2 P + m, size) of motion and velocity at the ports without their forces, and of the memory."""
+        d, scale, m = self._combinations.dynamics, self._combinations.scale, self._motion.laws.n_memory
+        r, rows = d.size, self._ports.T @ d.rows
+        P, size = len(rows), 2 * d.size + self._nc + m
+        out = np.zeros((2 * P + m, size))
+        out[:P, :r], out[P : 2 * P, r : 2 * r], out[2 * P :, size - m :] = rows, scale * rows, np.eye(m)
+        return out
+
+    def _slopes(self, tau: Array, regimes: tuple[int, ...]) -> tuple[Array, ...] | None:
+        """Derivatives of motion, velocity, forces and rates of the memory by the coordinates; None: not known."""
+        laws, given, motion = self._motion.laws, self._given(), self._along(tau, regimes)
+        P = laws.n_ports
+        if self._at_once:
+            if not laws.switching and np.any(laws.slopes(*motion, regimes)[:, :P, P:]):
+                return None
+            return tuple(part @ given for part in slopes_behind(laws, self._residual(), *motion, regimes)[:4])
+        by = laws.slopes(*motion, regimes) @ given
+        still = np.broadcast_to(given, (len(tau), *given.shape))
+        return still[:, :P], still[:, P : 2 * P], by[:, :P], by[:, P:]
+
+    def add_to(self, A: Array, tau: Array, states: StateCodes) -> bool:
+        """What the laws add to the linear system (k, size, size) at phases (k,); False where it is not known."""
+        d, scale, m = self._combinations.dynamics, self._combinations.scale, self._motion.laws.n_memory
+        slopes = self._slopes(tau, states[self._nc :])
+        if slopes is None:
+            return False
+        _, _, force, rate = slopes
+        A[:, d.size : 2 * d.size] -= d.columns @ self._ports @ force / scale
         if m:
-            A[:, r : 2 * r, -m:] -= self._columns @ by[:, :P, 2 * r :] / scale
-            A[:, -m:, : 2 * r], A[:, -m:, -m:] = by[:, P:, : 2 * r], by[:, P:, 2 * r :]
+            A[:, -m:] += rate
         return True
+
+    def _along(self, tau: Array, regimes: tuple[int, ...]) -> tuple[Array, Array, Array]:
+        """Motion and velocity (k, P) and memory (k, m) at phases, in these regimes."""
+        q, velocity = self._motion.law_arguments(tau)
+        memory = self._memory(tau, regimes, q, velocity)
+        if self._at_once and self._motion.laws.switching:
+            told = self._behind(tau, regimes, memory)
+            return told.q, told.velocity, memory
+        return q, velocity, memory
+
+    def _behind(self, tau: Array, regimes: tuple[int, ...], memory: Array) -> Behind:
+        motion, h = self._motion, self._motion.harmonics
+        smooth, H = self._smooth + motion.law_rubbing, h.H_minus(tau)
+        velocity = motion.omega * (H @ h.derivative(smooth).T + motion.law_drift)
+        return motion_behind(motion.laws, self._residual(), H @ smooth.T, velocity, memory, regimes)
 
     def _memory(self, tau: Array, regimes: tuple[int, ...], q: Array, velocity: Array) -> Array:
         """What contacts remember at phases (k,), those whose law switches by their forces there: (k, m)."""
@@ -224,23 +257,42 @@ class LawsAlong:
                 out[:, own.memory] = own.regimes.memory_of(regimes[places.start + own.element], force, at)[:, 0].T
         return out
 
-    def reset(self, change: Change, tau: float, nc: int) -> tuple[IntArray, Array]:
-        """Rows of what a contact remembers, and the rows that give it from the coordinates just before a change."""
-        motion, d, scale = self._motion, self._combinations.dynamics, self._combinations.scale
-        number = change.contact - nc
-        own, m, r = motion.laws.switching[number], motion.laws.n_memory, d.size
-        q, velocity = motion.law_arguments(np.array([tau]))
-        regimes = [0] * len(motion.laws.switching)
-        regimes[number] = change.origin
-        at = own.at(q, velocity, self._memory(np.array([tau]), tuple(regimes), q, velocity))
-        slopes, p = own.regimes.reset_slopes(change.origin, change.state, at), len(own.ports)
-        size = 2 * r + self._combinations.contacts.count + m
-        out = np.zeros((len(own.memory), size))
-        out[:, :r] = slopes[:, :p] @ self._rows[own.ports]
-        out[:, r : 2 * r] = scale * (slopes[:, p : 2 * p] @ self._rows[own.ports])
-        rows = size - m + own.memory
-        out[:, rows] = slopes[:, 2 * p :]
-        return rows, out
+    def reset(self, change: Change, tau: float, states: StateCodes) -> tuple[IntArray, Array]:
+        """Rows of what contacts remember, and the rows that give it from the coordinates before a change.
+
+        ``states``: those before. It is what the contact remembers that changes its regime; where velocities jump, what
+        others do changes its rate, at an instant that the disturbance moves.
+        """
+        laws, at_once = self._motion.laws, self._at_once
+        number, before, phase = change.contact - self._nc, states[self._nc :], np.array([tau])
+        own, given = laws.switching[number], self._given()
+        size = given.shape[1]
+        motion, slopes = self._along(phase, before), self._slopes(phase, before)
+        assert slopes is not None
+        at = own.at(*motion)
+        by_own = np.concatenate(
+            [slopes[0][0, own.ports], slopes[1][0, own.ports], given[2 * laws.n_ports + own.memory]]
+        )
+        kept = own.regimes.reset_slopes(change.origin, change.state, at)
+        remembered = size - laws.n_memory + np.arange(laws.n_memory)
+        guard = own.regimes.jumping(change.origin, change.state) if at_once else None
+        if guard is None:
+            return remembered[own.memory], kept @ by_own
+        after = (*before[:number], change.state, *before[number + 1 :])
+        memory = motion[2].copy()
+        memory[:, own.memory] = own.regimes.reset(change.origin, change.state, at)[:, 0].T
+        rates = self._behind(phase, before, motion[2]).rates[0]
+        jump = self._behind(phase, after, memory).rates[0] - rates
+        # along the motion; accelerations do not matter where velocities jump
+        moving = np.concatenate([(motion[1] - laws.drift)[0, own.ports], np.zeros(len(own.ports)), rates[own.memory]])
+        jump[own.memory] += rates[own.memory] - kept @ moving
+        out = np.eye(size)[remembered]
+        out[own.memory] = kept @ by_own
+        margin = own.regimes.guard_slope(change.origin, guard, at)
+        slope = margin @ moving
+        if slope != 0.0:
+            out += np.outer(jump, margin @ by_own) / slope
+        return remembered, out
 
 
 _FEWEST_STEPS, _STEPS_PER_ORDER = 48, 3

@@ -29,6 +29,10 @@ from slipstick.errors import Fault, InputError
 from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array
 
+_SLIP = len(State)
+"""Slip of a contact that slides in a plane."""
+_STATES: dict[str, int] = {"separation": State.SEPARATION, "stick": State.STICK, "slip": _SLIP}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Checkpoint:
@@ -123,16 +127,18 @@ class LongRun:
                 step = round(item.tau / stepper.step)
                 if step != last and step % every == 0 and abs(item.tau - step * stepper.step) < 1e-9 * stepper.step:
                     times.append((base + item.tau) / system.omega)
-                    series.append(item.linear.motion[outputs] @ item.start)
+                    series.append(item.linear.motion[outputs] @ stepper.model.seen(item.linear, item.start[None])[0])
                     last = step
             yield PeriodDone(
                 values=self._values(period, sums, outputs, base),
                 times=np.array(times),
                 series=np.array(series).reshape(len(times), outputs.stop - outputs.start),
                 changes=tuple(
-                    ((base + c.tau) / system.omega, c.contact, int(c.before), int(c.after))
+                    ((base + c.tau) / system.omega, c.contact, before, after)
                     for c in sums.changes
                     if not self._one_of_several(c.contact)
+                    for before, after in [self._numbers(c)]
+                    if before != after
                 ),
                 checkpoint=Checkpoint(
                     period=period + 1, z=stepper.z.copy(), states=stepper.states, energy=Energy(**asdict(energy))
@@ -161,6 +167,14 @@ class LongRun:
     def _one_of_several(self, contact: int) -> bool:
         return contact < len(self._several) and bool(self._several[contact])
 
+    def _numbers(self, change: StateChange) -> tuple[int, int]:
+        """States before and after as ``CONTACT_STATES`` in ``slipstick.results.run_up`` has them."""
+        system = self.stepper.model.system
+        if change.contact < system.n_contacts:
+            return int(change.before), int(change.after)
+        names = system.laws.switching[change.contact - system.n_contacts].regimes.names
+        return _STATES[names[change.before]], _STATES[names[change.after]]
+
     def _values(self, period: int, sums: PeriodSums, outputs: slice, base: float) -> dict[str, Any]:
         stepper, system, end = self.stepper, self.stepper.model.system, self.time_of(period + 1)
         begin = self.time_of(period)
@@ -173,18 +187,28 @@ class LongRun:
         fractions[friction[self._several]] = np.nan
         for law, rows, *_ in system.laws.each:
             power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
+        slip = fractions[:, State.SLIP_PLUS] + fractions[:, State.SLIP_MINUS]
+        parts = {State.SEPARATION: fractions[:, State.SEPARATION], State.STICK: fractions[:, State.STICK], _SLIP: slip}
+        for own, time_in_regime in zip(system.laws.switching, sums.time_in_regime, strict=True):
+            for part in parts.values():
+                part[own.number] = 0.0
+            for name, share in zip(own.regimes.names, time_in_regime, strict=True):
+                parts[_STATES[name]][own.number] += share
         linear, z = stepper.model(stepper.states), stepper.z
-        rate = stepper.model.rate(linear, z[None])[0]
+        seen, size = stepper.model.seen(linear, z[None])[0], system.size
+        rate = np.zeros_like(seen)  # motion does not depend on rates of forces
+        rate[:size] = stepper.model.rate(linear, z[None])[0]
+        rate[size : (size + len(seen)) // 2] = seen[(size + len(seen)) // 2 :]
         return {
             "time": end,
             "omega": self.start + self.rate * 0.5 * (begin + end),
             "amplitude": 0.5 * (high - low), "mean": sums.mean, "highest": high, "lowest": low,
             "highest_time": (base + at_high) / system.omega, "lowest_time": (base + at_low) / system.omega,
-            "section_displacement": linear.motion[outputs] @ z,
+            "section_displacement": linear.motion[outputs] @ seen,
             "section_velocity": system.omega * linear.motion[outputs] @ rate,
             "dissipated_power": power,
-            "separation_fraction": fractions[:, State.SEPARATION], "stick_fraction": fractions[:, State.STICK],
-            "slip_fraction": fractions[:, State.SLIP_PLUS] + fractions[:, State.SLIP_MINUS],
+            "separation_fraction": parts[State.SEPARATION], "stick_fraction": parts[State.STICK],
+            "slip_fraction": parts[_SLIP],
             "energy_error": sums.energy.error(sums.stored()),
         }  # fmt: skip
 
