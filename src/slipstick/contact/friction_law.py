@@ -70,11 +70,13 @@ class FrictionLaw(Law):
         X, Y = motion.Q
         return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **values)
 
-    def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
+    @staticmethod
+    def forces_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Friction and normal force (n, k) at phases (k,): those of the states, with corners (THEORY.md (3.1))."""
         from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
 
         h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
+        values = {name: values[name] for name in ("kt", "mu", "kn", "gap")}
         intervals = element_intervals(h, X, Y, v=v, **values)
         H = h.H_minus(tau)
         normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)

@@ -13,11 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.analysis.stability.refined_motion import SmoothMotion
-from slipstick.analysis.stability.state_sequence import Change, StateInterval, StickStarts, Timeline
+from slipstick.analysis.stability.state_sequence import Change, StateInterval, StickStarts, Timeline, slope_at
 from slipstick.analysis.stability.switched_system import Combinations, StateCodes
-from slipstick.analysis.time_domain.law_in_time import LawsInTime
-from slipstick.analysis.time_domain.static_residual import Behind, motion_behind, slopes_behind
-from slipstick.contact.kernel.tuples import STICK
+from slipstick.analysis.time_domain.law_in_time import LawsInTime, RegimeNumbers
+from slipstick.analysis.time_domain.static_residual import Behind, force_rate, motion_behind, slopes_behind
+from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
+from slipstick.contact.law import Motion
 from slipstick.trig.basis import TWO_PI
 from slipstick.trig.compiled import compiled
 from slipstick.typing import Array, ComplexArray, IntArray
@@ -130,6 +132,9 @@ def monodromy_with_laws(
         if change is not None and change.contact >= nc:
             rows, map_of = laws_along.reset(change, begin, interval.states)
             Phi[rows] = map_of @ Phi
+        elif change is not None and laws_along.at_once:
+            rows, map_of = laws_along.friction_begins(change, begin, interval.states, starts)
+            Phi[rows] = map_of @ Phi
         elif change is not None:
             target, row = _start(replace(interval, states=friction), starts)
             Phi[2 * r + target] = 0.0 if row is None else row @ Phi[: 2 * r + n]
@@ -171,75 +176,121 @@ class LawsAlong:
     """
 
     def __init__(self, combinations: Combinations, motion: SmoothMotion, law_ports: IntArray, at_once: bool) -> None:
-        self._combinations, self._motion, self._at_once = combinations, motion, at_once
-        d, nc, there = combinations.dynamics, combinations.contacts.count, law_ports >= 0
-        self._ports = np.zeros((len(d.R), len(law_ports)))
+        self._combinations, self._motion, self.at_once = combinations, motion, at_once
+        d, c, there = combinations.dynamics, combinations.contacts, law_ports >= 0
+        self._nc, self._ports = c.count, np.zeros((len(d.R), len(law_ports)))
         """Places of their ports among all."""
         self._ports[law_ports[there], there] = 1.0
-        self._nc = nc
-        self._smooth = motion.law_motion - motion.law_rubbing + self._ports.T @ d.R @ self._ports @ motion.law_force
-        """Motion of the modes and by the loads at the ports."""
+        shape = (len(d.R), motion.harmonics.size)
+        self._moved, self._rubbing, force = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        """Motion of the structure at all ports, and that of the opposing surfaces."""
+        each = [(c.tangential, motion.X, motion.rubbing[0], motion.force[0])]
+        each += [(c.normal, motion.Y, motion.rubbing[1], motion.force[1])]
+        each += [(law_ports, motion.law_motion, motion.law_rubbing, motion.law_force)]
+        for ports, total, rubbing, pushed in each:
+            own = ports >= 0
+            self._moved[ports[own]], self._rubbing[ports[own]] = (total - rubbing)[own], rubbing[own]
+            np.add.at(force, ports[own], pushed[own])
+        self._smooth = self._moved + d.R @ force
+        """What of it the modes and the loads make."""
 
     @classmethod
     def of(cls, combinations: Combinations, motion: SmoothMotion, law_ports: IntArray) -> LawsAlong | None:
         """None where the structure answers their forces at once and what comes of that is not known."""
-        R, ports = combinations.dynamics.R, law_ports[law_ports >= 0]
+        R, ports, switching = combinations.dynamics.R, law_ports[law_ports >= 0], len(motion.laws.switching)
         at_once = bool(np.any(R[ports]) or np.any(R[:, ports]))
-        alike = len(motion.laws.switching) in (0, motion.laws.count)
-        if at_once and (combinations.contacts.count or not alike):
+        if at_once and switching < motion.laws.count and (switching or combinations.contacts.count):
             return None
         return cls(combinations, motion, law_ports, at_once)
 
-    def _residual(self) -> Array:
-        return np.asarray(self._ports.T @ self._combinations.dynamics.R @ self._ports)
+    def _answered(self, states: StateCodes) -> tuple[Array, Array]:
+        """``B`` (n_ports, P): all ports move by ``-B F`` at once; its rows at the ports of the laws."""
+        piece = self._combinations(states[: self._nc])
+        B = piece.relative @ self._combinations.dynamics.R @ self._ports
+        return B, self._ports.T @ B
 
-    def _given(self) -> Array:
+    def _given(self, states: StateCodes) -> Array:
         """Rows (2 P + m, size) of motion and velocity at the ports without their forces, and of the memory."""
-        d, scale, m = self._combinations.dynamics, self._combinations.scale, self._motion.laws.n_memory
-        r, rows = d.size, self._ports.T @ d.rows
-        P, size = len(rows), 2 * d.size + self._nc + m
-        out = np.zeros((2 * P + m, size))
-        out[:P, :r], out[P : 2 * P, r : 2 * r], out[2 * P :, size - m :] = rows, scale * rows, np.eye(m)
+        combinations, m = self._combinations, self._motion.laws.n_memory
+        r, rows = combinations.dynamics.size, self._ports.T @ combinations(states[: self._nc]).motion
+        P, free = rows.shape
+        out = np.zeros((2 * P + m, free + m))
+        out[:P, :free], out[P : 2 * P, r : 2 * r], out[2 * P :, free:] = (
+            rows,
+            combinations.scale * rows[:, :r],
+            np.eye(m),
+        )
         return out
 
-    def _slopes(self, tau: Array, regimes: tuple[int, ...]) -> tuple[Array, ...] | None:
+    def _slopes(self, tau: Array, states: StateCodes) -> tuple[Array, ...] | None:
         """Derivatives of motion, velocity, forces and rates of the memory by the coordinates; None: not known."""
-        laws, given, motion = self._motion.laws, self._given(), self._along(tau, regimes)
+        laws, given, motion, regimes = (
+            self._motion.laws,
+            self._given(states),
+            self._along(tau, states),
+            self._of(states),
+        )
         P = laws.n_ports
-        if self._at_once:
+        if self.at_once:
             if not laws.switching and np.any(laws.slopes(*motion, regimes)[:, :P, P:]):
                 return None
-            return tuple(part @ given for part in slopes_behind(laws, self._residual(), *motion, regimes)[:4])
+            return tuple(part @ given for part in slopes_behind(laws, self._answered(states)[1], *motion, regimes)[:4])
         by = laws.slopes(*motion, regimes) @ given
         still = np.broadcast_to(given, (len(tau), *given.shape))
         return still[:, :P], still[:, P : 2 * P], by[:, :P], by[:, P:]
 
+    def _of(self, states: StateCodes) -> RegimeNumbers:
+        return tuple(states[self._nc :])
+
     def add_to(self, A: Array, tau: Array, states: StateCodes) -> bool:
         """What the laws add to the linear system (k, size, size) at phases (k,); False where it is not known."""
         d, scale, m = self._combinations.dynamics, self._combinations.scale, self._motion.laws.n_memory
-        slopes = self._slopes(tau, states[self._nc :])
+        slopes = self._slopes(tau, states)
         if slopes is None:
             return False
         _, _, force, rate = slopes
-        A[:, d.size : 2 * d.size] -= d.columns @ self._ports @ force / scale
+        columns = d.columns @ (self._ports - self._combinations(states[: self._nc]).D @ self._answered(states)[0])
+        A[:, d.size : 2 * d.size] -= columns @ force / scale
         if m:
             A[:, -m:] += rate
         return True
 
-    def _along(self, tau: Array, regimes: tuple[int, ...]) -> tuple[Array, Array, Array]:
-        """Motion and velocity (k, P) and memory (k, m) at phases, in these regimes."""
+    def _along(self, tau: Array, states: StateCodes) -> tuple[Array, Array, Array]:
+        """Motion and velocity (k, P) and memory (k, m) at phases, in these states."""
         q, velocity = self._motion.law_arguments(tau)
-        memory = self._memory(tau, regimes, q, velocity)
-        if self._at_once and self._motion.laws.switching:
-            told = self._behind(tau, regimes, memory)
+        memory = self._memory(tau, self._of(states), q, velocity)
+        if self.at_once and self._motion.laws.switching:
+            told = self._behind(tau, states, memory)
             return told.q, told.velocity, memory
         return q, velocity, memory
 
-    def _behind(self, tau: Array, regimes: tuple[int, ...], memory: Array) -> Behind:
-        motion, h = self._motion, self._motion.harmonics
-        smooth, H = self._smooth + motion.law_rubbing, h.H_minus(tau)
-        velocity = motion.omega * (H @ h.derivative(smooth).T + motion.law_drift)
-        return motion_behind(motion.laws, self._residual(), H @ smooth.T, velocity, memory, regimes)
+    def _behind(self, tau: Array, states: StateCodes, memory: Array) -> Behind:
+        motion, H = self._motion, self._motion.harmonics.H_minus(tau)
+        relative = self._ports.T @ self._combinations(states[: self._nc]).relative
+        moved, rate = self._without_laws(tau, states)
+        drift, slope = motion.law_drift, motion.harmonics.derivative(motion.law_rubbing)
+        q0, v0 = moved @ relative.T + H @ motion.law_rubbing.T, motion.omega * (rate @ relative.T + H @ slope.T + drift)
+        return motion_behind(motion.laws, self._answered(states)[1], q0, v0, memory, self._of(states))
+
+    def _without_laws(self, tau: Array, states: StateCodes) -> tuple[Array, Array]:
+        """``s + R D s`` (k, n_ports) of the ports' motion without forces of other laws, and its derivative by phase.
+
+        Friction contacts answer by ``D s`` and what they hold beside that.
+        """
+        motion, c, h = self._motion, self._combinations.contacts, self._motion.harmonics
+        H, R, piece = h.H_minus(tau), self._combinations.dynamics.R, self._combinations(states[: self._nc])
+        moved, rate = H @ self._smooth.T, H @ h.derivative(self._smooth).T
+        if not self._nc:
+            return moved, rate
+        v = motion.values["v"]
+        own = Motion(h, motion.omega, (motion.X, motion.Y), np.stack([v, np.zeros_like(v)]))
+        held = -(H @ self._moved.T) @ piece.D.T
+        for ports, force in zip(
+            (c.tangential, c.normal), FrictionLaw.forces_in_time(own, motion.values, tau), strict=True
+        ):
+            np.add.at(held.T, ports[ports >= 0], force[ports >= 0])
+        held_rate = H @ h.derivative(self._rubbing).T @ piece.D.T + piece.E @ (c.kt * v)
+        return moved - held @ R.T, rate - held_rate @ R.T
 
     def _memory(self, tau: Array, regimes: tuple[int, ...], q: Array, velocity: Array) -> Array:
         """What contacts remember at phases (k,), those whose law switches by their forces there: (k, m)."""
@@ -263,29 +314,26 @@ class LawsAlong:
         ``states``: those before. It is what the contact remembers that changes its regime; where velocities jump, what
         others do changes its rate, at an instant that the disturbance moves.
         """
-        laws, at_once = self._motion.laws, self._at_once
-        number, before, phase = change.contact - self._nc, states[self._nc :], np.array([tau])
-        own, given = laws.switching[number], self._given()
-        size = given.shape[1]
-        motion, slopes = self._along(phase, before), self._slopes(phase, before)
+        laws, given = self._motion.laws, self._given(states)
+        number, phase = change.contact - self._nc, np.array([tau])
+        own, size = laws.switching[number], given.shape[1]
+        motion, slopes = self._along(phase, states), self._slopes(phase, states)
         assert slopes is not None
         at = own.at(*motion)
-        by_own = np.concatenate(
-            [slopes[0][0, own.ports], slopes[1][0, own.ports], given[2 * laws.n_ports + own.memory]]
-        )
+        moved, speed = (part[0, own.ports] for part in slopes[:2])
+        by_own = np.concatenate([moved, speed, given[2 * laws.n_ports + own.memory]])
         kept = own.regimes.reset_slopes(change.origin, change.state, at)
         remembered = size - laws.n_memory + np.arange(laws.n_memory)
-        guard = own.regimes.jumping(change.origin, change.state) if at_once else None
+        guard = own.regimes.jumping(change.origin, change.state) if self.at_once else None
         if guard is None:
             return remembered[own.memory], kept @ by_own
-        after = (*before[:number], change.state, *before[number + 1 :])
         memory = motion[2].copy()
         memory[:, own.memory] = own.regimes.reset(change.origin, change.state, at)[:, 0].T
-        rates = self._behind(phase, before, motion[2]).rates[0]
-        jump = self._behind(phase, after, memory).rates[0] - rates
+        rates, jump = self._jump(change, phase, states, motion[2], memory)
         # along the motion; accelerations do not matter where velocities jump
         moving = np.concatenate([(motion[1] - laws.drift)[0, own.ports], np.zeros(len(own.ports)), rates[own.memory]])
-        jump[own.memory] += rates[own.memory] - kept @ moving
+        begins = 0 in (own.regimes.memory_used[change.origin], own.regimes.memory_used[change.state])
+        jump[own.memory] = 0.0 if begins else jump[own.memory] + rates[own.memory] - kept @ moving
         out = np.eye(size)[remembered]
         out[own.memory] = kept @ by_own
         margin = own.regimes.guard_slope(change.origin, guard, at)
@@ -293,6 +341,51 @@ class LawsAlong:
         if slope != 0.0:
             out += np.outer(jump, margin @ by_own) / slope
         return remembered, out
+
+    def _jump(
+        self, change: Change, phase: Array, states: StateCodes, before: Array, after: Array
+    ) -> tuple[Array, Array]:
+        """Rates of the memory (m,) before a change and how they jump there, with the memory before and after."""
+        next_states = (*states[: change.contact], change.state, *states[change.contact + 1 :])
+        rates = self._behind(phase, states, before).rates[0]
+        return rates, self._behind(phase, next_states, after).rates[0] - rates
+
+    def friction_begins(
+        self, change: Change, tau: float, states: StateCodes, starts: StickStarts
+    ) -> tuple[IntArray, Array]:
+        """The same where a friction contact changes its state: its own memory, and that of the laws."""
+        motion, c, i, phase = self._motion, self._combinations.contacts, change.contact, np.array([tau])
+        laws, r, piece = motion.laws, self._combinations.dynamics.size, self._combinations(states[: self._nc])
+        given, slopes, along = self._given(states), self._slopes(phase, states), self._along(phase, states)
+        assert slopes is not None
+        B, size = self._answered(states)[0], given.shape[1]
+        moved = -B @ slopes[2][0]
+        moved[:, : piece.motion.shape[1]] += piece.motion
+        told = self._behind(phase, states, along[2])
+        pushed = force_rate(laws, told.q, told.velocity, along[2], self._of(states), told.rates)[0] / motion.omega
+        u = motion.harmonics.H_minus(phase) @ motion.harmonics.derivative(self._rubbing).T
+        rates = self._without_laws(phase, states)[1][0] @ piece.relative.T - B @ pushed + u[0]
+        x, y = c.tangential[i], c.normal[i]
+        sliding = (rates[x] if x >= 0 else 0.0) + float(motion.values["v"][i])
+        closing = rates[y] if y >= 0 else float(motion.Y[i] @ slope_at(motion.harmonics.m, tau))
+        remembered = size - laws.n_memory + np.arange(laws.n_memory)
+        out = np.eye(size)[[2 * r + i, *remembered]]
+        out[0] = starts.row(change, states[: self._nc], moved, (sliding, closing)) if change.state == STICK else 0.0
+        margin, slope = np.zeros(size), 0.0
+        if y >= 0:
+            margin, slope = moved[y], closing
+        if SEPARATION not in (change.origin, change.state):
+            way = 1.0 if change.state == SLIP_PLUS else -1.0
+            limit = float(c.mu[i] * c.kn[i])
+            margin, slope = limit * margin, limit * closing - way * float(c.kt[i]) * sliding
+            if x >= 0:
+                margin = margin - way * c.kt[i] * moved[x]
+                margin[2 * r + i] -= way
+        if change.state != STICK or change.origin == SEPARATION:  # where slip ends, nothing jumps
+            jump = self._jump(change, phase, states, along[2], along[2])[1]
+            if slope != 0.0:
+                out[1:] += np.outer(jump, margin) / (motion.omega * slope)
+        return np.array([2 * r + i, *remembered]), out
 
 
 _FEWEST_STEPS, _STEPS_PER_ORDER = 48, 3
