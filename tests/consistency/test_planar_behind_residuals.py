@@ -9,8 +9,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.floquet import distance
+from test_planar_stability_in_time import Shot, multipliers
 
 import slipstick as ss
+from slipstick.analysis.time_domain.event_integrator import Stepper
+from slipstick.analysis.time_domain.initial_state import start_at_rest
+from slipstick.analysis.time_domain.piecewise import PiecewiseLinear
+from slipstick.analysis.time_domain.piecewise_model import friction_system
+from slipstick.analysis.time_domain.shooting import one_period
 from slipstick.typing import Array
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -80,3 +87,92 @@ def test_along_a_line_it_is_the_contact_of_one_direction(gap: float, v: float) -
     shares = one.fractions.copy()
     shares[:, 2:] = shares[:, 2:].sum(), 0.0
     np.testing.assert_allclose(two.fractions, shares, atol=1e-6)
+
+
+@pytest.mark.verify
+def test_points_of_a_balance_and_their_multipliers() -> None:
+    """Slip all the time, slip and separation, and stick: in time, by pieces, and by the period map."""
+    for gap, v in ((-1.5, (1.0, 2.0)), (-0.3, (1.0, 2.0)), (-1.5, (0.0, 0.0))):
+        asked = problem(structure(), gap=gap, v=v)
+        branch = ss.steady_response(asked, omega=6.0, stability=True)
+        assert branch.check_in_time(0).relative_difference < 1e-3  # 10 harmonics are kept
+        assert branch.dataset["stability_method"].to_numpy()[0] == "PW"
+        shot = Shot(asked, 6.0, branch)
+        assert shot.change < 1e-10
+        assert distance(multipliers(branch), np.linalg.eigvals(shot.map)) < 1e-3
+
+
+def test_the_period_map_has_the_jumps_of_velocities() -> None:
+    """From rest: stick, slip, separation and back, differenced."""
+    stepper = Stepper(PiecewiseLinear(friction_system(problem(structure(), gap=-0.3, load=20.0, across=12.0), 6.0)))
+    z, states = start_at_rest(stepper)
+    Phi = one_period(stepper, z, states, True)
+    assert Phi is not None
+    after = stepper.states
+    kept, rows = stepper.model.system.unknowns(states), stepper.model.system.unknowns(after)
+    step = 1e-6 * np.abs(stepper.z[:6]).max()
+    for column in (0, 4):
+        ends = []
+        for way in (step, -step):
+            moved = z.copy()
+            moved[kept[column]] += way
+            one_period(stepper, moved, states, False)
+            ends.append(stepper.z)
+        slope = stepper.difference(ends[1], ends[0], after)[rows] / (2.0 * step)
+        np.testing.assert_allclose(Phi[rows, kept[column]], slope, atol=1e-5 * np.abs(Phi[rows]).max())
+
+
+def test_long_runs_know_it() -> None:
+    """Of a structure with a residual: shares of states, dissipated power, section, balance of energy."""
+    asked = problem(structure(damping=0.2), gap=-0.3, v=(1.0, 2.0))
+    run, end = ss.runs.run_up(asked, 6.0, periods=12).dataset, ss.transient(asked, 6.0, method="march", periods=11)
+    last = {name: run[name].to_numpy()[-1] for name in run.data_vars if run[name].dims[:1] == ("period",)}
+    shares = [last[f"{state}_fraction"][0] for state in ("separation", "stick", "slip")]
+    np.testing.assert_allclose(shares, end.fractions[0, :3], atol=1e-6)
+    np.testing.assert_allclose(last["dissipated_power"], end.power, rtol=1e-6)
+    np.testing.assert_allclose(last["section_displacement"], end.displacement[0], atol=1e-6)
+    assert last["energy_error"] < 1e-9
+    assert {"separation", "slip"} <= set(run["change_after"].to_numpy().tolist())
+
+
+def beside(law: type) -> ss.Problem:
+    """A contact in a plane beside one along a line, on a structure that couples them at once."""
+    rng = np.random.default_rng(5)
+    omega, shapes = np.array([5.0, 7.0, 9.0, 6.5]), rng.normal(size=(5, 4)) * 0.6 + np.eye(5)[:, :4]
+    root = rng.normal(size=(5, 5))
+    static = shapes @ np.diag(1.0 / omega**2) @ shapes.T + 0.02 * (root @ root.T / 5 + 0.4 * np.eye(5))
+    body = ss.ModalStructure(
+        omega=omega, mode_shapes=shapes, dofs=list("xyzwu"), damping_ratio=0.05, static_compliance=static
+    )
+    pairs = [
+        ss.ContactPair(
+            name="foot", contact=ss.PlanarFrictionContact(kt=30.0, mu=0.4, kn=20.0, gap=-0.5), tangential=("x", "y"),
+            normal="z", rubbing=ss.RubbingMotion(velocity=(1.0, 2.0)),
+        ),
+        ss.ContactPair(name="pad", contact=law(kt=25.0, mu=0.5, kn=15.0, gap=-0.4), tangential="w", normal="u"),
+    ]  # fmt: skip
+    loads = [
+        ss.Load(dof="x", sin=20.0), ss.Load(dof="y", cos=14.0), ss.Load(dof="z", cos=8.0), ss.Load(dof="w", cos=20.0),
+        ss.Load(dof="u", sin=8.0),
+    ]  # fmt: skip
+    return ss.Problem(body, contacts=pairs, loads=loads, harmonics=range(11))
+
+
+def test_beside_contacts_of_one_direction() -> None:
+    """That one may as well be a contact in a plane without the other direction."""
+    one, two = (
+        ss.transient(beside(law), 6.0, method="march", periods=1)
+        for law in (ss.FrictionContact, ss.PlanarFrictionContact)
+    )
+    np.testing.assert_allclose(one.coefficients, two.coefficients, atol=1e-8)
+    np.testing.assert_allclose(one.power, two.power, rtol=1e-8)
+    assert np.all(one.fractions[1] > 0.05)  # separation, stick, slip one way and the other
+
+
+@pytest.mark.verify
+def test_multipliers_beside_contacts_of_one_direction() -> None:
+    one, two = (
+        ss.steady_response(beside(law), omega=6.0, stability=True)
+        for law in (ss.FrictionContact, ss.PlanarFrictionContact)
+    )
+    assert distance(multipliers(one), multipliers(two)) < 1e-4

@@ -117,8 +117,6 @@ class StabilityWatch:
         if motion.laws.remembers_smoothly:
             return self._shot(x, motion, known, detail)
         line, fine = self._pieces(motion, known, detail.omega)
-        if fine is None and motion.laws:
-            return self._by_orbit(detail, motion, line, known)
         if fine is None or not fine.sound:
             multipliers = NO_MULTIPLIERS if fine is None else self.judged(fine.multipliers)
             method = "" if fine is None else PIECES
@@ -161,10 +159,6 @@ class StabilityWatch:
                 multipliers=multipliers, unstable=unstable(multipliers) if settled else UNKNOWN, method=PIECES,
                 neutral=0, error=float(doubts.max(initial=0.0)),
             )  # fmt: skip
-        return self._by_orbit(detail, motion, line, known)
-
-    def _by_orbit(self, detail: Detail, motion: SmoothMotion, line: Timeline, known: Combinations) -> PointStability:
-        """That of the motion in time beside this one alone."""
         reach = self._within_reach(detail, motion, known.dynamics, known.contacts)
         orbit = self._orbit(detail, motion, line, known) if reach else None
         if orbit is None:

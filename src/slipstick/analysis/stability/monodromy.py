@@ -95,7 +95,8 @@ def monodromy_with_laws(
 
     They remember nothing, or their laws switch: then what they remember is among the coordinates too. Each interval is
     taken in steps of the sixth-order Magnus method [Blanes, Casas, Oteo, Ros, Physics Reports 470 (2009) 151,
-    section 5.4]. None where velocities jump because the structure answers forces at once.
+    section 5.4]. None where the structure answers forces at once of laws that do not switch, unless these are springs
+    and act alone.
     """
     d, omega, laws, nc = combinations.dynamics, motion.omega, motion.laws, combinations.contacts.count
     laws_along = LawsAlong.of(combinations, motion, law_ports)
