@@ -372,7 +372,7 @@ class Stepper:
         size = float(np.maximum(self._magnitude(linear) @ np.abs(seen), 1e-300)[:, index].sum())
         return StateChange(
             tau=tau, contact=j, before=before, after=after, z=z, linear=linear,
-            margin=linear.margins[index] @ self.model.seen_slopes(linear, z),
+            margin=self.model.by_state(linear, linear.margins[index], z),
             value=float(linear.margins[index] @ seen) / size,
             rate=self.model.rate(linear, z[None])[0], states=self.states,
         )  # fmt: skip
@@ -459,7 +459,7 @@ def spring_memory(model: PiecewiseLinear, states: Combination, contact: int, z: 
     trial = z.copy()
     trial[e] = 0.0
     without = float(linear.fx[contact] @ model.seen(linear, trial[None])[0])
-    return (force - without) / float(linear.fx[contact] @ model.seen_slopes(linear, trial)[:, e])
+    return (force - without) / float(model.by_state(linear, linear.fx[contact], trial)[e])
 
 
 def _collocation() -> tuple[Array, Array, Array]:

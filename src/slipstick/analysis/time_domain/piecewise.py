@@ -328,13 +328,13 @@ class PiecewiseLinear:
         rate = force_rate(self.system.laws, told.q, told.velocity, memory, linear.regimes, told.rates)
         return np.hstack([z, told.forces, rate / self.system.omega])
 
-    def seen_slopes(self, linear: LinearPiece, z: Array) -> Array:
-        """Its derivatives by z at one state (size,), (..., size)."""
-        one = np.eye(self.system.size)
+    def by_state(self, linear: LinearPiece, rows: Array, z: Array) -> Array:
+        """Derivatives by z at one state (size,) of what rows of a piece tell, (..., size)."""
         if not linear.sees_forces:
-            return one
+            return rows
         *_, force, _, rate = self.law_slopes(linear, z[None])
-        return np.concatenate([one, force[0], rate[0] / self.system.omega])
+        slopes = np.concatenate([np.eye(self.system.size), force[0], rate[0] / self.system.omega])
+        return np.asarray(rows @ slopes, dtype=float)
 
     def __call__(self, states: Combination) -> LinearPiece:
         """The linear system of a combination."""
@@ -354,9 +354,11 @@ class PiecewiseLinear:
             A = self.rate_slopes(piece, nothing)[0]
             A[:, one] += self.rate(piece, nothing)[0]
             if piece.sees_forces:
-                seen = self.seen_slopes(piece, nothing[0])
-                seen[:, one] += self.seen(piece, nothing)[0]
-                parts = {name: getattr(piece, name) @ seen for name in ("motion", "fx", "fy", "rate", "margins")}
+                constant, parts = self.seen(piece, nothing)[0], {}
+                for name in ("motion", "fx", "fy", "rate", "margins"):
+                    rows = getattr(piece, name)
+                    parts[name] = self.by_state(piece, rows, nothing[0])
+                    parts[name][:, one] += rows @ constant
                 piece = replace(piece, **parts)
             piece.A, piece.smooth = A, False
         return piece

@@ -80,7 +80,7 @@ def _friction_begins(stepper: Stepper, item: StateChange, z: Array) -> tuple[Arr
         force = linear.fx[item.contact] @ model.seen(linear, item.z[None])[0]
         z[e] = spring_memory(model, item.states, item.contact, z, float(force))
         before, law = (
-            piece.fx[item.contact] @ model.seen_slopes(piece, at) for piece, at in ((linear, item.z), (after, z))
+            model.by_state(piece, piece.fx[item.contact], at) for piece, at in ((linear, item.z), (after, z))
         )
         kept[0] = (before - law) / law[e]
         kept[0, e] = before[e] / law[e]
