@@ -18,6 +18,8 @@ from slipstick.analysis.time_domain.initial_state import start_at_rest
 from slipstick.analysis.time_domain.piecewise import PiecewiseLinear
 from slipstick.analysis.time_domain.piecewise_model import friction_system
 from slipstick.analysis.time_domain.shooting import one_period
+from slipstick.fem.box import box
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.typing import Array
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -176,3 +178,22 @@ def test_multipliers_beside_contacts_of_one_direction() -> None:
         for law in (ss.FrictionContact, ss.PlanarFrictionContact)
     )
     assert distance(multipliers(one), multipliers(two)) < 1e-4
+
+
+def test_reduced_bodies_are_known_in_time() -> None:
+    """Two points of a surface of a finite element body: check in time and multipliers."""
+    mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (4, 2, 1), "hex20"))
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    model = assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"])
+    body = ss.reduced_body(model, surface="y1", contacts=2, modes=4)
+    law = ss.PlanarFrictionContact(kt=4e5, mu=0.4, kn=3e5, normal_load=6.0)
+    pairs = ss.surface_contacts(body, "a", contact=law, direction=(1.0, 0.0, 0.0), normal=True)
+    loads = [ss.Load(dof="c2z", cos=3.0), ss.Load(dof="c2x", sin=30.0), ss.Load(dof="c2y", sin=2.0)]
+    omega = 1.02 * float(body.structure.natural_frequencies[0])
+    asked = ss.Problem(body.structure, contacts=pairs, loads=loads, harmonics=range(6))
+    branch = ss.steady_response(asked, omega=omega, stability=True)
+    assert branch.dataset["stability_method"].to_numpy()[0] == "PW"
+    assert int(branch.dataset["stable"][0]) == 1
+    check = branch.check_in_time(0)
+    assert check.converged
+    assert check.relative_difference < 0.01  # 5 harmonics are kept

@@ -17,7 +17,7 @@ from slipstick.analysis.stability.state_sequence import Change, StateInterval, S
 from slipstick.analysis.stability.switched_system import Combinations, StateCodes
 from slipstick.analysis.time_domain.law_in_time import LawsInTime, RegimeNumbers
 from slipstick.analysis.time_domain.static_residual import Behind, force_rate, motion_behind, slopes_behind
-from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.friction_law import friction_in_time
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.contact.law import Motion
 from slipstick.trig.basis import TWO_PI
@@ -286,9 +286,7 @@ class LawsAlong:
         v = motion.values["v"]
         own = Motion(h, motion.omega, (motion.X, motion.Y), np.stack([v, np.zeros_like(v)]))
         held = -(H @ self._moved.T) @ piece.D.T
-        for ports, force in zip(
-            (c.tangential, c.normal), FrictionLaw.forces_in_time(own, motion.values, tau), strict=True
-        ):
+        for ports, force in zip((c.tangential, c.normal), friction_in_time(own, motion.values, tau), strict=True):
             np.add.at(held.T, ports[ports >= 0], force[ports >= 0])
         held_rate = H @ h.derivative(self._rubbing).T @ piece.D.T + piece.E @ (c.kt * v)
         return moved - held @ R.T, rate - held_rate @ R.T
