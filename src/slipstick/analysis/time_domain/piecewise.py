@@ -359,7 +359,8 @@ class PiecewiseLinear:
                     rows = getattr(piece, name)
                     parts[name] = self.by_state(piece, rows, nothing[0])
                     parts[name][:, one] += rows @ constant
-                piece = replace(piece, **parts)
+                for name, rows in parts.items():
+                    setattr(piece, name, rows)
             piece.A, piece.smooth = A, False
         return piece
 
