@@ -76,7 +76,8 @@ def test_it_is_what_stiff_modes_tend_to(gap: float, v: tuple[float, float]) -> N
         off.append([np.abs(getattr(near, of) - getattr(exact, of)).max() for of in ("amplitude", "mean", "power")])
     ratio = np.array(off[0]) / off[1]
     assert np.all((ratio > 3.3) & (ratio < 5.0)), ratio  # the square of two
-    assert np.all(np.array(off[1]) < [0.002, 2e-4, 0.05]), off
+    size = exact.amplitude.max()
+    assert np.all(np.array(off[1]) < 1e-3 * np.array([size, size, exact.power[0]])), off
 
 
 def straight(law: type, gap: float, v: float) -> ss.Problem:
@@ -196,23 +197,23 @@ def test_multipliers_beside_contacts_of_one_direction() -> None:
     assert distance(multipliers(one), multipliers(two)) < 1e-4
 
 
+@pytest.mark.verify
 def test_reduced_bodies_are_known_in_time() -> None:
-    """Two points of a surface of a finite element body: check in time and multipliers."""
+    """Two points of a surface of a finite element body, one slips: check in time over two periods and multipliers."""
     mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (4, 2, 1), "hex20"))
     steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
     model = assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"])
     body = ss.reduced_body(model, surface="y1", contacts=2, modes=4)
     law = ss.PlanarFrictionContact(kt=4e5, mu=0.4, kn=3e5, normal_load=6.0)
     pairs = ss.surface_contacts(body, "a", contact=law, direction=(1.0, 0.0, 0.0), normal=True)
-    loads = [ss.Load(dof="c2z", cos=3.0), ss.Load(dof="c2x", sin=30.0), ss.Load(dof="c2y", sin=2.0)]
-    omega = 1.02 * float(body.structure.natural_frequencies[0])
+    loads = [ss.Load(dof="c2z", cos=3.7), ss.Load(dof="c2x", sin=40.0), ss.Load(dof="c2y", sin=1.0)]
+    omega = 0.6 * float(body.structure.natural_frequencies[0])
     asked = ss.Problem(body.structure, contacts=pairs, loads=loads, harmonics=range(6))
     branch = ss.steady_response(asked, omega=omega, stability=True)
     assert branch.dataset["stability_method"].to_numpy()[0] == "PW"
     assert int(branch.dataset["stable"][0]) == 1
-    check = branch.check_in_time(0)
-    assert check.converged
-    assert check.relative_difference < 0.01  # 5 harmonics are kept
+    assert branch.dataset["slip_fraction"].to_numpy()[0, 1] > 0.5
+    assert branch.check_in_time(0, method="march", periods=1).relative_difference < 0.01  # 5 harmonics are kept
 
 
 @pytest.mark.parametrize("law", [ss.FrictionContact, pytest.param(ss.PlanarFrictionContact, marks=pytest.mark.verify)])
