@@ -272,19 +272,3 @@ def test_limit_cycles_that_move_across_close_in_time() -> None:
     assert requested.size
     for point in requested.tolist():
         assert branch.check_in_time(point).relative_difference < 1e-3
-
-
-def test_a_structure_that_answers_forces_at_once_is_refused_by_name() -> None:
-    modes = ss.ModalStructure(
-        omega=[6.0, 8.0], mode_shapes=np.eye(2), dofs=["x", "y"], damping_ratio=0.02,
-        static_compliance=np.diag([1.0 / 36.0, 1.0 / 64.0]) + 0.001 * np.eye(2),
-    )  # fmt: skip
-    contact = ss.PlanarFrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    problem = ss.Problem(
-        modes, contacts=ss.ContactPair(name="foot", contact=contact, tangential=("x", "y")),
-        loads=ss.Load(dof="x", cos=50.0), harmonics=[0, 1, 3],
-    )  # fmt: skip
-    with pytest.raises(ss.InputError, match="'foot' slides in a plane, and the structure has a static residual"):
-        ss.steady_response(problem, omega=5.0, stability=True)
-    with pytest.raises(ss.InputError, match="static residual"):
-        ss.transient(problem, 5.0)

@@ -13,6 +13,8 @@ from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Respons
 from slipstick.typing import Array, Numbers
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
+EDGE = 1e-12
+"""Phase (rad) by which intervals reach over their ends: a phase between two is in one of them."""
 LARGEST_FRICTION = 2.0
 """A friction coefficient above it is more than dry surfaces reach."""
 
@@ -72,21 +74,7 @@ class FrictionLaw(Law):
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Friction and normal force (n, k) at phases (k,): those of the states, with corners (THEORY.md (3.1))."""
-        from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
-
-        h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
-        intervals = element_intervals(h, X, Y, v=v, **values)
-        H = h.H_minus(tau)
-        normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)
-        friction = np.full_like(normal, np.nan)
-        for e, total in enumerate(intervals.totals):
-            limit, x = values["mu"][e] * normal[e], H @ X[e]
-            for (start, end, first), (state, _) in zip(intervals.at[e, :total], intervals.code[e, :total], strict=True):
-                since = (tau - start) % (2.0 * np.pi)
-                moved = v[e] * since + x - h.H_minus(start) @ X[e]
-                force = {STICK: first + values["kt"][e] * moved, SLIP_PLUS: limit, SLIP_MINUS: -limit}.get(state, 0.0)
-                friction[e] = np.where(since <= end - start, force, friction[e])
-        return friction, normal
+        return friction_in_time(motion, values, tau)
 
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
@@ -161,6 +149,26 @@ class FrictionLaw(Law):
         """Motion up to slip, length (n,)."""
         limit = values["mu"] * values["kn"] * np.maximum(-values["gap"], 0.0)
         return np.divide(limit, values["kt"], out=np.zeros_like(limit), where=values["kt"] > 0)
+
+
+def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
+    """Friction and normal force (n, k) at phases (k,): those of the states, with corners (THEORY.md (3.1))."""
+    from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
+
+    h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
+    values = {name: values[name] for name in ("kt", "mu", "kn", "gap")}
+    intervals = element_intervals(h, X, Y, v=v, **values)
+    H = h.H_minus(tau)
+    normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)
+    friction = np.full_like(normal, np.nan)
+    for e, total in enumerate(intervals.totals):
+        limit, x = values["mu"][e] * normal[e], H @ X[e]
+        for (start, end, first), (state, _) in zip(intervals.at[e, :total], intervals.code[e, :total], strict=True):
+            since = (tau - start + EDGE) % (2.0 * np.pi) - EDGE
+            moved = v[e] * since + x - h.H_minus(start) @ X[e]
+            force = {STICK: first + values["kt"][e] * moved, SLIP_PLUS: limit, SLIP_MINUS: -limit}.get(state, 0.0)
+            friction[e] = np.where(since <= end - start + EDGE, force, friction[e])
+    return friction, normal
 
 
 def is_friction(law: Law) -> bool:

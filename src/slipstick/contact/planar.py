@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipstick.contact.forces import SERIAL, shared_out
 from slipstick.contact.friction import FrictionContact
-from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.friction_law import EDGE, FrictionLaw
 from slipstick.contact.law import ByPort, Interval, Linear, Motion, Response, Variable, default
 from slipstick.contact.planar_in_time import PlanarInTime
 from slipstick.errors import Fault, InputError, SlipstickError
@@ -204,14 +204,14 @@ class _Inputs:
         forces = np.zeros((2, tau.size))
         kinds, ats, thetas, _ = self.trace(e)
         for kind, (start, end, f1, f2, first), theta in zip(kinds, ats, thetas, strict=True):
-            since = (tau - start) % (2.0 * np.pi)
-            inside = since <= end - start
+            since = (tau - start + EDGE) % (2.0 * np.pi) - EDGE
+            inside = since <= end - start + EDGE
             if kind == STICK:
                 moved = (H[inside] - self.harmonics.H_minus(start)) @ X[:2].T
                 for i, (f, v) in enumerate(((f1, v1), (f2, v2))):
                     forces[i, inside] = f + kt * (moved[:, i] + v * since[inside])
             else:
-                angle = angle_within(first, theta, since[inside] / max(end - start, TINY), kind)
+                angle = angle_within(first, theta, np.clip(since[inside] / max(end - start, TINY), 0.0, 1.0), kind)
                 forces[:, inside] = mu * normal[inside] * np.array([np.cos(angle), np.sin(angle)])
         return forces[0], forces[1], normal
 

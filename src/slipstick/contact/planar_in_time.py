@@ -36,39 +36,59 @@ class PlanarInTime(Regimes):
     neutral = frozenset({STICK})
     fastest = STICK
 
-    def rate(self, regime: int, at: InTime) -> tuple[Array, Array]:
-        """Forces and rates of what is remembered."""
-        forces, rates = np.zeros_like(at.q), np.zeros_like(at.memory)
-        v = at.values
+    def force_and_slopes(self, regime: int, at: InTime) -> tuple[Array, Array]:
+        """Forces, and their derivatives by motion and memory."""
+        v, forces, slopes = at.values, np.zeros_like(at.q), np.zeros((3, 5, *at.q.shape[1:]))
         if regime == SEPARATION:
-            return forces, rates
-        forces[2] = v["kn"] * (at.q[2] - v["gap"])
+            return forces, slopes
+        forces[2], slopes[2, 2] = v["kn"] * (at.q[2] - v["gap"]), v["kn"]
         if regime == STICK:
             forces[:2] = v["kt"] * at.q[:2] + at.memory
+            for i in (0, 1):
+                slopes[i, i], slopes[i, 3 + i] = v["kt"], 1.0
+        elif regime == SLIP:
+            limit, c, s = v["mu"] * v["kn"], np.cos(at.memory[0]), np.sin(at.memory[0])
+            forces[0], forces[1] = v["mu"] * forces[2] * c, v["mu"] * forces[2] * s
+            slopes[0, 2], slopes[0, 3], slopes[1, 2], slopes[1, 3] = limit * c, -forces[1], limit * s, forces[0]
+        return forces, slopes
+
+    def rate(self, regime: int, at: InTime) -> tuple[Array, Array]:
+        """Forces and rates of what is remembered."""
+        forces = self.force_and_slopes(regime, at)[0]
+        return forces, self._memory_rate(regime, at, forces)
+
+    @staticmethod
+    def _memory_rate(regime: int, at: InTime, forces: Array) -> Array:
+        rates, v = np.zeros_like(at.memory), at.values
+        if regime == STICK:
             rates[:] = v["kt"] * at.drift[:2]
         elif regime == SLIP:
-            b, c, s = v["mu"] * forces[2], np.cos(at.memory[0]), np.sin(at.memory[0])
-            forces[0], forces[1] = b * c, b * s
-            rates[0] = v["kt"] * (at.velocity[1] * c - at.velocity[0] * s) / b
-        return forces, rates
+            c, s = np.cos(at.memory[0]), np.sin(at.memory[0])
+            rates[0] = v["kt"] * (at.velocity[1] * c - at.velocity[0] * s) / (v["mu"] * forces[2])
+        return rates
 
     def slopes(self, regime: int, at: InTime) -> TimeSlopes:
         """Derivatives of ``rate``."""
-        forces, rates = self.rate(regime, at)
         out, v = np.zeros((5, 8, *at.q.shape[1:])), at.values
-        if regime != SEPARATION:
-            out[2, 2] = v["kn"]
-        if regime == STICK:
-            for i in (0, 1):
-                out[i, i], out[i, 6 + i] = v["kt"], 1.0
-        elif regime == SLIP:
+        forces, by_force = self.force_and_slopes(regime, at)
+        rates = self._memory_rate(regime, at, forces)
+        out[:3, :3], out[:3, 6:] = by_force[:, :3], by_force[:, 3:]
+        if regime == SLIP:
             b, c, s = v["mu"] * forces[2], np.cos(at.memory[0]), np.sin(at.memory[0])
-            limit = v["mu"] * v["kn"]
-            out[0, 2], out[0, 6], out[1, 2], out[1, 6] = limit * c, -forces[1], limit * s, forces[0]
             over = v["kt"] / b
-            out[3, 3], out[3, 4], out[3, 2] = -over * s, over * c, -rates[0] * limit / b
+            out[3, 3], out[3, 4], out[3, 2] = -over * s, over * c, -rates[0] * v["mu"] * v["kn"] / b
             out[3, 6] = -over * (at.velocity[0] * c + at.velocity[1] * s)
         return TimeSlopes(out, forces, rates)
+
+    def force_rate_slopes(self, regime: int, at: InTime, memory_rate: Array) -> Array:
+        """Of the forces' rates, by motion and memory at given rates of both."""
+        out, v = np.zeros((3, 5, *at.q.shape[1:])), at.values
+        if regime == SLIP:
+            limit, c, s = v["mu"] * v["kn"], np.cos(at.memory[0]), np.sin(at.memory[0])
+            y, closing, turning = at.q[2] - v["gap"], at.velocity[2] - at.drift[2], memory_rate[0]
+            out[0, 2], out[0, 3] = -limit * s * turning, -limit * (closing * s + y * c * turning)
+            out[1, 2], out[1, 3] = limit * c * turning, limit * (closing * c - y * s * turning)
+        return out
 
     def relaxation(self, regime: int, at: InTime) -> Array:
         """Of the angle, which follows the velocity."""
@@ -148,6 +168,12 @@ class PlanarInTime(Regimes):
         else:
             out[2] = 1.0 if guard == 0 and regime != SEPARATION else -1.0
         return out
+
+    def jumping(self, before: int, after: int) -> int | None:
+        """Where contact begins or ends, and where slip begins; where it ends its velocity is zero."""
+        if before == SLIP and after == STICK:
+            return None
+        return 1 if before == STICK and after == SLIP else 0
 
     def reset_slopes(self, before: int, after: int, at: InTime) -> Array:
         """Of what is remembered where a regime begins."""

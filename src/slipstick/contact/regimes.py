@@ -67,6 +67,21 @@ class Regimes(ABC):
     def slopes(self, regime: int, at: InTime) -> TimeSlopes:
         """Derivatives of ``rate``."""
 
+    @abstractmethod
+    def force_and_slopes(self, regime: int, at: InTime) -> tuple[Array, Array]:
+        """Forces (n_ports, n, k) and their derivatives by motion and memory, (n_ports, n_ports + n_memory, n, k).
+
+        The velocity of ``at`` is not looked at. Forces are linear in the motion, and rates of the memory in the
+        velocity: where the structure answers forces at once, both follow from one linear system each.
+        """
+
+    @abstractmethod
+    def force_rate_slopes(self, regime: int, at: InTime, memory_rate: Array) -> Array:
+        """Derivatives of the forces' rates by motion and memory, at given velocity and rates of the memory.
+
+        (n_ports, n_ports + n_memory, n, k).
+        """
+
     def relaxation(self, regime: int, at: InTime) -> Array:
         """Derivative of the rate of the first entry of the memory by that entry, (n, k): it may be fast."""
         p = len(at.q)
@@ -109,6 +124,13 @@ class Regimes(ABC):
         """Derivatives of a guard of one element (n = k = 1) where it is zero, but for a factor.
 
         By motion, velocities and memory, (2 n_ports + n_memory,).
+        """
+
+    @abstractmethod
+    def jumping(self, before: int, after: int) -> int | None:
+        """The guard that ends a regime where rates of the forces jump; None where they do not.
+
+        It depends on motion and memory alone.
         """
 
     @abstractmethod

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.analysis.identification.measured import Decay
-from slipstick.analysis.identification.predicted import at_parameters
 from slipstick.analysis.time_domain.law_in_time import LawInTime
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
 from slipstick.analysis.time_domain.piecewise_model import friction_system, sticks_and_slips
@@ -97,8 +96,8 @@ class _SideBySide:
         self._row = linear[0].motion[-1]
         self._laws: list[tuple[LawInTime, dict[str, Array], slice, slice]] = []
         if self.system.laws:
-            self._rows = np.array([[model.law_rows, model.law_speed] for model in models])
-            self._columns = np.array([model.law_columns[:one] for model in models])
+            self._rows = np.array([[piece.law_rows, piece.law_speed] for piece in linear])
+            self._columns = np.array([piece.law_columns[:one] for piece in linear])
             for k, (law, ports, kept, _) in enumerate(self.system.laws.each):
                 own = [model.system.laws.each[k][0].values for model in models]
                 values = {name: np.concatenate([each[name] for each in own], axis=1) for name in law.values}
@@ -215,7 +214,7 @@ class DecayPredictor:
         return self._slopes
 
     def _at(self, p: Array) -> Problem:
-        return at_parameters(self.problem, dict(zip(self.names, p, strict=True)))
+        return self.problem.at_parameters(dict(zip(self.names, p, strict=True)))
 
     def _first(self, copies: _SideBySide) -> Array:
         """A state to begin with: the linear mode nearest in frequency, with the motion and velocity measured."""

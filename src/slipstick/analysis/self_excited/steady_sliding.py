@@ -154,7 +154,7 @@ class SteadySliding:
         whole[0, r : 2 * r, : 2 * r + n] = -piece.forces
         if motion.laws:
             along = LawsAlong.of(combinations, motion, self._systems.law_ports)
-            if along is None or not along.add_to(whole, np.zeros(1), line.cut[n:]):
+            if along is None or not along.add_to(whole, np.zeros(1), line.cut):
                 raise InputError(VELOCITIES_JUMP)
         lasting = [k for k, own in enumerate(motion.laws.switching) if line.cut[n + k] not in own.regimes.neutral]
         remembered = motion.laws.remembered_by_switching(line.cut[n:], lasting)  # in sliding, others have no effect

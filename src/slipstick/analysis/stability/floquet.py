@@ -79,7 +79,7 @@ class StabilityWatch:
     ------
     InputError
         If a contact follows a law that does not tell its rate in time, or slides in a plane on a structure that has no
-        equations in time or a static residual.
+        equations in time.
     """
 
     def __init__(self, balance: Balance, *, full: bool = False, damping_at: float | None = None) -> None:
@@ -97,13 +97,12 @@ class StabilityWatch:
         """Contacts whose law switches, where the structure is not known as that needs."""
         names = self.balance.problem.elements
         switching = [b for b in self.balance.batches if b.law.regimes is not None]
-        if not switching or (self.systems.in_time and not self.systems.answers_at_once()):
+        if self.systems.in_time:
             return
-        why = "has a static residual" if self.systems.in_time else "has no equations in time"
         for name in (names[e] for b in switching for e in b.numbers):
             yield Fault(
-                "stability", f"contact '{name}' slides in a plane, and the structure {why}",
-                remedy="give the structure as matrices, or as modes without a residual; or leave stability out",
+                "stability", f"contact '{name}' slides in a plane, and the structure has no equations in time",
+                remedy="give the structure as matrices or as modes; or leave stability out",
             )  # fmt: skip
 
     def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:

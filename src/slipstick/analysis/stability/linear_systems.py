@@ -106,11 +106,6 @@ class LinearSystems:
             self._combinations = Combinations(structure.slowest(size) if size else structure, contacts)
         return self._combinations
 
-    def answers_at_once(self) -> bool:
-        """Whether contacts of other laws than friction act where the structure answers forces at once."""
-        R, ports = self._dynamics({}, 1.0).R, self.law_ports[self.law_ports >= 0]
-        return bool(np.any(R[ports]) or np.any(R[:, ports]))
-
     def _dynamics(self, values: Mapping[str, float], omega: float) -> Dynamics:
         structure = self._balance.problem.structure
         own = turning_with(structure, omega)

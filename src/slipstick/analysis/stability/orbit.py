@@ -17,7 +17,7 @@ from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.state_sequence import Timeline
 from slipstick.analysis.stability.switched_system import FrictionPorts
 from slipstick.analysis.time_domain.event_integrator import ChatteringError, Stepper
-from slipstick.analysis.time_domain.initial_state import periodic_memory, with_forces, with_regimes
+from slipstick.analysis.time_domain.initial_state import periodic_memory, with_forces
 from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import system_of
@@ -82,8 +82,8 @@ def orbit_beside(
         if system.laws.n_memory:
             z[system.memory] = periodic_memory(system, lambda phases: motion.law_arguments(tau + phases))[0]
         friction = motion.force[0] @ motion.harmonics.H_minus(tau)
-        z, states = with_forces(stepper, z, tuple(State(code) for code in line.cut[: system.n_contacts]), friction)
-        z, states = with_regimes(stepper, z, states, motion.law_force @ motion.harmonics.H_minus(tau))
+        states: Combination = tuple(State(code) for code in line.cut[: system.n_contacts])
+        z, states = with_forces(stepper, z, states, friction, motion.law_force @ motion.harmonics.H_minus(tau))
         for held_free in (True,) if free else (False, True):
             closed = _closed(stepper, z, states, tau, free=held_free)
             orbit = None if closed is None else _beside(closed, z, line, size, system.omega, free=free)

@@ -198,23 +198,29 @@ class StickStarts:
     def __init__(self, motion: SmoothMotion, contacts: FrictionPorts, combinations: Combinations) -> None:
         self._motion, self._contacts, self._combinations = motion, contacts, combinations
 
-    def row(self, change: Change, before: StateCodes) -> Array:
-        """``-kt dx + fac dy`` at a change to stick out of the combination before."""
+    def row(
+        self, change: Change, before: StateCodes, moved: Array | None = None,
+        rates: tuple[float, float] | None = None,
+    ) -> Array:  # fmt: skip
+        """``-kt dx + fac dy`` at a change to stick out of the combination before.
+
+        ``moved``: rows of the ports' motion, ``rates``: ``x' + u' + v`` and ``y'``, where other laws act on both.
+        """
         c, i = self._contacts, change.contact
-        piece = self._combinations(before)
+        rows = self._combinations(before).motion if moved is None else moved
         if c.tangential[i] < 0:
-            return np.zeros(piece.motion.shape[1])
-        row: Array = -c.kt[i] * piece.motion[c.tangential[i]]
-        if c.normal[i] >= 0 and (factor := self.factor(change, before)):
-            row += factor * piece.motion[c.normal[i]]
+            return np.zeros(rows.shape[1])
+        row: Array = -c.kt[i] * rows[c.tangential[i]]
+        if c.normal[i] >= 0 and (factor := self.factor(change, before, rates)):
+            row += factor * rows[c.normal[i]]
         return row
 
-    def factor(self, change: Change, before: StateCodes) -> float:
+    def factor(self, change: Change, before: StateCodes, rates: tuple[float, float] | None = None) -> float:
         """``fac`` of a stick that begins."""
         c, i = self._contacts, change.contact
         if change.origin != SEPARATION:
             return float(c.mu[i] * c.kn[i]) * (1.0 if change.origin == SLIP_PLUS else -1.0)
-        sliding, closing = self._rates(change, before)
+        sliding, closing = self._rates(change, before) if rates is None else rates
         return float(c.kt[i]) * sliding / closing if closing > 0.0 else 0.0
 
     def _rates(self, change: Change, before: StateCodes) -> tuple[float, float]:
@@ -222,14 +228,14 @@ class StickStarts:
         m, i, h = self._motion, change.contact, self._motion.harmonics
         v = float(m.values["v"][i])
         if not np.any(self._combinations.dynamics.R):
-            slope = _slope(h.m, change.time)
+            slope = slope_at(h.m, change.time)
             return float(m.X[i] @ slope) + v, float(m.Y[i] @ slope)
         return self._behind(change, before)
 
     def _behind(self, change: Change, before: StateCodes) -> tuple[float, float]:
         """The same where velocities jump at changes of state: from the motion of the modes, which is smooth."""
         m, c, piece = self._motion, self._contacts, self._combinations(before)
-        slope, R = _slope(m.harmonics.m, change.time), self._combinations.dynamics.R
+        slope, R = slope_at(m.harmonics.m, change.time), self._combinations.dynamics.R
         rubbing, total, force = np.zeros((3, c.n_ports))
         for ports, *along in zip((c.tangential, c.normal), m.rubbing, (m.X, m.Y), m.force, strict=True):
             there = ports >= 0
@@ -244,7 +250,7 @@ class StickStarts:
         return float(rates[x] + rubbing[x] + m.values["v"][i]), float(rates[y] + rubbing[y])
 
 
-def _slope(orders: IntArray, time: float) -> Array:
+def slope_at(orders: IntArray, time: float) -> Array:
     """Derivatives of ``1, cos m tau, sin m tau, ...`` by tau."""
     out = np.zeros(2 * len(orders) + 1)
     out[1::2], out[2::2] = -orders * np.sin(orders * time), orders * np.cos(orders * time)

@@ -20,7 +20,7 @@ from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, LinearPiece, PiecewiseLinear, State
 from slipstick.errors import InputError, SlipstickError
 from slipstick.faults import MOST_ITEMS
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 _ROUNDING = 1e-12
 _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
@@ -33,7 +33,7 @@ _NEAR = 2e-9
 """A switching function this near zero, beside its size, is looked at closely."""
 _COUNT = 9
 _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
-_FITS, _LONGEST_ITERATION = 1e-11, 60
+_FITS, _LONGEST_ITERATION, _RELAXED = 1e-11, 60, 3
 _SETTLED = 1e-13
 """Change of an iteration, beside the size, that may be rounding."""
 _SHORTEST = 2.0**-16
@@ -101,6 +101,9 @@ class StateChange:
     """dz/dtau just before."""
     margin: Array
     states: Combination
+    value: float
+    """Of the switching function beside its size: clearly below 0 where another change at the same instant, at which
+    velocities jump, brought this one about."""
 
 
 class Stepper:
@@ -178,6 +181,20 @@ class Stepper:
         """Polynomial of z over a piece, in steps from its start."""
         return self.powers(item.linear, item.start) if item.path is None else item.path
 
+    def seen_path(self, item: Piece) -> Array:
+        """The same of what the rows of the piece are times."""
+        return self.seen(item.linear, self.path(item), item.fraction)
+
+    def seen(self, linear: LinearPiece, path: Array, length: float) -> Array:
+        """Polynomial of what rows are times: that of z, and what is right at Gauss nodes of the piece's length."""
+        if not linear.sees_forces:
+            return path
+        nodes = np.vander(length * np.append(0.0, _GAUSS), len(path), increasing=True) @ path
+        forces = self.model.seen(linear, nodes)[:, path.shape[1] :]
+        rising = _POWERS @ ((forces[1:] - forces[0]) / _GAUSS[:, None])
+        rising /= length ** np.arange(1, _COUNT + 1)[:, None]
+        return np.hstack([path, np.vstack([forces[:1], rising])])
+
     def _smooth(self, linear: LinearPiece, z: Array, length: float) -> tuple[Array, float]:
         """The polynomial from z on, and how far it reaches: ``length`` or less, in steps."""
         length = min(length, 2.0 * self._length)
@@ -219,12 +236,16 @@ class Stepper:
         """The polynomial whose rate is right at the Gauss nodes of a length; None where it is not beside them."""
         h = length * self.step
         rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
-        start, change = rates[0], np.inf
-        for _ in range(_LONGEST_ITERATION):
+        start, change, inverses = rates[0], np.inf, np.zeros(0)
+        angles = self.model.system.memory.start + np.array(self.model.system.laws.angles(linear.regimes), dtype=int)
+        for count in range(_LONGEST_ITERATION):
             before, there = rates, z + _INTEGRALS @ rates
             rates = h * self.model.rate(linear, there)
-            if linear.regimes:
-                self._relax(linear, there, h, before, rates)
+            if angles.size:  # Newton's step instead of the iteration's for angles, which may follow fast
+                if linear.residual is None or count < _RELAXED:
+                    inverses = _implicit(h * self._relaxation(linear, there, angles))
+                for row, inverse in zip(angles, inverses, strict=True):
+                    rates[:, row] = before[:, row] + inverse @ (rates - before)[:, row]
             size = self._sizes(linear, np.abs(z) + np.abs(rates).max(axis=0))  # from rest it is that of the rates
             last, change = change, float((np.abs(rates - before).max(axis=0) / size).max())
             if not change < 1e3:
@@ -242,18 +263,17 @@ class Stepper:
         path = np.concatenate([z[None], coefficients / np.arange(1, _COUNT + 1)[:, None]])
         return np.asarray(path / length ** np.arange(_COUNT + 1)[:, None])
 
-    def _relax(self, linear: LinearPiece, z: Array, h: float, before: Array, rates: Array) -> None:
-        """Newton's step instead of the iteration's for angles, which may follow fast; writes on ``rates``."""
-        laws, first = self.model.system.laws, self.model.system.memory.start
-        rows, slopes = laws.relaxation(*self.model.law_motion(z), linear.regimes)
-        for row, inverse in zip(rows, _implicit(h * slopes), strict=True):
-            rates[:, first + row] = before[:, first + row] + inverse @ (rates - before)[:, first + row]
+    def _relaxation(self, linear: LinearPiece, z: Array, angles: IntArray) -> Array:
+        """Derivatives (angles, k) of the rates of angles by themselves, per unit of time."""
+        if linear.residual is None:
+            return self.model.system.laws.relaxation(*self.model.law_motion(linear, z), linear.regimes)[1]
+        return self.model.law_slopes(linear, z)[3][:, angles - self.model.system.memory.start, angles].T
 
     def _magnitude(self, linear: LinearPiece) -> Array:
         """Magnitudes (2, m, size) of the switching functions' rows and of those of their rates over a step."""
         if "magnitude" not in linear.cache:
             rows = linear.margins
-            linear.cache["magnitude"] = np.abs(np.array([rows, rows @ linear.A * self.step]))
+            linear.cache["magnitude"] = np.abs(np.array([rows, linear.rates_of(rows) * self.step]))
         return linear.cache["magnitude"]  # type: ignore[return-value]
 
     def first_change(
@@ -263,10 +283,12 @@ class Stepper:
 
         ``path`` is the polynomial of z where the system is not linear.
         """
-        c = (self.powers(linear, z) if path is None else path) @ linear.margins.T
+        seen = self.seen(linear, self.powers(linear, z) if path is None else path, length)
         if linear.smooth:  # right between Gauss nodes, not to rounding at the start
-            c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
-        scale = np.maximum(self._magnitude(linear) @ np.abs(z), 1e-300)
+            seen = seen.copy()
+            seen[1, : len(z)] = self.step * self.model.rate(linear, z[None])[0]
+        c = seen @ linear.margins.T
+        scale = np.maximum(self._magnitude(linear) @ np.abs(seen[0]), 1e-300)
         scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
         # at the start of a stick the limit is touched with zero slope: that root is the start itself, not a change
@@ -355,10 +377,13 @@ class Stepper:
         switch = linear.switches[index]
         j, before = switch.contact, self.states[switch.contact]
         after = switch.target if switch.target is not None else self._onset(j)
-        z = self.z.copy()
-        self.enter(j, after, float(linear.fx[j] @ z))
+        z, seen = self.z.copy(), self.model.seen(linear, self.z[None])[0]
+        self.enter(j, after, float(linear.fx[j] @ seen))
+        size = float(np.maximum(self._magnitude(linear) @ np.abs(seen), 1e-300)[:, index].sum())
         return StateChange(
-            tau=tau, contact=j, before=before, after=after, z=z, linear=linear, margin=linear.margins[index],
+            tau=tau, contact=j, before=before, after=after, z=z, linear=linear,
+            margin=self.model.by_state(linear, linear.margins[index], z),
+            value=float(linear.margins[index] @ seen) / size,
             rate=self.model.rate(linear, z[None])[0], states=self.states,
         )  # fmt: skip
 
@@ -377,7 +402,7 @@ class Stepper:
     def _guards(self, linear: LinearPiece, path: Array, s: Array) -> tuple[list[tuple[int, int]], Array]:
         """Contacts and guards of laws that switch, and their values (k, n) at parts (k,) of a step."""
         z = np.vander(s, len(path), increasing=True) @ path
-        return self.model.system.laws.guards(*self.model.law_motion(z), linear.regimes)
+        return self.model.system.laws.guards(*self.model.law_motion(linear, z), linear.regimes)
 
     def _guard_root(self, linear: LinearPiece, path: Array, k: int, low: float, high: float) -> float:
         """Where guard k, negative at ``high``, changes its sign; ``low`` where it never was positive."""
@@ -396,16 +421,17 @@ class Stepper:
         """A contact whose law switches goes over into its next regime."""
         s, z = self.model.system, self.z.copy()
         contact, place = s.laws.switching[number], s.n_contacts + number
-        at = contact.at(*self.model.law_motion(z[None]))
+        at = contact.at(*self.model.law_motion(linear, z[None]))
         before = int(self.states[place])
         after = contact.regimes.after(before, guard, at)
         rate = self.model.rate(linear, z[None])[0]
         by_guard = contact.regimes.guard_slope(before, guard, at)
+        value = float(contact.regimes.guards(before, at)[guard].item())
         self.z[s.memory.start + contact.memory] = contact.regimes.reset(before, after, at)[:, 0, 0]
         self.states = (*self.states[:place], after, *self.states[place + 1 :])
         return StateChange(
             tau=tau, contact=place, before=before, after=after, z=z, linear=linear, rate=rate,
-            margin=by_guard @ self.model.law_rows_of(number), states=self.states,
+            margin=by_guard @ self.model.law_rows_of(linear, number, z), states=self.states, value=value,
         )  # fmt: skip
 
     def enter(self, contact: int, state: State, force: float) -> None:
@@ -424,9 +450,9 @@ class Stepper:
         z = self.z.copy()
         z[2 * self.model.system.n + contact] = spring_memory(self.model, states, contact, z, 0.0)
         linear = self.model(states)
-        rate = linear.A @ z
-        force = float(linear.fx[contact] @ rate)
-        limit = float(self.model.system.mu[contact] * linear.fy[contact] @ rate)
+        seen = self.model.seen(linear, z[None])[0]
+        force, pressed = (float(linear.rates_of(rows[contact]) @ seen) for rows in (linear.fx, linear.fy))
+        limit = float(self.model.system.mu[contact]) * pressed
         if abs(force) <= limit:
             return State.STICK
         return State.SLIP_PLUS if force > 0 else State.SLIP_MINUS
@@ -442,7 +468,8 @@ def spring_memory(model: PiecewiseLinear, states: Combination, contact: int, z: 
     linear, e = model(states), 2 * model.system.n + contact
     trial = z.copy()
     trial[e] = 0.0
-    return (force - float(linear.fx[contact] @ trial)) / float(linear.fx[contact][e])
+    without = float(linear.fx[contact] @ model.seen(linear, trial[None])[0])
+    return (force - without) / float(model.by_state(linear, linear.fx[contact], trial)[e])
 
 
 def _collocation() -> tuple[Array, Array, Array]:

@@ -10,10 +10,12 @@ import numpy as np
 from slipstick.analysis.time_domain.event_integrator import Stepper, replaced, spring_memory
 from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, State
+from slipstick.analysis.time_domain.static_residual import motion_behind
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 _SAMPLES = 2048
+_ROUNDS, _SWEEPS = 3, 30
 _NEARLY = 1e-6
 _LAPS = 3
 _MARCHED, _PERIODS, _SAME = 64, 20, 1e-3
@@ -44,8 +46,7 @@ def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
     states: Combination = tuple(State.STICK if touching else State.SEPARATION for touching in closed)
     z = np.zeros(system.size)
     z[system.n_dynamic :] = system.forcing(0.0)
-    z, states = with_forces(stepper, z, states, np.zeros(system.n_contacts))
-    return with_regimes(stepper, z, states, np.zeros(system.laws.n_ports))
+    return with_forces(stepper, z, states, np.zeros(system.n_contacts))
 
 
 def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Combination]:
@@ -67,36 +68,66 @@ def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Co
             states.append(State.STICK)
         else:
             states.append(State.SLIP_PLUS if fx[j, 0] > 0 else State.SLIP_MINUS)
-    z, combination = with_forces(stepper, z, tuple(states), fx[:, 0])
-    return with_regimes(stepper, z, combination, others[:, 0])
+    return with_forces(stepper, z, tuple(states), fx[:, 0], others[:, 0])
 
 
-def with_regimes(stepper: Stepper, z: Array, states: Combination, forces: Array) -> tuple[Array, Combination]:
-    """Puts contacts whose law switches into the regimes that go with forces (n_ports,) of contacts of other laws."""
-    system, model = stepper.model.system, stepper.model
-    states = states[: system.n_contacts]
-    for contact in system.laws.switching:
-        at = contact.at(*model.law_motion(z[None]))
-        regimes, memory = contact.regimes.begin(forces[contact.ports, None], at)
-        z[system.memory.start + contact.memory] = memory[:, 0]
-        states = (*states, int(regimes[0]))
-    return z, states
+def with_forces(
+    stepper: Stepper, z: Array, states: Combination, fx: Array, others: Array | None = None
+) -> tuple[Array, Combination]:
+    """Sets what contacts remember so that the friction forces are ``fx``, and puts those whose law switches into the
+    regimes that go with their forces ``others`` (n_ports,), none by default.
 
-
-def with_forces(stepper: Stepper, z: Array, states: Combination, fx: Array) -> tuple[Array, Combination]:
-    """Sets the memory of the stuck springs so that the friction forces are ``fx``.
-
-    With a feedthrough the springs act on each other: the memories follow one after another until they agree.
+    With a feedthrough contacts act on each other: the memories follow one after another until they agree.
     """
-    model, n = stepper.model, stepper.model.system.n
-    for j, state in enumerate(states[: model.system.n_contacts]):
+    model, laws = stepper.model, stepper.model.system.laws
+    states = states[: model.system.n_contacts]
+    for j, state in enumerate(states):
         if not model.frictional[j] and state is not State.SEPARATION:
             states = replaced(states, j, model.without_friction(j))
-    stuck = [j for j in range(model.system.n_contacts) if states[j] is State.STICK and model.frictional[j]]
-    for _ in range(30):
+    force = np.zeros(laws.n_ports) if others is None else others
+    combination = states
+    for _ in range(_ROUNDS if model.at_once and laws.switching else 1):
+        combination, wanted = _with_regimes(stepper, z, states, force)
+        _remember(stepper, z, combination, fx, wanted)
+    return z, combination
+
+
+def _with_regimes(stepper: Stepper, z: Array, states: Combination, force: Array) -> tuple[Combination, list[Array]]:
+    """Puts contacts whose law switches into the regimes of their forces; the forces that they have there."""
+    model, laws, memory = stepper.model, stepper.model.system.laws, stepper.model.system.memory
+    linear, regimes, wanted = model(states), [], []
+    motion = (z[None] @ linear.law_rows.T, z[None] @ linear.law_speed.T, z[None, memory])
+    if laws.switching and linear.residual is not None:
+        moved, none = motion[0] - force @ linear.residual.T, np.zeros((1, laws.n_memory))
+        first = [own.regimes.begin(force[own.ports, None], own.at(moved, *motion[1:]))[0] for own in laws.switching]
+        # whether it slips is told by the velocity of sticking
+        closed = [
+            own.regimes.fastest if own.regimes.memory_used[int(regime[0])] else int(regime[0])
+            for own, regime in zip(laws.switching, first, strict=True)
+        ]
+        motion = moved, motion_behind(laws, linear.residual, motion[0], motion[1], none, tuple(closed)).velocity, none
+    for own in laws.switching:
+        at = own.at(*motion)
+        (regime,), told = own.regimes.begin(force[own.ports, None], at)
+        z[memory.start + own.memory] = told[:, 0]
+        regimes.append(int(regime))
+        wanted.append(own.regimes.force_and_slopes(int(regime), at._replace(memory=told[:, :, None]))[0])
+    return (*states, *regimes), wanted
+
+
+def _remember(stepper: Stepper, z: Array, states: Combination, fx: Array, wanted: list[Array]) -> None:
+    """Writes what contacts remember with forces of friction contacts and of those whose law switches."""
+    model, system = stepper.model, stepper.model.system
+    stuck = [j for j in range(system.n_contacts) if states[j] is State.STICK and model.frictional[j]]
+    linear = model(states)
+    for _ in range(_SWEEPS):
         for j in stuck:
-            z[2 * n + j] = spring_memory(model, states, j, z, float(fx[j]))
-    return z, states
+            z[2 * system.n + j] = spring_memory(model, states, j, z, float(fx[j]))
+        if linear.residual is None:
+            continue
+        motion = model.law_motion(linear, z[None])
+        for own, regime, force in zip(system.laws.switching, linear.regimes, wanted, strict=True):
+            z[system.memory.start + own.memory] = own.regimes.memory_of(regime, force, own.at(*motion))[:, 0, 0]
 
 
 def sampled_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Array, Array]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.contact.law import Law
+from slipstick.contact.law import Law, TimeSlopes
 from slipstick.contact.regimes import InTime, Regimes
 from slipstick.errors import InputError
 from slipstick.typing import Array, IntArray
@@ -41,6 +41,8 @@ class LawInTime:
 
     def at(self, q: Array, velocity: Array, memory: Array, which: Sequence[int] | slice = slice(None)) -> InTime:
         """Some of the elements at motion, velocity and memory (count, n, k) of all of them."""
+        if not isinstance(which, slice) and len(which) == len(self.elements):
+            which = slice(None)
         values = {name: value[which] for name, value in self.values.items()}
         drift = self.velocity[:, which, None]
         return InTime(q[:, which], velocity[:, which], memory[:, which], values, drift, self.length)
@@ -104,6 +106,8 @@ class LawsInTime:
         self.switching = tuple(switching)
         self.count = sum(len(law.elements) for law in laws)
         """Of all contacts."""
+        self.drift = np.concatenate([np.zeros(0), *(law.velocity.reshape(-1) for law in laws)])
+        """Constant velocity along the ports (n_ports,)."""
 
     def __bool__(self) -> bool:
         return bool(self.each)
@@ -149,28 +153,69 @@ class LawsInTime:
 
     def slopes(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers = ()) -> Array:
         """Derivatives of forces and rates by motion, velocity and memory, (k, P + m, 2 P + m), P ports in all."""
+        return self.linearised(q, velocity, memory, regimes)[2]
+
+    def linearised(
+        self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers = ()
+    ) -> tuple[Array, Array, Array]:
+        """Forces (k, P), rates of the memory (k, m), and the derivatives of both."""
         P, m = self.n_ports, self.n_memory
         out = np.zeros((len(q), P + m, 2 * P + m))
+        forces, rates = np.empty_like(q), np.empty_like(memory)
         sizes = tuple(float(np.abs(a).max(initial=0.0)) or 1.0 for a in (q, velocity))
         for law, ports, kept, places in self.each:
             p, r, n = law.shape
             motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], r, law)
             if law.law.regimes is None:
-                slopes = law.law.time_slopes(*motion, law.values, (sizes[0], sizes[1])).values
+                told = law.law.time_slopes(*motion, law.values, (sizes[0], sizes[1]))
             else:
-                slopes = np.empty((p + r, 2 * p + r, n, len(q)))
+                told = TimeSlopes(
+                    np.empty((p + r, 2 * p + r, n, len(q))), np.empty_like(motion[0]), np.empty_like(motion[2])
+                )
                 for regime, own in law.by_regime(regimes[places]):
-                    slopes[:, :, own] = law.law.regimes.slopes(regime, law.at(*motion, own)).values
-            numbers = np.arange(n)
-            row = [ports.start + i * n + numbers for i in range(p)] + [
-                P + kept.start + i * n + numbers for i in range(r)
-            ]
-            column = [ports.start + j * n + numbers for j in range(p)]
-            column += [P + c for c in column] + [2 * P + kept.start + j * n + numbers for j in range(r)]
-            for i, rows in enumerate(row):
-                for j, columns in enumerate(column):
-                    out[:, rows, columns] = slopes[i, j].T
+                    for whole, part in zip(told, law.law.regimes.slopes(regime, law.at(*motion, own)), strict=True):
+                        whole[..., own, :] = part
+            forces[:, ports], rates[:, kept] = _joined(told.force, len(q)), _joined(told.memory_rate, len(q))
+            motions = np.arange(ports.start, ports.stop).reshape(p, n)
+            remembered = P + np.arange(kept.start, kept.stop).reshape(r, n)
+            rows = np.concatenate([motions, remembered])
+            columns = np.concatenate([motions, P + motions, P + remembered])
+            out[:, rows[:, None], columns] = told.values.transpose(3, 0, 1, 2)
+        return forces, rates, out
+
+    def force_slopes(self, q: Array, memory: Array, regimes: RegimeNumbers) -> tuple[Array, Array]:
+        """Forces (k, P) of laws that switch, and their derivatives by motion and memory (k, P, P + m)."""
+        forces, out = np.zeros_like(q), np.zeros((len(q), self.n_ports, self.n_ports + self.n_memory))
+        for own, regime, at, ports, columns in self._in_regimes(q, q, memory, regimes):
+            told, slopes = own.force_and_slopes(regime, at)
+            forces[:, ports] = told.transpose(2, 0, 1)
+            out[:, ports[:, None], columns] = slopes.transpose(3, 0, 1, 2)
+        return forces, out
+
+    def force_rate_slopes(
+        self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers, memory_rate: Array
+    ) -> Array:
+        """Derivatives (k, P, P + m) of the rates of these forces by motion and memory, at given rates of both."""
+        P = self.n_ports
+        out = np.zeros((len(q), P, P + self.n_memory))
+        for own, regime, at, ports, columns in self._in_regimes(q, velocity, memory, regimes):
+            rates = memory_rate[:, columns[len(ports) :] - P].transpose(1, 2, 0)
+            out[:, ports[:, None], columns] = own.force_rate_slopes(regime, at, rates).transpose(3, 0, 1, 2)
         return out
+
+    def _in_regimes(
+        self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers
+    ) -> Iterator[tuple[Regimes, int, InTime, IntArray, IntArray]]:
+        """Elements of one regime: where they are, their rows among ports (p, n), those among ports and memory."""
+        for law, ports, kept, places in self.each:
+            if law.law.regimes is None:
+                continue
+            p, m, n = law.shape
+            motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], m, law)
+            for regime, own in law.by_regime(regimes[places]):
+                rows = ports.start + n * np.arange(p)[:, None] + own
+                remembered = self.n_ports + kept.start + n * np.arange(m)[:, None] + own
+                yield law.law.regimes, regime, law.at(*motion, own), rows, np.concatenate([rows, remembered])
 
     def guards(
         self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers

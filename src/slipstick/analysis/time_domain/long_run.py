@@ -124,7 +124,7 @@ class LongRun:
                 step = round(item.tau / stepper.step)
                 if step != last and step % every == 0 and abs(item.tau - step * stepper.step) < 1e-9 * stepper.step:
                     times.append((base + item.tau) / system.omega)
-                    series.append(item.linear.motion[outputs] @ item.start)
+                    series.append(item.linear.motion[outputs] @ stepper.model.seen(item.linear, item.start[None])[0])
                     last = step
             yield PeriodDone(
                 values=self._values(period, sums, outputs, base),
@@ -199,13 +199,16 @@ class LongRun:
         for law, rows, *_ in system.laws.each:
             power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
         linear, z = stepper.model(stepper.states), stepper.z
-        rate = stepper.model.rate(linear, z[None])[0]
+        seen, size = stepper.model.seen(linear, z[None])[0], system.size
+        rate = np.zeros_like(seen)  # motion does not depend on rates of forces
+        rate[:size] = stepper.model.rate(linear, z[None])[0]
+        rate[size : (size + len(seen)) // 2] = seen[(size + len(seen)) // 2 :]
         return {
             "time": end,
             "omega": self.start + self.rate * 0.5 * (begin + end),
             "amplitude": 0.5 * (high - low), "mean": sums.mean, "highest": high, "lowest": low,
             "highest_time": (base + at_high) / system.omega, "lowest_time": (base + at_low) / system.omega,
-            "section_displacement": linear.motion[outputs] @ z,
+            "section_displacement": linear.motion[outputs] @ seen,
             "section_velocity": system.omega * linear.motion[outputs] @ rate,
             "dissipated_power": power,
             "separation_fraction": fractions[:, State.SEPARATION], "stick_fraction": fractions[:, State.STICK],

@@ -49,7 +49,7 @@ class PeriodRecord:
         linear, step = item.linear, self._stepper.step
         rows, split = _recorded(linear)
         path = self._stepper.path(item)
-        powers = path @ rows
+        powers = self._stepper.seen_path(item) @ rows
         values, _, rates = np.split(
             np.vander(item.fraction * _NODES, len(path), increasing=True) @ powers, split, axis=1
         )
@@ -60,7 +60,7 @@ class PeriodRecord:
         self.work += (_WEIGHTS * width / (2 * np.pi)) @ (fx * rates)
         if self._law_ports:
             z, model = np.vander(item.fraction * _NODES, len(path), increasing=True) @ path, self._stepper.model
-            q, velocity, memory = model.law_motion(z)
+            q, velocity, memory = model.law_motion(linear, z)
             forces = model.system.laws.rate(q, velocity, memory, linear.regimes)[0]
             self.law_work += (_WEIGHTS * width / (2 * np.pi)) @ (forces * velocity) / model.system.omega
         for j, state in enumerate(item.states[: self._nc]):
@@ -115,7 +115,7 @@ def _recorded(linear: LinearPiece) -> tuple[Array, list[int]]:
     """Columns that z is looked at along: motions and forces, rates of the motions, rates of the contacts; where they
     are split."""
     if "recorded" not in linear.cache:
-        parts = [np.vstack([linear.motion, linear.fx, linear.fy]), linear.motion @ linear.A, linear.rate]
+        parts = [np.vstack([linear.motion, linear.fx, linear.fy]), linear.rates_of(linear.motion), linear.rate]
         split = np.cumsum([len(part) for part in parts])[:-1].tolist()
         linear.cache["recorded"] = np.ascontiguousarray(np.vstack(parts).T), split
     return linear.cache["recorded"]  # type: ignore[return-value]

@@ -63,12 +63,16 @@ class PeriodSums:
     _in_state: Array | None = None
     _in_regime: list[Array] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        switching = self.stepper.model.system.laws.switching
+        self._in_regime = [np.zeros(len(contact.regimes.names)) for contact in switching]
+
     def add(self, item: Piece | StateChange) -> None:
         """Takes the next piece or change of state."""
         if isinstance(item, StateChange):
             self.changes.append(item)
             return
-        path, step = self.stepper.path(item), self.stepper.step
+        path, step = self.stepper.seen_path(item), self.stepper.step
         width, reach = item.fraction * step, np.arange(len(path))
         powers = np.vander(item.fraction * _NODES, len(path), increasing=True)
         rising = reach[1:, None] * path[1:] / step
@@ -77,17 +81,15 @@ class PeriodSums:
         self._length += width
         self._integral = self._integral + weights @ values
         self._work, self._law_work = self._work + work, self._law_work + law_work
-        system = self.stepper.model.system
-        count = system.n_contacts
+        count = self.stepper.model.system.n_contacts
         if self._in_state is None:
             self._in_state = np.zeros((count, len(State)))
-            self._in_regime = [np.zeros(len(own.regimes.names)) for own in system.laws.switching]
         self._in_state[np.arange(count), list(map(int, item.states[:count]))] += width
-        for own, regime in zip(self._in_regime, item.states[count:], strict=True):
+        for own, regime in zip(self._in_regime, item.linear.regimes, strict=True):
             own[regime] += width
         rows = item.linear.motion[self.outputs].T
         end = item.fraction**reach
-        ends, rates = np.stack([item.start, end @ path]), np.stack([rising[0], end[:-1] @ rising])
+        ends, rates = np.stack([path[0], end @ path]), np.stack([rising[0], end[:-1] @ rising])
         self._pieces.append((item.tau, width, ends @ rows, width * (rates @ rows)))
 
     def _work_of(self, item: Piece, z: Array, slopes: Array, weights: Array) -> tuple[Array, Array, Array]:
@@ -96,7 +98,8 @@ class PeriodSums:
         Contacts dissipate their force times the velocity of sliding beside that of their spring. What they take or give
         beside what the structure gives or takes is work of the opposing surfaces' motion.
         """
-        system, energy = self.stepper.model.system, self.energy
+        model, linear = self.stepper.model, item.linear
+        system, energy = model.system, self.energy
         split, rows, moving = _rows(self.stepper, item.linear, self.outputs)
         outputs, p, resisted, columns, loads, force, rate = np.split(z @ rows, split, axis=1)
         contact = force.shape[1]
@@ -115,8 +118,8 @@ class PeriodSums:
                 sliding = rate[:, slipping] - moved[:, slipping] / system.kt[slipping]
                 work[slipping] = weights @ (force[:, slipping] * sliding)
         if system.laws:
-            q, velocity, memory = self.stepper.model.law_motion(z)
-            law_force = system.laws.rate(q, velocity, memory, item.linear.regimes)[0]
+            own = z[:, : system.size]
+            law_force, velocity = model.law_forces(linear, own)[0], model.law_motion(linear, own)[1]
             law_work = weights @ (law_force * velocity) / system.omega
             given += float(weights @ np.sum(law_force * columns[:, contact:driven], axis=1))
             taken += float(law_work.sum())
@@ -132,7 +135,8 @@ class PeriodSums:
         linear, equations = self.stepper.model(self.stepper.states), system.equations
         q, v = z[: system.n], system.omega * z[system.n : 2 * system.n]
         out = 0.5 * float(v @ equations.M @ v + q @ equations.K @ q)
-        fx, fy = linear.fx @ z, linear.fy @ z
+        seen = self.stepper.model.seen(linear, z[None])[0]
+        fx, fy = linear.fx @ seen, linear.fy @ seen
         stiff, pressed = system.kt > 0.0, system.has_normal & (system.kn > 0.0)
         out += 0.5 * float(np.sum(fx[stiff] ** 2 / system.kt[stiff]))
         return out + 0.5 * float(np.sum(fy[pressed] ** 2 / system.kn[pressed]))
@@ -191,14 +195,15 @@ def _rows(stepper: Stepper, linear: LinearPiece, outputs: slice) -> tuple[Array,
     if "looked at" not in linear.cache:
         system = stepper.model.system
         equations, n, one = system.equations, system.n, system.n_dynamic
-        p = np.zeros((n, system.size))
+        width = linear.motion.shape[1]
+        p = np.zeros((n, width))
         p[:, n : 2 * n] = np.eye(n)
-        loads = np.zeros((len(system.loads), system.size))
-        loads[:, one:] = system.loads
+        loads = np.zeros((len(system.loads), width))
+        loads[:, one : system.size] = system.loads
         forces = np.vstack([linear.fx, linear.fy[system.has_normal]])
         parts = [linear.motion[outputs], p, equations.C @ p, equations.columns.T @ p, loads, forces, linear.rate]
         pressing = linear.motion[system.n_contacts : system.n_forces].copy()
-        pressing[:, one:] += system.approach[system.has_normal]
+        pressing[:, one : system.size] += system.approach[system.has_normal]
         split = np.cumsum([len(part) for part in parts])[:-1]
         linear.cache["looked at"] = split, np.vstack(parts).T, np.vstack([linear.fx, pressing]).T
     return linear.cache["looked at"]  # type: ignore[return-value]

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from slipstick.analysis.time_domain.kernel.steps import Rates
 from slipstick.analysis.time_domain.law_in_time import LawsInTime, RegimeNumbers
+from slipstick.analysis.time_domain.static_residual import Behind, force_rate, motion_behind, slopes_behind
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
@@ -191,15 +192,17 @@ class Switch:
 
 @dataclass(kw_only=True)
 class LinearPiece:
-    """The linear system of one combination of states: everything is rows times z."""
+    """The linear system of one combination of states: everything is rows times z.
+
+    Where the structure answers contacts of other laws at once, what depends on them is rows times
+    ``PiecewiseLinear.seen``: z with their forces and the rates of these behind it.
+    """
 
     A: Array
     motion: Array
     """Tangential, normal and output motions."""
     fx: Array
     fy: Array
-    spring: Array
-    """``kt (x + u_p)`` of each contact."""
     rate: Array
     """``d(x + u)/dtau`` of each contact."""
     switches: tuple[Switch, ...]
@@ -207,11 +210,31 @@ class LinearPiece:
     """Rows of the switching functions."""
     acting: Array
     """Forces on the columns of the structure: of friction contacts, with their sign, and loads."""
+    law_rows: Array
+    """Motion at the ports of other laws without their own forces, and its velocity: rows times z alone."""
+    law_speed: Array
+    law_columns: Array
+    """Rates of z by their forces, (size, P)."""
+    residual: Array | None = None
+    """How the ports answer these at once, (P, P)."""
     regimes: RegimeNumbers = ()
     """Of the contacts whose law switches."""
     smooth: bool = False
     """Whether other laws add to ``A z`` what is not linear."""
     cache: dict[str, object] = field(default_factory=dict)
+
+    @property
+    def sees_forces(self) -> bool:
+        """Whether rows reach beyond z."""
+        return self.motion.shape[1] > len(self.A)
+
+    def rates_of(self, rows: Array) -> Array:
+        """The rows of the rates by tau of what rows tell; these depend neither on velocities nor on rates of forces."""
+        size = len(self.A)
+        if not self.sees_forces:
+            return rows @ self.A
+        by_force = rows[..., size : (size + rows.shape[-1]) // 2]
+        return np.concatenate([rows[..., :size] @ self.A, np.zeros_like(by_force), by_force], axis=-1)
 
 
 class PiecewiseLinear:
@@ -236,50 +259,89 @@ class PiecewiseLinear:
         n = system.n
         self._K, self._C, self._columns = np.split(solved, [n, 2 * n], axis=1)
         self._normal_of = np.cumsum(system.has_normal) - 1
-        if system.laws:
-            self._place_laws()
+        self._check_laws()
 
-    def _place_laws(self) -> None:
-        """Rows that give motion and velocity at the ports of other laws, columns by which their forces act."""
+    def _check_laws(self) -> None:
+        """Sets whether the structure answers forces of other laws at once; only those that switch are known so."""
         s = self.system
-        first, one, P = s.n_forces, s.n_dynamic, s.laws.n_ports
-        at = slice(first, first + P)
-        through = s.equations.feedthrough
-        if np.any(through[:, at]) or np.any(through[at]):
-            raise InputError(
-                "time integration: the structure answers a force at once (a static residual), and that is known with "
-                "friction contacts alone; give the structure more modes and no residual"
-            )
-        self.law_rows, self.law_speed = np.zeros((2, P, s.size))
-        self.law_rows[:, : s.n] = s.equations.rows[at]
-        self.law_speed[:, s.n : 2 * s.n] = s.omega * s.equations.rows[at]
-        self.law_rows[:, one:] = s.law_motion
-        self.law_speed[:, one:] = s.law_speed
-        self.law_columns = np.zeros((s.size, P))
-        self.law_columns[s.n : 2 * s.n] = -self._columns[:, at] / s.omega**2
+        first, through = s.n_forces, s.equations.feedthrough
+        at = slice(first, first + s.laws.n_ports)
+        self.at_once = bool(np.any(through[:, at]))
+        reached = np.any(through[at, : at.stop], axis=1) | np.any(through[:, at], axis=0)
+        for law, ports, *_ in s.laws.each:
+            if law.law.regimes is None and np.any(reached[ports]):
+                raise InputError(
+                    f"time integration: contacts of {type(law.law).__name__} act where the structure answers a force "
+                    "at once (a static residual), and that is known of friction alone, along a line or in a plane; "
+                    "give the structure more modes and no residual"
+                )
 
-    def law_motion(self, z: Array) -> tuple[Array, Array, Array]:
+    def law_motion(self, linear: LinearPiece, z: Array) -> tuple[Array, Array, Array]:
         """Motion, velocity (k, P) and memory (k, m) of the contacts of other laws at states (k, size)."""
-        return z @ self.law_rows.T, z @ self.law_speed.T, z[:, self.system.memory]
+        if linear.residual is not None:
+            told = self._behind(linear, z)
+            return told.q, told.velocity, z[:, self.system.memory]
+        return z @ linear.law_rows.T, z @ linear.law_speed.T, z[:, self.system.memory]
+
+    def _behind(self, linear: LinearPiece, z: Array) -> Behind:
+        given, R = (z @ linear.law_rows.T, z @ linear.law_speed.T, z[:, self.system.memory]), linear.residual
+        assert R is not None
+        return motion_behind(self.system.laws, R, *given, linear.regimes)
+
+    def law_forces(self, linear: LinearPiece, z: Array) -> tuple[Array, Array]:
+        """Their forces (k, P) and rates of their memory (k, m), per unit of time."""
+        if linear.residual is not None:
+            told = self._behind(linear, z)
+            return told.forces, told.rates
+        return self.system.laws.rate(*self.law_motion(linear, z), linear.regimes)
+
+    def law_slopes(self, linear: LinearPiece, z: Array) -> tuple[Array, ...]:
+        """Derivatives by z, (k, ..., size): of motion, velocity and forces, rates of the memory and of the forces.
+
+        Rates are per unit of time; those of the forces are known where the structure answers them at once.
+        """
+        s, P = self.system, self.system.laws.n_ports
+        given = np.concatenate([linear.law_rows, linear.law_speed, np.eye(s.size)[s.memory]])
+        motion = self.law_motion(linear, z)
+        if linear.residual is not None:
+            told = slopes_behind(s.laws, linear.residual, *motion, linear.regimes)
+            return tuple(part @ given for part in told)
+        by_state = s.laws.slopes(*motion, linear.regimes) @ given
+        still = np.broadcast_to(given, (len(z), *given.shape))
+        return still[:, :P], still[:, P : 2 * P], by_state[:, :P], by_state[:, P:], np.zeros_like(by_state[:, :P])
 
     def rate(self, linear: LinearPiece, z: Array) -> Array:
         """``dz/dtau`` at states (k, size)."""
         out = np.asarray(z @ linear.A.T, dtype=float)
         if linear.smooth:
-            forces, rates = self.system.laws.rate(*self.law_motion(z), linear.regimes)
-            out += forces @ self.law_columns.T
+            forces, rates = self.law_forces(linear, z)
+            out += forces @ linear.law_columns.T
             out[:, self.system.memory] += rates / self.system.omega
         return out
 
     def rate_slopes(self, linear: LinearPiece, z: Array) -> Array:
         """Its derivatives by z, (k, size, size)."""
-        s, P = self.system, self.system.laws.n_ports
-        slopes = s.laws.slopes(*self.law_motion(z), linear.regimes)
-        remembered = np.eye(s.size)[s.memory]
-        by_state = slopes @ np.concatenate([self.law_rows, self.law_speed, remembered])
-        out = linear.A + self.law_columns @ by_state[:, :P]
-        out[:, s.memory] += by_state[:, P:] / s.omega
+        s = self.system
+        _, _, force, rate, _ = self.law_slopes(linear, z)
+        out = linear.A + linear.law_columns @ force
+        out[:, s.memory] += rate / s.omega
         return np.asarray(out, dtype=float)
+
+    def seen(self, linear: LinearPiece, z: Array) -> Array:
+        """What the rows of a piece are times, at states (k, size)."""
+        if not linear.sees_forces:
+            return z
+        told, memory = self._behind(linear, z), z[:, self.system.memory]
+        rate = force_rate(self.system.laws, told.q, told.velocity, memory, linear.regimes, told.rates)
+        return np.hstack([z, told.forces, rate / self.system.omega])
+
+    def by_state(self, linear: LinearPiece, rows: Array, z: Array) -> Array:
+        """Derivatives by z at one state (size,) of what rows of a piece tell, (..., size)."""
+        if not linear.sees_forces:
+            return rows
+        *_, force, _, rate = self.law_slopes(linear, z[None])
+        slopes = np.concatenate([np.eye(self.system.size), force[0], rate[0] / self.system.omega])
+        return np.asarray(rows @ slopes, dtype=float)
 
     def __call__(self, states: Combination) -> LinearPiece:
         """The linear system of a combination."""
@@ -290,14 +352,22 @@ class PiecewiseLinear:
 
     def _switched(self, linear: LinearPiece, regimes: RegimeNumbers) -> LinearPiece:
         """The system with laws that switch in some regimes; it is linear where these are."""
-        laws = self.system.laws
+        laws, one = self.system.laws, self.system.n_dynamic
         piece = replace(linear, regimes=regimes, cache={})
         if len(laws.switching) == laws.count and all(
             regime in contact.regimes.linear for contact, regime in zip(laws.switching, regimes, strict=True)
         ):
             nothing = np.zeros((1, self.system.size))
             A = self.rate_slopes(piece, nothing)[0]
-            A[:, self.system.n_dynamic] += self.rate(piece, nothing)[0]
+            A[:, one] += self.rate(piece, nothing)[0]
+            if piece.sees_forces:
+                constant, parts = self.seen(piece, nothing)[0], {}
+                for name in ("motion", "fx", "fy", "rate", "margins"):
+                    rows = getattr(piece, name)
+                    parts[name] = self.by_state(piece, rows, nothing[0])
+                    parts[name][:, one] += rows @ constant
+                for name, rows in parts.items():
+                    setattr(piece, name, rows)
             piece.A, piece.smooth = A, False
         return piece
 
@@ -326,11 +396,15 @@ class PiecewiseLinear:
             linear.cache["rates"] = Rates._make(map(np.ascontiguousarray, parts))
         return linear.cache["rates"]  # type: ignore[return-value]
 
-    def law_rows_of(self, number: int) -> Array:
-        """Rows (2 n_ports + n_memory, size) of motion, velocities and memory of one contact whose law switches."""
+    def law_rows_of(self, linear: LinearPiece, number: int, z: Array) -> Array:
+        """Derivatives of motion, velocities and memory of one contact whose law switches by z (size,).
+
+        (2 n_ports + n_memory, size).
+        """
         contact = self.system.laws.switching[number]
+        motion, velocity, *_ = self.law_slopes(linear, z[None])
         remembered = np.eye(self.system.size)[self.system.memory][contact.memory]
-        return np.concatenate([self.law_rows[contact.ports], self.law_speed[contact.ports], remembered])
+        return np.concatenate([motion[0, contact.ports], velocity[0, contact.ports], remembered])
 
     def _laws(self, states: Combination) -> tuple[Array, Array]:
         """Contact forces (tangential, then the normal ones) as ``S motion + T z``."""
@@ -360,6 +434,7 @@ class PiecewiseLinear:
         n, nc, one, sliding = s.n, s.n_contacts, s.n_dynamic, s.sliding
         S, T = self._laws(states)
         n_forces, loaded = len(S), len(S) + s.laws.n_ports
+        at, forced = slice(n_forces, loaded), slice(one, s.size)
         load = np.zeros((len(s.loads), s.size))
         load[:, one:] = s.loads
         D = s.equations.feedthrough
@@ -369,6 +444,8 @@ class PiecewiseLinear:
         coupled = np.eye(n_forces) + S @ D[:n_forces, :n_forces]
         forces = np.asarray(np.linalg.solve(coupled, S @ free[:n_forces] + T), dtype=float)
         motion = free - D[:, :n_forces] @ forces
+        by_law = -np.linalg.solve(coupled, S @ D[:n_forces, at])  # forces of friction contacts by those of other laws
+        moved_by_law = -D[:, at] - D[:, :n_forces] @ by_law
 
         A = np.zeros((s.size, s.size))
         A[:n, n : 2 * n] = np.eye(n)
@@ -382,20 +459,32 @@ class PiecewiseLinear:
                 A[2 * n + j, one:] = s.kt[j] * sliding[j]
         A[one:, one:] = s.forcing_rates
 
+        law_rows, law_columns = motion[at].copy(), np.zeros((s.size, s.laws.n_ports))
+        law_speed = s.omega * law_rows @ A
+        if s.laws:
+            law_rows[:, forced] += s.law_motion
+            law_speed[:, forced] += s.law_speed
+        law_columns[n : 2 * n] = -(self._columns[:, at] + self._columns[:, :n_forces] @ by_law) / s.omega**2
+        if self.at_once:
+            motion, forces = (
+                np.hstack([rows, by, np.zeros_like(by)]) for rows, by in ((motion, moved_by_law), (forces, by_law))
+            )
+
         total = motion[:nc].copy()
-        total[:, one:] += s.rubbing
-        rate = total @ A
-        rate[:, one:] += sliding
-        fy = np.zeros((nc, s.size))
+        total[:, forced] += s.rubbing
+        fy = np.zeros_like(total)
         for j in range(nc):
             if s.has_normal[j]:
                 fy[j] = forces[nc + self._normal_of[j]]
             elif states[j] is not State.SEPARATION:
-                fy[j, one:] = s.kn[j] * s.approach[j]
+                fy[j, forced] = s.kn[j] * s.approach[j]
         linear = LinearPiece(
-            A=A, motion=motion, fx=forces[:nc], fy=fy, spring=s.kt[:, None] * total, rate=rate,
-            switches=(), margins=np.zeros((0, s.size)), acting=acting, smooth=bool(s.laws),
+            A=A, motion=motion, fx=forces[:nc], fy=fy, rate=total, switches=(),
+            margins=np.zeros((0, total.shape[1])), acting=acting, law_rows=law_rows, law_speed=law_speed,
+            law_columns=law_columns, residual=-moved_by_law[at] if self.at_once else None, smooth=bool(s.laws),
         )  # fmt: skip
+        linear.rate = linear.rates_of(total)
+        linear.rate[:, forced] += sliding
         self._add_switches(states, linear)
         return linear
 
@@ -403,12 +492,12 @@ class PiecewiseLinear:
         s, varies, frictional = self.system, self.system.varies, self.frictional
         switches, rows = [], []
         limits = s.mu[:, None] * linear.fy
-        limit_rates = limits @ linear.A
+        limit_rates = linear.rates_of(limits)
         for j, state in enumerate(states):
-            opening = np.zeros(s.size)
+            opening = np.zeros(linear.motion.shape[1])
             if s.has_normal[j]:
                 opening = linear.motion[s.n_contacts + self._normal_of[j]].copy()
-            opening[s.n_dynamic :] += s.approach[j]
+            opening[s.n_dynamic : s.size] += s.approach[j]
             if state is State.SEPARATION and varies[j]:
                 switches.append(Switch(contact=j, target=None))
                 rows.append(-opening)

@@ -2,7 +2,8 @@
 
 The derivative of the period map is the product of the pieces' exponentials; at a state change z is continuous but for
 the memory of the friction spring, whose jump adds the saltation term
-``J + (A+ z+ - J A- z-) g / (g A- z-)`` with ``g`` the row of the switching function.
+``J + (A+ z+ - J A- z-) g / (g A- z-)`` with ``g`` the row of the switching function. Where velocities jump, because
+the structure answers forces at once, a change may bring another one about: that comes when the first one does.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from itertools import count
 
 import numpy as np
 
-from slipstick.analysis.time_domain.event_integrator import ChatteringError, Piece, StateChange, Stepper
+from slipstick.analysis.time_domain.event_integrator import ChatteringError, Piece, StateChange, Stepper, spring_memory
 from slipstick.analysis.time_domain.piecewise import Combination, State
 from slipstick.analysis.time_domain.slow_modes import SlowModes
 from slipstick.typing import Array
@@ -26,6 +27,8 @@ _FOR_RATIO = 8
 _PERIODIC_FEW, _MOST_FEW = 1e-9, 60
 """How closely a period of the slow modes alone comes back, and in how many periods."""
 _STALLED = 0.5
+_BROUGHT_ABOUT = -1e-9
+"""Value of a switching function beside its size that is no rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,48 +46,57 @@ class PeriodEnd:
     error: float
 
 
-def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
-    """Derivative of z just after a state change by what ``Phi`` is the derivative of."""
-    if item.contact >= stepper.model.system.n_contacts:
-        return _regime_saltation(stepper, item, Phi)
-    model, e = stepper.model, 2 * stepper.model.system.n + item.contact
-    after = model(item.states)
-    row = np.zeros(len(item.z))
-    if item.after is State.STICK:
-        law = after.fx[item.contact]
-        row = (item.linear.fx[item.contact] - law) / law[e]
-        row[e] = item.linear.fx[item.contact][e] / law[e]
-    rate = item.rate
-    z_after = item.z.copy()
-    z_after[e] = row @ item.z
-    jump = np.zeros(len(item.z))
-    jump[e] = (after.A @ z_after)[e] - row @ rate
-    out = Phi.copy()
-    out[e] = row @ Phi
-    slope = item.margin @ rate
-    if slope != 0.0:
-        out += np.outer(jump, item.margin @ Phi) / slope
-    return out
+def saltation(stepper: Stepper, item: StateChange, Phi: Array, earlier: Array | None = None) -> tuple[Array, Array]:
+    """Derivative of z just after a state change by what ``Phi`` is the derivative of, and how much earlier it comes.
 
-
-def _regime_saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
-    """The same where a contact whose law switches goes over into another regime."""
-    model, number = stepper.model, item.contact - stepper.model.system.n_contacts
-    system = model.system
-    contact, rows = system.laws.switching[number], model.law_rows_of(number)
-    at = contact.at(*model.law_motion(item.z[None]))
-    before, after = int(item.before), int(item.after)
-    z, own = item.z.copy(), system.memory.start + contact.memory
-    kept = contact.regimes.reset_slopes(before, after, at) @ rows
-    z[own] = contact.regimes.reset(before, after, at)[:, 0, 0]
-    jump = model.rate(model(item.states), z[None])[0] - item.rate
-    jump[own] += item.rate[own] - kept @ item.rate
+    ``earlier`` is that of a change at the same instant that brought this one about: both come together.
+    """
+    system, z = stepper.model.system, item.z.copy()
+    if item.contact >= system.n_contacts:
+        own, kept = _regime_begins(stepper, item, z)
+    else:
+        own, kept = _friction_begins(stepper, item, z)
+    after = stepper.model.rate(stepper.model(item.states), z[None])[0]
+    jump = np.zeros(len(z))
+    jump[own] = after[own] - kept @ item.rate
+    if stepper.model.at_once:  # velocities jump, and what others remember follows them
+        others = np.setdiff1d(np.arange(system.memory.start, system.memory.stop), own)
+        jump[others] = (after - item.rate)[others]
     out = Phi.copy()
     out[own] = kept @ Phi
-    slope = item.margin @ item.rate
-    if slope != 0.0:
-        out += np.outer(jump, item.margin @ Phi) / slope
-    return out
+    if earlier is None:
+        slope = item.margin @ item.rate
+        earlier = item.margin @ Phi / slope if slope != 0.0 else np.zeros(Phi.shape[1])
+    return out + np.outer(jump, earlier), earlier
+
+
+def _friction_begins(stepper: Stepper, item: StateChange, z: Array) -> tuple[Array, Array]:
+    """Where z has what a friction contact remembers, and the rows that give it after; writes it into z."""
+    model, e = stepper.model, 2 * stepper.model.system.n + item.contact
+    kept = np.zeros((1, len(z)))
+    z[e] = 0.0
+    if item.after is State.STICK:
+        linear, after = item.linear, model(item.states)
+        force = linear.fx[item.contact] @ model.seen(linear, item.z[None])[0]
+        z[e] = spring_memory(model, item.states, item.contact, z, float(force))
+        before, law = (
+            model.by_state(piece, piece.fx[item.contact], at) for piece, at in ((linear, item.z), (after, z))
+        )
+        kept[0] = (before - law) / law[e]
+        kept[0, e] = before[e] / law[e]
+    return np.array([e]), kept
+
+
+def _regime_begins(stepper: Stepper, item: StateChange, z: Array) -> tuple[Array, Array]:
+    """The same of a contact whose law switches, where it goes over into another regime."""
+    model, number = stepper.model, item.contact - stepper.model.system.n_contacts
+    contact = model.system.laws.switching[number]
+    at = contact.at(*model.law_motion(item.linear, item.z[None]))
+    before, after = int(item.before), int(item.after)
+    own = model.system.memory.start + contact.memory
+    z[own] = contact.regimes.reset(before, after, at)[:, 0, 0]
+    rows = model.law_rows_of(item.linear, number, item.z)
+    return own, contact.regimes.reset_slopes(before, after, at) @ rows
 
 
 def one_period(stepper: Stepper, z: Array, states: Combination, derivative: bool, tau: float = 0.0) -> Array | None:
@@ -94,13 +106,17 @@ def one_period(stepper: Stepper, z: Array, states: Combination, derivative: bool
             pass
         return None
     Phi, linear, length = np.eye(len(z))[:, : stepper.model.system.n_dynamic], None, 0.0
+    earlier: Array | None = None
     for item in stepper.period(z, states, tau):
         if isinstance(item, Piece) and not item.linear.smooth and (linear is None or item.linear is linear):
-            linear, length = item.linear, length + item.fraction
+            linear, length, earlier = item.linear, length + item.fraction, None
             continue
         if linear is not None:
             Phi, linear, length = stepper.propagate(linear, Phi, length), None, 0.0
-        Phi = saltation(stepper, item, Phi) if isinstance(item, StateChange) else stepper.carried(item, Phi)
+        if isinstance(item, StateChange):
+            Phi, earlier = saltation(stepper, item, Phi, earlier if item.value < _BROUGHT_ABOUT else None)
+        else:
+            Phi, earlier = stepper.carried(item, Phi), None
     return Phi if linear is None else stepper.propagate(linear, Phi, length)
 
 
@@ -109,7 +125,9 @@ def relative_change(stepper: Stepper, before: Array, after: Array, states: Combi
     system = stepper.model.system
     n, linear = system.n, stepper.model(states)
     motion = np.abs(after - before)[: 2 * n].max() / max(np.abs(after[: 2 * n]).max(), 1e-300)
-    force = np.abs(linear.fx @ (after - before)) / np.maximum(np.abs(system.mu * (linear.fy @ after)), 1e-300)
+    seen = stepper.model.seen(linear, np.stack([before, after]))
+    limit = np.abs(system.mu * (linear.fy @ seen[1]))
+    force = np.abs(linear.fx @ (seen[1] - seen[0])) / np.maximum(limit, 1e-300)
     stuck = [state is State.STICK for state in states[: system.n_contacts]]
     moved, size, angles = stepper.difference(before, after, states)[system.memory], np.abs(after[system.memory]), []
     if system.laws.switching:
