@@ -50,3 +50,11 @@ def test_a_thousand_random_systems(chunk):
     ended = Counter(branch.outcome.name for branch in branches.values())
     incomplete = [seed for seed, branch in branches.items() if not branch.outcome.ok]
     assert len(incomplete) <= PERMITTED, (ended, incomplete)
+
+
+@pytest.mark.verify
+def test_a_hundred_that_slide_in_the_plane():
+    """Every tenth against the equations too: a march takes seconds."""
+    branches = {seed: followed(seed, planar=True, points=2 if seed % 10 == 4 else 0) for seed in range(CHUNK)}
+    incomplete = [seed for seed, branch in branches.items() if not branch.outcome.ok]
+    assert len(incomplete) <= PERMITTED, incomplete
