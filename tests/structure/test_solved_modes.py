@@ -110,6 +110,20 @@ def test_zero_forces_and_harmonics_that_do_not_act(written: Any, solved: Any) ->
     close(g.parts.times(G, g.part_weight), f.parts.times(G, f.part_weight), 1e-6)
 
 
+def test_loads_on_single_dofs(written: ModalStructure, solved: SolvedModes) -> None:
+    """Columns beyond the rows that are no shapes: sizes are given of the rows alone, forces of all or of the rows."""
+    A, B = (s.project(ports(s)[:, :-2], ports(s), ("tip",)) for s in (written, solved))
+    f, g = (one.factors(ORDERS, OMEGA) for one in (A, B))
+    rows, columns = A.static.shape
+    rng = np.random.default_rng(7)
+    for n in (rows, columns - 1, columns):
+        G = rng.standard_normal((n, 4)) + 1j * rng.standard_normal((n, 4))
+        close(g.parts.times(G, g.part_weight), f.parts.times(G, f.part_weight), 1e-6)
+        assert g.parts.reach(np.abs(G), np.ones((2, 4))).shape == (rows, 4)
+    close(load_compliance(B.static), load_compliance(A.static))
+    close(own_compliance(B.static), own_compliance(A.static), 0.05)
+
+
 def test_few_directions_are_written_out(written: ModalStructure, solved: SolvedModes) -> None:
     row = np.eye(len(solved.dofs))[:, [4]]
     for rows, columns in ((row, ports(solved)), (ports(solved), row), (row, row)):
