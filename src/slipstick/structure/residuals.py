@@ -231,11 +231,13 @@ class SolvedResiduals:
                 return np.asarray(answer)
         onto, moved = (self._rows, self._columns) if transposed else (self._columns, self._rows)
         left, right = (self._right[: self._n], self._left) if transposed else (self._left, self._right[: self._n])
-        first, then = self._full.solutions(onto @ forces, second)
         modal = right.T @ forces
         out = np.zeros((2, len(left), forces.shape[1]))
-        out[0] = moved.T @ first - left @ (modal / self._omega[:, None] ** 2)
-        out[1][:, second] = moved.T @ then - left @ (modal[:, second] / self._omega[:, None] ** 4)
+        for begin in range(0, forces.shape[1], _SOLVED):
+            part, also = slice(begin, begin + _SOLVED), begin + np.flatnonzero(second[begin : begin + _SOLVED])
+            first, then = self._full.solutions(onto @ forces[:, part], second[part])
+            out[0][:, part] = moved.T @ first - left @ (modal[:, part] / self._omega[:, None] ** 2)
+            out[1][:, also] = moved.T @ then - left @ (modal[:, also] / self._omega[:, None] ** 4)
         self._known = forces.copy(), second.copy(), transposed, out
         return out
 
@@ -296,6 +298,9 @@ class SolvedResiduals:
 
 
 _TOGETHER = 32
+"""Columns of a matrix that is written out at a time."""
+
+_SOLVED = 64
 """Columns solved at a time: more cost as much each, and memory."""
 
 
