@@ -21,7 +21,7 @@ def structure(n, modes=9, *, loss=0.01, second=True, seed=0, rest=1.0):
     rng = np.random.default_rng(seed)
     omega, shapes = np.sort(rng.uniform(2.0, 60.0, modes)), rng.standard_normal((n, modes))
     root = rng.standard_normal((n, n))
-    rest = rest * root @ root.T / n
+    rest = rest * (root @ root.T) / n
     return ss.ModalStructure(
         omega=omega,
         mode_shapes=shapes,
@@ -106,6 +106,19 @@ def test_products_and_solutions(both, transposed):
         )
 
 
+@pytest.mark.parametrize(
+    ("pairs", "thermal", "rest"),
+    [(grid(4), None, np.kron(np.eye(5), np.ones((2, 2)))[:9, :9]), (mixture(), None, 0.0), (*heated(4), 0.0)],
+)
+def test_what_is_near_is_all_of_it_where_residuals_stay_within_the_elements(pairs, thermal, rest):
+    dense, own = jacobians(pairs, thermal, rest=rest)
+    for v in np.random.default_rng(11).standard_normal((2, own.size)):
+        np.testing.assert_allclose(own.nearby(v), dense.multiply(v), rtol=0, atol=1e-12)
+    own.solve(v)
+    assert own.products <= 2
+    assert own.sign() == dense.sign()
+
+
 def test_what_stands_for_it_transposed_is_its_transpose(both):
     """A wrong one would still be solved with, only slower."""
     _, own = both
@@ -132,6 +145,7 @@ def test_what_stands_for_it_is_all_of_it_where_every_mode_is_held(pairs, monkeyp
 def test_modes_that_are_left_out_cost_products_and_no_digits(monkeypatch):
     """Of more coefficients than are held exactly, those that carry most are chosen, harmonic 0 counted once."""
     products = []
+    monkeypatch.setattr(ContactJacobian, "has_nearby", False)
     for most in (0, 20, 264):
         monkeypatch.setattr(contact_jacobian, "MOST_APART", most)
         dense, own = jacobians(grid(4))

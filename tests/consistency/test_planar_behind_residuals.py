@@ -154,6 +154,17 @@ def test_long_runs_know_it() -> None:
     assert {"separation", "slip"} <= set(run["change_after"].to_numpy().tolist())
 
 
+def test_the_speed_may_grow() -> None:
+    """Along a line the sweep is that of a contact of one direction behind the same residual."""
+    plane, line = (
+        ss.runs.run_up(straight(law, -1.5, 0.5), omega=(4.0, 5.5), rate=0.5).dataset
+        for law in (ss.PlanarFrictionContact, ss.FrictionContact)
+    )
+    np.testing.assert_allclose(plane["amplitude"], line["amplitude"], atol=1e-8)
+    np.testing.assert_allclose(plane["section_displacement"], line["section_displacement"], atol=1e-8)
+    assert float(plane["energy_error"].max()) < 1e-9
+
+
 def beside(law: type) -> ss.Problem:
     """A contact in a plane beside one along a line, on a structure that couples them at once."""
     rng = np.random.default_rng(5)

@@ -14,7 +14,7 @@ import slipstick as ss
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.model import ElasticModel, elastic_model
-from slipstick.structure import solved_modes
+from slipstick.structure import residuals, solved_modes
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.reduction import compute as reduction_compute
 from slipstick.structure.reduction.near_field import neighbours
@@ -108,6 +108,31 @@ def test_zero_forces_and_harmonics_that_do_not_act(written: Any, solved: Any) ->
     assert not g.parts.times(G, g.part_weight).any()
     G[3, 0], G[-1, 2] = 2.0, 1.0j
     close(g.parts.times(G, g.part_weight), f.parts.times(G, f.part_weight), 1e-6)
+
+
+def test_columns_solved_in_parts(solved: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some of them for one residual alone."""
+    B, rng = solved.project(ports(solved), ports(solved)), np.random.default_rng(8)
+    forces, second = rng.standard_normal((len(solved.dofs), 8)), np.arange(8) % 3 > 0
+    whole = B._residuals.both(forces, second)
+    monkeypatch.setattr(residuals, "_SOLVED", 3)
+    B._residuals._known = None
+    close(B._residuals.both(forces, second), whole)
+    assert not whole[1][:, ~second].any()
+
+
+def test_loads_on_single_dofs(written: ModalStructure, solved: SolvedModes) -> None:
+    """Columns beyond the rows that are no shapes: sizes are given of the rows alone, forces of all or of the rows."""
+    A, B = (s.project(ports(s)[:, :-2], ports(s), ("tip",)) for s in (written, solved))
+    f, g = (one.factors(ORDERS, OMEGA) for one in (A, B))
+    rows, columns = A.static.shape
+    rng = np.random.default_rng(7)
+    for n in (rows, columns - 1, columns):
+        G = rng.standard_normal((n, 4)) + 1j * rng.standard_normal((n, 4))
+        close(g.parts.times(G, g.part_weight), f.parts.times(G, f.part_weight), 1e-6)
+        assert g.parts.reach(np.abs(G), np.ones((2, 4))).shape == (rows, 4)
+    close(load_compliance(B.static), load_compliance(A.static))
+    close(own_compliance(B.static), own_compliance(A.static), 0.05)
 
 
 def test_few_directions_are_written_out(written: ModalStructure, solved: SolvedModes) -> None:

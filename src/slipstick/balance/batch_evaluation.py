@@ -25,13 +25,18 @@ _MANY = 2**18
 """Entries of a receptance from which on its size is that of its factors."""
 
 
-def evaluated_together(balance: Balance) -> bool:
-    """Whether motions of a balance can be evaluated together.
+def forces_together(balance: Balance) -> bool:
+    """Whether forces and residuals at motions of a balance can be computed together.
 
-    Not with contact states, which depend on the neighbouring solution, and not in the forms of the equations that are
-    made for one frequency at a time.
+    Not with contact states, which depend on the neighbouring solution, and not with springs, which are those of one
+    frequency.
     """
-    return not balance.states and balance.springs is None and balance.backend.name == "dense"
+    return not balance.states and balance.springs is None
+
+
+def evaluated_together(balance: Balance) -> bool:
+    """Whether motions of a balance can be evaluated together: Jacobians too, which iterative ones are not."""
+    return forces_together(balance) and balance.backend.name == "dense"
 
 
 def respond(

@@ -264,6 +264,8 @@ class ContactJacobian(IterativeJacobian):
         ``dF/dX`` by batch and port.
     """
 
+    has_nearby = True
+
     def __init__(
         self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, states: Sequence[Carried] = ()
     ) -> None:
@@ -294,12 +296,29 @@ class ContactJacobian(IterativeJacobian):
 
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
         """``J @ x``, or the transpose times x."""
+        if x.ndim == 2 and transposed:
+            return np.column_stack([self.multiply(column, transposed=True) for column in x.T])
         if x.ndim == 2:
-            return np.column_stack([self.multiply(column, transposed=transposed) for column in x.T])
+            return x + self._compliance.answers([_complex(self._forces(column), self._L) for column in x.T])
         if transposed:
             onto = self._compliance.transposed(_complex(x, self._L))[: self._n_ports]
             return x + self._forces(coefficients(onto).reshape(-1, self._L), transposed=True).ravel()
         return x + self._compliance.answer(_complex(self._forces(x), self._L))
+
+    def nearby(self, x: Array) -> Array:
+        """``J @ x`` without what residuals carry from one element to another: it falls off fast."""
+        F = self._forces(x)
+        out = x.reshape(F.shape) + coefficients(self._compliance.by_modes(_complex(F, self._L))).reshape(F.shape)
+        by_port, own = _complex(np.vstack([F, np.zeros(self._L)]), self._L), self._rows(None)
+        for elements, residual in zip(self._elements, self._own_residuals, strict=True):
+            moved = np.einsum("nijh,njh->nih", residual, by_port[elements.rows])
+            elements.scatter(coefficients(moved.reshape(-1, moved.shape[2])), own)
+        return np.asarray(out + own[:-1]).ravel()
+
+    @cached_property
+    def _own_residuals(self) -> list[ComplexArray]:
+        """What the residuals make each element answer to itself, (n, p, p, n + 1)."""
+        return [self._compliance.local_residual(elements.rows) for elements in self._elements]
 
     def bound(self, x: Array) -> Array:
         """``|J| @ |x|``, or more: both coefficients of a harmonic get the sum of their sizes."""

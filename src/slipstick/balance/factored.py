@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +38,14 @@ class FactoredCompliance:
         delayed = G if f.columns is None else G * f.columns[: len(G)]
         return self._sum(delayed, f.weight, f.part_weight)
 
+    def answers(self, G: Sequence[ComplexArray]) -> Array:
+        """The same of several together, (n_rows * L, k)."""
+        f, k = self.factors, len(G)
+        if k == 1:
+            return self.answer(G[0])[:, None]
+        joined = np.concatenate(G if f.columns is None else [one * f.columns[: len(one)] for one in G], axis=1)
+        return self._sum(joined, np.tile(f.weight, (k, 1)), np.tile(f.part_weight, k), k)
+
     def rate(self, G: ComplexArray) -> Array:
         """The same of the derivative."""
         f = self.factors
@@ -55,14 +65,24 @@ class FactoredCompliance:
         coupled = (f.coupling @ modal.view(float)).view(complex) * weight
         return coefficients((f.left @ coupled.view(float)).view(complex))
 
-    def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray) -> Array:
-        f, count = self.factors, len(G)
+    def by_modes(self, G: ComplexArray) -> ComplexArray:
+        """``conj(A) G`` (n_rows, n + 1) without the residuals."""
+        f = self.factors
+        return self._modes(G if f.columns is None else G * f.columns[: len(G)], f.weight)
+
+    def _modes(self, G: ComplexArray, weight: ComplexArray) -> ComplexArray:
         pairs = np.ascontiguousarray(G).view(float)  # real matrices times real numbers: half the work
-        modal = (f.right[:count].T @ pairs).view(complex) * weight.conj().T
-        out: ComplexArray = (f.left @ modal.view(float)).view(complex)
+        modal = (self.factors.right[: len(G)].T @ pairs).view(complex) * weight.conj().T
+        return np.asarray((self.factors.left @ modal.view(float)).view(complex))
+
+    def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray, k: int = 0) -> Array:
+        """Coefficients (n_rows * L,), or (n_rows * L, k) of k together."""
+        out = self._modes(G, weight)
         if part_weight.any():
-            out += f.parts.times(G, part_weight.conj())
-        return coefficients(out)
+            out += self.factors.parts.times(G, part_weight.conj())
+        if not k:
+            return coefficients(out)
+        return np.column_stack([coefficients(one) for one in np.split(out, k, axis=1)])
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
         """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""
@@ -99,7 +119,13 @@ class FactoredCompliance:
         both = left[:, :, None, :] * right[:, None, :, :]
         n, p = rows.shape
         value = (both.reshape(n * p * p, -1) @ weight.T).reshape(n, p, p, -1)
+        return np.asarray(value + self.local_residual(rows), dtype=complex)
+
+    def local_residual(self, rows: NDArray[np.intp]) -> ComplexArray:
+        """The same of the residuals alone."""
+        f, here = self.factors, rows >= 0
+        value = np.zeros((*rows.shape, rows.shape[1], len(f.weight)), dtype=complex)
         present = here[:, :, None] & here[:, None, :]
         for entries, share in zip(f.parts.entries(rows[:, :, None], rows[:, None, :]), f.part_weight, strict=True):
             value += (entries * present)[..., None] * share.conj()
-        return np.asarray(value, dtype=complex)
+        return value

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Reason
 from slipstick.interrupts import pass_on
-from slipstick.solve.linear.jacobian import Jacobian, UndefinedJacobian
+from slipstick.solve.linear.jacobian import Jacobian, UndefinedJacobian, correction
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
@@ -284,7 +284,7 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
     if result.jacobian.singular:
         result.correction_norm, result.reason = np.inf, NewtonStop.SINGULAR
         return None
-    step = result.jacobian.solve(result.residual)
+    step = correction(result.jacobian, result.residual)
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
@@ -354,7 +354,7 @@ def line_search(
         result.evaluations += 1
         natural = np.inf
         if isfinite(trial[4]):
-            natural = norm(result.jacobian.solve(trial[1]) * inverse_scale) / size
+            natural = norm(correction(result.jacobian, trial[1]) * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction

@@ -231,11 +231,13 @@ class SolvedResiduals:
                 return np.asarray(answer)
         onto, moved = (self._rows, self._columns) if transposed else (self._columns, self._rows)
         left, right = (self._right[: self._n], self._left) if transposed else (self._left, self._right[: self._n])
-        first, then = self._full.solutions(onto @ forces, second)
         modal = right.T @ forces
         out = np.zeros((2, len(left), forces.shape[1]))
-        out[0] = moved.T @ first - left @ (modal / self._omega[:, None] ** 2)
-        out[1][:, second] = moved.T @ then - left @ (modal[:, second] / self._omega[:, None] ** 4)
+        for begin in range(0, forces.shape[1], _SOLVED):
+            part, also = slice(begin, begin + _SOLVED), begin + np.flatnonzero(second[begin : begin + _SOLVED])
+            first, then = self._full.solutions(onto @ forces[:, part], second[part])
+            out[0][:, part] = moved.T @ first - left @ (modal[:, part] / self._omega[:, None] ** 2)
+            out[1][:, also] = moved.T @ then - left @ (modal[:, also] / self._omega[:, None] ** 4)
         self._known = forces.copy(), second.copy(), transposed, out
         return out
 
@@ -248,9 +250,15 @@ class SolvedResiduals:
             answer[:, :, here] = self.both(pairs[:, here], np.repeat(weight[1] != 0, 2)[here], transposed=transposed)
         return np.asarray(answer[0].view(complex) * weight[0] + answer[1].view(complex) * weight[1])
 
+    def _on_ports(self, x: Any) -> Any:
+        """Numbers on the ports (n_ports, k) alone of those on the first columns, zero on those that are not given."""
+        if len(x) >= self._n:
+            return x[: self._n]
+        return np.concatenate([x, np.zeros((self._n - len(x), x.shape[1]))])
+
     def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray:
         """``sum_p weight_p R_p x``."""
-        out = self._summed(x[: self._n], weight, transposed=False)
+        out = self._summed(self._on_ports(x), weight, transposed=False)
         for load, share in zip(self._loads, weight, strict=True):
             if len(x) > self._n:
                 out += (load @ x[self._n :]) * share
@@ -266,7 +274,7 @@ class SolvedResiduals:
         """``sum_p weight_p |R_p| sizes``: near itself entry by entry, beyond by its mean size."""
         out = np.zeros((self.shape[0], sizes.shape[1]))
         for near, load, share in zip(self.near, self._loads, weight, strict=True):
-            out += near.reach(sizes[: self._n]) * share
+            out += near.reach(self._on_ports(sizes)) * share
             if len(sizes) > self._n:
                 out += (np.abs(load) @ sizes[self._n :]) * share
         return out
@@ -290,6 +298,9 @@ class SolvedResiduals:
 
 
 _TOGETHER = 32
+"""Columns of a matrix that is written out at a time."""
+
+_SOLVED = 64
 """Columns solved at a time: more cost as much each, and memory."""
 
 
@@ -331,10 +342,13 @@ class SolvedStatic:
 
     @property
     def loads(self) -> Array:
-        """Of the loads, exact, (n_rows, n_loads)."""
-        n = self._residuals._n
-        modal = (self._left / self._omega**2) @ self._right[n:].T
-        return np.asarray(modal + self._residuals._loads[0]) * self._factor[n:]
+        """Of the loads, exact, (n_rows, n_loads): of single dofs, and then of shapes."""
+        rows, ports = self.shape[0], self._residuals._n
+        modal = (self._left / self._omega**2) @ self._right[ports:].T
+        shapes = np.asarray(modal + self._residuals._loads[0]) * self._factor[ports:]
+        if ports == rows:
+            return shapes
+        return np.column_stack([self @ np.eye(self.shape[1], ports - rows, -rows), shapes])
 
 
 def own_compliance(static: Any) -> Array:

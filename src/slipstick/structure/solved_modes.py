@@ -227,14 +227,14 @@ class SolvedReceptance(ModalReceptance):
         return self.written().static_by_parameter(name)
 
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
-        """``A F``, see ``ModalReceptance``: one pair of solutions for each frequency."""
-        out = np.empty((len(forces), self._left.shape[0], 2 * orders.size))
-        for i, w in enumerate(omega):
-            f, G = self.factors(orders, float(w)), np.ascontiguousarray(forces[i]).view(complex)
-            modal = (f.right.T @ G.view(float)).view(complex) * f.weight[1:].conj().T
-            answer = (f.left @ modal.view(float)).view(complex) + f.parts.times(G, f.part_weight[:, 1:].conj())
-            out[i] = answer.view(float)
-        return out
+        """``A F``, see ``ModalReceptance``: all frequencies in one pair of solutions."""
+        factors = [self.factors(orders, float(w)) for w in omega]
+        G = np.concatenate(list(np.ascontiguousarray(forces).view(complex)), axis=1)
+        weight = np.concatenate([f.weight[1:] for f in factors]).conj().T
+        part_weight = np.concatenate([f.part_weight[:, 1:] for f in factors], axis=1).conj()
+        modal = (self._right.T @ G.view(float)).view(complex) * weight
+        out = (self._left @ modal.view(float)).view(complex) + self._residuals.times(G, part_weight)
+        return np.stack(np.split(out, omega.size, axis=1)).view(float)
 
 
 def written(residuals: SolvedResiduals) -> tuple[Array, Array]:

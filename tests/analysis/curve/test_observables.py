@@ -28,7 +28,7 @@ def solutions():
 
 def alone(monkeypatch, observables, *given):
     """The same, one state after the other."""
-    monkeypatch.setattr("slipstick.analysis.curve.observables.evaluated_together", lambda balance: False)
+    monkeypatch.setattr("slipstick.analysis.curve.observables.forces_together", lambda balance: False)
     return observables.between(*given)
 
 

@@ -106,6 +106,58 @@ def test_bordered_solves_where_the_jacobian_is_singular():
     np.testing.assert_allclose(J.bordered(column, row).solve(right), expected, atol=1e-7)
 
 
+class Nearby(Near):
+    """With products of a matrix that is much nearer than its preconditioner."""
+
+    has_nearby = True
+
+    def __init__(self, A, seed=0, apart=1e-4):
+        super().__init__(A, rank=8, seed=seed)
+        self.B = A + apart * np.random.default_rng(seed + 1).standard_normal(A.shape)
+
+    def nearby(self, x):
+        return self.B @ x
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_near_saves_products_and_no_digits(seed):
+    """Columns together, of sizes apart, with a border whose units are not those of the matrix."""
+    rng = np.random.default_rng(seed)
+    A = np.eye(40) + 0.1 * rng.standard_normal((40, 40))
+    column, row = 1e-6 * rng.standard_normal(40), np.append(1e3 * rng.standard_normal(40), 1.0)
+    own, dense = (J.bordered(column, row) for J in (Nearby(A, seed), DenseJacobian(A)))
+    right = rng.standard_normal((41, 3)) * np.array([1e-6, 0.0, 1.0])
+    right[:, 2] = np.eye(41)[-1]
+    expected = dense.solve(right)
+    for solve, error in ((own.solve, 1e-7), (own.solve_correction, 1e-5)):
+        before, found = own.products, solve(right)
+        assert own.products - before <= (3 if error < 1e-6 else 2)
+        for one, other in zip(found.T, expected.T, strict=True):
+            assert np.linalg.norm((one - other)[:-1]) <= error * np.linalg.norm(other[:-1])
+            assert abs(one[-1] - other[-1]) <= error * abs(other[-1])
+    assert own.sign() == dense.sign()
+
+
+def test_the_tangent_of_a_curve_is_as_good_as_its_point():
+    """A one in the last equation, in units of its own: the others are as exact as if it had theirs."""
+    rng = np.random.default_rng(3)
+    A = np.eye(30) + 0.02 * rng.standard_normal((30, 30))
+    J = Near(A)
+    J.P = np.eye(30)
+    column, row = 1e-9 * rng.standard_normal(30), np.eye(31)[-1]
+    found, expected = (one.bordered(column, row).solve(row) for one in (J, DenseJacobian(A)))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * np.abs(expected[:-1]).max())
+
+
+@pytest.mark.parametrize("apart", [1.0, np.nan])
+def test_what_is_not_near_enough_is_left_for_the_preconditioner(apart):
+    A = np.random.default_rng(4).standard_normal((30, 30))
+    J = Nearby(A, apart=apart)
+    right = np.random.default_rng(5).standard_normal((30, 2))
+    np.testing.assert_allclose(J.solve(right), np.linalg.solve(A, right), atol=1e-6)
+    assert np.isnan(apart) or J.sign() == DenseJacobian(A).sign()
+
+
 def test_a_preconditioner_of_no_use_gives_nan_and_no_wrong_number():
     A = np.roll(np.eye(400), 1, axis=0)
     J = Near(A)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.balance.batch_evaluation import Together, evaluated_together
+from slipstick.balance.batch_evaluation import Together, forces_together
 from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
@@ -54,7 +54,7 @@ class OutputObservables(Observables):
         placed = [self._system.at(p) for p in states[:, -1].tolist()]
         inputs, omega = [one for one, _ in placed], np.array([w for _, w in placed])
         evaluated: Together | _OneByOne
-        together = evaluated_together(self._system.balance) and second.evaluation.detail.adapted is None
+        together = forces_together(self._system.balance) and second.evaluation.detail.adapted is None
         if together and omega.min() > 0.0 and isfinite(states.sum()):
             evaluated = Together(self._system.balance, states[:, :-1], omega, Assigned.of(inputs))
         else:

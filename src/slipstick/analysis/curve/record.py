@@ -241,6 +241,8 @@ class Memory(Sink):
         entries = balance.n_contacts * balance.L**2
         if balance.backend.name == "dense":
             entries = max(entries, balance.size**2)  # the factors of the Jacobian wait too
+        else:
+            entries *= 4  # between the ports of a contact, and once more in the Jacobian
         self._most = max(1, _KEPT // entries)
         self._slices: list[Mapping[str, Array]] = []
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.linear.jacobian import Jacobian, correction
 from slipstick.typing import Array, BoolArray
 
 
@@ -180,6 +180,13 @@ class EmbeddedJacobian:
             out[others] += np.multiply.outer(self._beside, x[-1])
         else:
             out[-1] += self._beside @ x[others]
+        return out
+
+    def solve_correction(self, right: Array) -> Array:
+        """Solution to fewer digits where the inner one has such, see ``jacobian.correction``."""
+        out = np.array(right, dtype=float)
+        out[-1] -= self._beside @ right[~self._active]
+        out[self._active] = correction(self._inner, out[self._active])
         return out
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:

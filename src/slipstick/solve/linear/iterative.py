@@ -1,4 +1,4 @@
-"""Jacobians that are never written out: products, and a preconditioner that stands in for the whole."""
+"""Jacobians that are never written out: products, a preconditioner P, and products that are near and cost little."""
 
 from __future__ import annotations
 
@@ -14,7 +14,19 @@ from slipstick.solve.linear.jacobian import Bordered
 from slipstick.typing import Array, ComplexArray
 
 TOLERANCE = 1e-8
-"""Relative residual of a solution: Newton corrections are right to so many digits."""
+"""Relative residual of a solution."""
+
+OF_CORRECTIONS = 1e-6
+"""The same of what is corrected again, or small: ``solve_correction``."""
+
+_NEARLY = 3e-5
+"""Relative residual of a solution with what is near to J, where there is such a thing."""
+
+_GAINS = 0.1
+"""Part of a residual that a correction may leave; where it leaves more it takes the space of all corrections."""
+
+_SURE = 0.1
+"""Part of the tolerance that a residual which is not looked at is expected to be."""
 
 _FOR_SIGNS = 1e-4
 """Eigenvalues apart from the others are found long before the solution is."""
@@ -27,12 +39,14 @@ _SEED = 20120601
 
 
 class IterativeJacobian(ABC):
-    """Solved by GMRES on ``J P^-1``; a kind says its products, and what stands for ``P``.
+    """Solved by corrections with what is near to J, all right-hand sides together, or else by GMRES on ``J P^-1``.
 
-    ``products`` counts the products that solutions have taken.
+    A kind says its products, what stands for ``P``, and its products ``nearby`` where some are had for little.
+    ``products`` counts the products that solutions have taken, those with several columns once.
     """
 
     products: int = 0
+    has_nearby: bool = False
 
     @property
     @abstractmethod
@@ -56,6 +70,14 @@ class IterativeJacobian(ABC):
     def bound(self, x: Array) -> Array:
         """``|J| @ |x|``, or more."""
 
+    def nearby(self, x: Array) -> Array:
+        """``J @ x`` (N,), nearly, for much less than that costs."""
+        raise NotImplementedError
+
+    def _weighed(self, right: Array, power: int = 1) -> Array:
+        """Right-hand sides (N,) or (N, k) in units in which their norms tell what is left; power -1: back."""
+        return right
+
     @property
     def singular(self) -> bool:
         """Whether the preconditioner is exactly singular, without which nothing is solved."""
@@ -63,23 +85,75 @@ class IterativeJacobian(ABC):
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:
         """Solution of ``J @ x = right``, or with its transpose; nan where the iteration does not get there."""
-        if right.ndim == 2:
-            return np.column_stack([self.solve(column, transposed=transposed) for column in right.T])
         if transposed:
+            if right.ndim == 2:
+                return np.column_stack([self.solve(column, transposed=True) for column in right.T])
             # the same eigenvalues, the preconditioner on the other side
             right = self.precondition(right, transposed=True)
             return self._iterate(
                 lambda x: self.precondition(self.multiply(x, transposed=True), transposed=True), right
             ).x
-        return self.precondition(self._iterate(self._preconditioned, right).x)
+        return self._corrected(right, TOLERANCE)
+
+    def solve_correction(self, right: Array) -> Array:
+        """Solution to fewer digits, for right (N,) or (N, k): see ``jacobian.correction``."""
+        return self._corrected(right, OF_CORRECTIONS)
+
+    def _corrected(self, right: Array, tolerance: float) -> Array:
+        """Solution to a relative residual: corrected with what is near to J until another correction is enough.
+
+        A product tells what a correction has left, and so what the next one will leave, which is not looked at.
+        """
+        b = right if right.ndim == 2 else right[:, None]
+        x, size = np.zeros(b.shape), self._sizes(b)
+        x[:, ~np.isfinite(size)] = np.nan
+        open_ = np.flatnonzero((size > 0.0) & np.isfinite(size))
+        left, rest = size.copy(), b
+        while open_.size:
+            x[:, open_] += np.column_stack([self._nearly(column) for column in rest[:, open_].T])
+            rest = np.zeros_like(b)
+            rest[:, open_] = b[:, open_] - self.multiply(x[:, open_])
+            self.products += 1
+            before, left = left, self._sizes(rest)
+            left[left <= tolerance * size] = 0.0
+            for i in open_[~(left[open_] <= _GAINS * before[open_])]:
+                if not np.isfinite(left[i]):
+                    x[:, i], rest[:, i] = 0.0, b[:, i]
+                x[:, i] += self._by_space(rest[:, i], tolerance * size[i])
+                left[i] = 0.0
+            enough = left[open_] ** 2 <= _SURE * tolerance * size[open_] * before[open_]
+            for i in open_[enough & (left[open_] > 0.0)]:
+                x[:, i] += self._nearly(rest[:, i])
+                left[i] = 0.0
+            open_ = np.flatnonzero(left > 0.0)
+        return x.reshape(right.shape)
+
+    def _by_space(self, rest: Array, residual: float) -> Array:
+        """What is missing of a solution with some ``rest`` (N,), by GMRES on ``J P^-1`` to the size of a residual."""
+        weighed = self._weighed(rest)
+        found = self._iterate(self._preconditioned, weighed, residual / float(np.linalg.norm(weighed)))
+        return self.precondition(self._weighed(found.x, -1))
+
+    def _sizes(self, right: Array) -> Array:
+        return np.asarray(np.linalg.norm(self._weighed(right), axis=0))
+
+    def _nearly(self, right: Array) -> Array:
+        """``J^-1 right`` (N,), nearly."""
+        if not self.has_nearby:
+            return self.precondition(right)
+        found = gmres(self._preconditioned_nearby, self._weighed(right), tolerance=_NEARLY, most=MOST_PRODUCTS)
+        return self.precondition(self._weighed(found.x, -1))
 
     def _preconditioned(self, x: Array) -> Array:
-        return self.multiply(self.precondition(x))
+        return self._weighed(self.multiply(self.precondition(self._weighed(x, -1))))
+
+    def _preconditioned_nearby(self, x: Array) -> Array:
+        return self._weighed(self.nearby(self.precondition(self._weighed(x, -1))))
 
     def _iterate(self, apply: Callable[[Array], Array], right: Array, tolerance: float = TOLERANCE) -> Solved:
         solved = gmres(apply, right, tolerance=tolerance, most=MOST_PRODUCTS)
         self.products += solved.products
-        if not solved.residual <= _GIVEN_UP:
+        if not solved.residual <= max(_GIVEN_UP, tolerance):
             solved.x[...] = np.nan
         return solved
 
@@ -87,20 +161,34 @@ class IterativeJacobian(ABC):
         """Sign of the determinant: that of P, turned for each negative eigenvalue of ``J P^-1``.
 
         Most eigenvalues are close to 1; those that are not are Ritz values once the solution is found. The right-hand
-        side has a part along every eigenvector, which that of a Newton step need not have.
+        side has a part along every eigenvector, which that of a Newton step need not have. With something near to J it
+        is that one's sign, and the eigenvalues are those of J with its inverse.
         """
         return self._sign
 
     @cached_property
     def _sign(self) -> int:
         right = np.random.default_rng(_SEED).standard_normal(self.size)
-        ritz = self._iterate(self._preconditioned, right, _FOR_SIGNS).ritz
-        real = np.abs(ritz.imag) <= 1e-10 * np.abs(ritz)
-        return self.preconditioner_sign * (-1 if np.count_nonzero(real & (ritz.real < 0.0)) % 2 else 1)
+        sign = self.preconditioner_sign
+        if not self.has_nearby:
+            return sign * _turned(self._iterate(self._preconditioned, right, _FOR_SIGNS))
+        near = gmres(self._preconditioned_nearby, right, tolerance=_FOR_SIGNS, most=MOST_PRODUCTS)
+
+        def apart(x: Array) -> Array:
+            return self._weighed(self.multiply(self._nearly(self._weighed(x, -1))))
+
+        return sign * _turned(near) * _turned(self._iterate(apart, right, _FOR_SIGNS))
 
     def bordered(self, column: Array, row: Array) -> BorderedIterative:
         """With a further column (N,) and row (N + 1,)."""
         return BorderedIterative(self, column, row)
+
+
+def _turned(solved: Solved) -> int:
+    """-1 where an odd number of eigenvalues is negative, else 1."""
+    ritz = solved.ritz
+    real = np.abs(ritz.imag) <= 1e-10 * np.abs(ritz)
+    return -1 if np.count_nonzero(real & (ritz.real < 0.0)) % 2 else 1
 
 
 class BorderedIterative(Bordered, IterativeJacobian):
@@ -110,12 +198,29 @@ class BorderedIterative(Bordered, IterativeJacobian):
 
     def __init__(self, inner: IterativeJacobian, column: Array, row: Array) -> None:
         self._inner, self._column, self._row = inner, column, row
+        self.has_nearby = inner.has_nearby
 
     @cached_property
     def _eliminated(self) -> tuple[Array, float]:
         """``P^-1 column`` and what is left of the corner."""
         z = self._inner.precondition(self._column)
         return z, float(self._row[-1] - self._row[:-1] @ z)
+
+    @cached_property
+    def _weight(self) -> float:
+        """What the column makes of a one in the last equation, whose units are not those of the others."""
+        weight = float(np.linalg.norm(self._column)) / (abs(self._eliminated[1]) or np.inf)
+        return weight if 0.0 < weight < np.inf else 1.0
+
+    def _weighed(self, right: Array, power: int = 1) -> Array:
+        """With the last equation in units of the others."""
+        out = right.copy()
+        out[-1] *= self._weight**power
+        return out
+
+    def nearby(self, x: Array) -> Array:
+        """With the border as it is."""
+        return np.append(self._inner.nearby(x[:-1]) + self._column * x[-1], self._row @ x)
 
     def precondition(self, x: Array, *, transposed: bool = False) -> Array:
         """``P^-1 @ x`` by block elimination of the border."""

@@ -37,6 +37,15 @@ class Jacobian(Protocol):
         """J with a further ``column`` (N,) and then a further ``row`` (N + 1,), the corner being the row's last."""
 
 
+def correction(jacobian: Jacobian, right: Array) -> Array:
+    """``jacobian.solve(right)`` to six digits, of one that costs less then: for what is corrected again, or is small.
+
+    It is ``solve_correction`` that such a one has besides.
+    """
+    solve = getattr(jacobian, "solve_correction", jacobian.solve)
+    return np.asarray(solve(right))
+
+
 class UndefinedJacobian:
     """Singular, of any size, all of its answers nan.
 
