@@ -227,7 +227,9 @@ class BlockLanczos:
                 return True
             if steps > _MOST_STEPS:
                 return False
-            self.basis.restart(self._near(self.basis.ritz()[2]) + self.options.block)  # the room is for the search
+            keep = self._near(self.basis.ritz()[2]) + self.options.block
+            if keep < self.basis.m - self.basis.coupling.shape[1]:
+                self.basis.restart(keep)  # its room is for the search
             if not self.basis.lacks(level, int(steps), _WIDTH):
                 return True
             self._report("modes were missing, searching on", 0, n_modes)
