@@ -219,7 +219,7 @@ class BlockLanczos:
             self._report("searching for missing modes", n_modes, n_modes)
             level, steps = self._search_level(n_modes)
             limit = self._limit(n_modes)
-            while steps > _STEPS and self.basis.m + self.basis.Q.shape[1] <= limit:
+            while steps > _STEPS and self.basis.m < self.n and self.basis.m + self.basis.Q.shape[1] <= limit:
                 self._make_room(n_modes)
                 self.basis.step()
                 level, steps = self._search_level(n_modes)
