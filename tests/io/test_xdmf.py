@@ -137,7 +137,7 @@ def test_stress_as_a_table(tmp_path: Path) -> None:
     assert float(rows[2][f"stress.xy.s1 [{unit}]"]) == float(
         found["stress"].sel(component="xy", coefficient="s1")[1, 0]
     )
-    assert float(rows[3]["position.1 [length]"]) == float(found["position"][1, 1])
+    assert float(rows[3]["position.y [length]"]) == float(found["position"][1, 1])
     assert float(rows[1]["omega [rad/s]"]) == float(made.dataset.omega[1])
     with pytest.raises(ss.InputError, match=r"expected a name that ends with \.xdmf, \.csv or \.mat"):
         made.save_stress(tmp_path / "s.txt")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -299,22 +298,6 @@ def test_strains_that_do_not_fit_are_refused() -> None:
         replace(strains.places, at="faces")
     with raises_fault("strains", "cells", "hex8", found="nodes 0 to 99 of 24"):
         replace(strains.places, cells={"hex8": np.array([[0, 1, 2, 3, 4, 5, 6, 99]] * 5)})
-
-
-def test_the_table_has_a_line_for_each_point_and_element(tmp_path: Path) -> None:
-    made = stressed(12)
-    found = made.stress([1, 4])
-    with made.save_stress(tmp_path / "s.csv", [1, 4]).open(newline="", encoding="utf-8") as file:
-        lines = list(csv.DictReader(file))
-    assert [(line["point"], line["element"]) for line in lines] == [(p, str(e)) for p in "14" for e in range(1, 6)]
-    units = {name.split(" [")[0]: name for name in lines[0]}
-    for name, values in (
-        ("omega", np.repeat(found["omega"].values, 5)),
-        ("position.y", np.tile(found["position"].values[:, 1], 2)),
-        ("von_mises_largest", found["von_mises_largest"].values.ravel()),
-        ("stress.xy.c1", found["stress"].sel(component="xy", coefficient="c1").values.ravel()),
-    ):
-        assert [float(line[units[name]]) for line in lines] == values.tolist()
 
 
 def test_all_arrays_are_in_the_matlab_file(tmp_path: Path) -> None:

@@ -282,20 +282,20 @@ class Problem:
 
     def with_parameter(self, name: str, value: float) -> Problem:
         """A copy with a named parameter changed; raises InputError where the value is not allowed."""
-        return replace(self, **self._changed({name: value}))
+        return replace(self, **self._changed([(name, value)]))
 
     def at_parameter(self, name: str, value: float) -> Problem:
         """As ``with_parameter`` on the way along a curve: gives no warning."""
-        return self.at_parameters({name: value})
+        return replace(self, told=None, **self._changed([(name, value)]))
 
     def at_parameters(self, values: Mapping[str, float]) -> Problem:
         """The same with several, set one after the other: what is allowed is judged of all together."""
-        return replace(self, told=None, **self._changed(values))
+        return replace(self, told=None, **self._changed(values.items()))
 
-    def _changed(self, values: Mapping[str, float]) -> dict[str, Any]:
+    def _changed(self, values: Iterable[tuple[str, float]]) -> dict[str, Any]:
         parts = {name: getattr(self, name) for name in ("contacts", "loads", "structure")}
         new: dict[str, Any] = {}
-        for name, value in values.items():
+        for name, value in values:
             now = SimpleNamespace(**{**parts, **new})
             new |= changed(now, self._target(now, name), name, number(name, value))
         return new

@@ -43,7 +43,9 @@ def _in_each_line(found: Any) -> Any:
     known = found.set_coords([name for name in found.data_vars if PLACE not in found[name].dims])
     each = {
         name: value.variable.set_dims({**sizes, **dict(value.sizes)}).transpose("point", PLACE, ...)
-        for name, value in known.coords.items()
+        for name, value in sorted(known.coords.items(), key=lambda item: item[1].dims != (PLACE,))
         if name not in known.dims and {*value.dims} & {*sizes}
     }
-    return known.assign_coords(axis=["x", "y", "z"][: found.sizes.get("axis", 0)]).assign_coords(each)
+    columns = {**each, **{name: value.variable for name, value in known.data_vars.items()}}
+    labels = {dim: known[dim].variable for dim in known.dims if dim in known.coords}
+    return type(found)(columns, coords={**labels, "axis": ["x", "y", "z"]}, attrs=found.attrs)

@@ -150,7 +150,7 @@ class Checks(Gathering):
 
     def name(self, value: Any, example: str = "damper.mu") -> str:
         """Name of the parameter; empty where it is none."""
-        return self.take(text, "parameter", value, f'a name such as "{example}"') or ""
+        return self.take(_name, value, f'a name such as "{example}"') or ""
 
     @property
     def units(self) -> Units | None:
@@ -192,6 +192,12 @@ class Checks(Gathering):
         self.end()
         assert common is not None
         return common
+
+
+def _name(value: Any, expected: str) -> str:
+    if not (name := text("parameter", value, expected)):
+        raise wrong("parameter", value, expected)
+    return name
 
 
 def _takes(problem: Problem, parameter: str, values: Iterable[float]) -> None:
