@@ -9,7 +9,7 @@ from helpers.reports import branch as masses
 from helpers.reports import decoded, decoded_coefficients
 
 from slipstick.report.content import _looking_at, shape_of
-from slipstick.results.deflection import deflection_of
+from slipstick.results.deflection import deflection_of, outward
 
 
 def test_fields_and_coefficients_make_the_motion() -> None:
@@ -48,6 +48,18 @@ def test_worn_depth_lies_round_the_contacts() -> None:
     eye = [-np.cos(pitch) * np.sin(yaw), -np.cos(pitch) * np.cos(yaw), np.sin(pitch)]
     assert eye[2] > 0.8  # the contacts lie on the top
     assert "worn" not in (shape_of(branch()) or {})
+
+
+@pytest.mark.parametrize("y", [0.0, 0.2])
+def test_contacts_at_an_edge_look_along_their_normals(y: float) -> None:
+    """The next node of the surface may be one at an edge, whose triangles lie on two faces."""
+    problem = branch().problem
+    assert problem is not None
+    nodes = problem.structure.skin.nodes  # type: ignore[attr-defined]
+    at = [int(np.argmin(np.linalg.norm(nodes - place, axis=1))) for place in ([0.8, y, 0.2], [0.2, y, 0.2])]
+    mean = outward(problem, np.array(at))[1]
+    assert mean[2] > 0.0
+    np.testing.assert_allclose(mean[:2], 0.0, atol=1e-6 * mean[2])
 
 
 def test_a_surface_is_looked_at() -> None:

@@ -170,7 +170,7 @@ def _seen(branch: OneBranch) -> _Seen | None:
     nodes = contact_nodes(problem)
     shown = nearest_contacts(skin, nodes)[skin.triangles]
     placed = nodes[nodes >= 0]
-    normals, mean = outward(skin, nodes)
+    normals, mean = outward(problem, nodes)
     if not mean.any():
         return None
     towards = (normals @ mean) > 0.5 * np.linalg.norm(normals, axis=1) * np.linalg.norm(mean)

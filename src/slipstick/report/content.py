@@ -288,7 +288,7 @@ def _worn_on(branch: Branch) -> dict[str, Any] | None:
     if not (shown >= 0).any():
         return None
     depth = np.nan_to_num(branch.table["worn_depth"].to_numpy())
-    turn = _looking_at(outward(skin, nodes)[1])
+    turn = _looking_at(outward(branch.problem, nodes)[1])
     return {"contact": packed(shown + 1, "u2"), "depth": packed(depth, "f8"), "turn": turn}
 
 

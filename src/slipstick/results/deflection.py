@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.batches import Batch, Port
 from slipstick.errors import InputError
 from slipstick.results.truncation import moved
 from slipstick.structure.skin import Recovered, Skin
@@ -80,19 +81,13 @@ def contact_nodes(problem: Problem) -> IntArray:
     Problems know directions of contacts, no positions: the node is the one of whose motion in all modes, each over its
     frequency, that of the contact is a projection, as nearly as any.
     """
-    structure: Any = problem.structure
-    skin, balance = structure.skin, Balance(problem)
-    omega = np.maximum(structure.omega, 1e-300)
-    of_nodes = (skin.modes / omega).astype(float).reshape(len(skin.nodes), 3, -1)
-    of_dofs = structure.mode_shapes / omega
+    balance = Balance(problem)
+    of_nodes, of_dofs = _over_frequencies(problem.structure)
     square = np.linalg.pinv(of_nodes @ of_nodes.swapaxes(1, 2), rcond=1e-9)
     nodes = np.full(len(problem.elements), -1)
     for batch in balance.batches:
         for element in range(batch.count):
-            rows = np.concatenate([
-                np.arange(balance.n_ports)[port.rows][np.arange(batch.count)[port.members] == element]
-                for port in batch.ports
-            ])  # fmt: skip
+            rows = np.concatenate([_rows(balance, batch, port, element) for port in batch.ports])
             motion = balance.directions[:, rows].T @ of_dofs
             across = np.einsum("kr,ndr->nkd", motion, of_nodes)
             whole = float(np.sum(motion**2))
@@ -122,12 +117,53 @@ def nearest_contacts(skin: Skin, nodes: IntArray) -> IntArray:
     return out
 
 
-def outward(skin: Skin, nodes: IntArray) -> tuple[Array, Array]:
-    """Normals (n_triangles, 3) of a skin, as long as twice the areas, and their sum where contacts lie, (3,)."""
+def outward(problem: Problem, nodes: IntArray) -> tuple[Array, Array]:
+    """Normals (n_triangles, 3) of a skin, twice as long as the areas, and their sum (3,) at the ``nodes`` of contacts.
+
+    A node on an edge belongs to several faces: where a contact has a normal port, those that look along it count.
+    The sum is zero where faces look in all directions.
+    """
+    structure: Any = problem.structure
+    skin = structure.skin
     corners = skin.nodes[skin.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    touched = np.isin(skin.triangles, nodes[nodes >= 0]).any(axis=1)
-    return normals, normals[touched].sum(axis=0)
+    along = np.zeros((len(skin.nodes), 3))
+    along[nodes[nodes >= 0]] = _normal_directions(problem, nodes)[nodes >= 0]
+    triangle, corner = np.nonzero(np.isin(skin.triangles, nodes[nodes >= 0]))
+    direction, parts = along[skin.triangles[triangle, corner]], normals[triangle]
+    across = np.abs(np.sum(parts * direction, axis=1)) < 0.7 * np.linalg.norm(parts, axis=1)
+    parts[across & direction.any(axis=1)] = 0.0
+    mean = parts.sum(axis=0)
+    return normals, np.where(np.linalg.norm(mean) > 1e-6 * np.linalg.norm(parts, axis=1).sum(), mean, 0.0)
+
+
+def _normal_directions(problem: Problem, nodes: IntArray) -> Array:
+    """Unit directions (n_elements, 3) in which the nodes of contacts move at their normal ports; zeros without one."""
+    balance, out = Balance(problem), np.zeros((len(nodes), 3))
+    of_nodes, of_dofs = _over_frequencies(problem.structure)
+    for batch in balance.batches:
+        if "normal" not in batch.law.force_names:
+            continue
+        port = batch.ports[batch.law.force_names.index("normal")]
+        for element, at in enumerate(np.arange(len(nodes))[batch.elements]):
+            rows = _rows(balance, batch, port, element)
+            if nodes[at] >= 0 and rows.size:
+                motion = (balance.directions[:, rows].T @ of_dofs)[0]
+                direction = np.linalg.lstsq(of_nodes[nodes[at]].T, motion, rcond=1e-9)[0]
+                out[at] = direction / (float(np.linalg.norm(direction)) or 1.0)
+    return out
+
+
+def _rows(balance: Balance, batch: Batch, port: Port, element: int) -> IntArray:
+    """Row of one element of a batch among all ports, none where it has not this port."""
+    return np.arange(balance.n_ports)[port.rows][np.arange(batch.count)[port.members] == element]
+
+
+def _over_frequencies(structure: Any) -> tuple[Array, Array]:
+    """All modes, each over its frequency: at the nodes of the skin (n_nodes, 3, n_modes) and the dofs."""
+    omega = np.maximum(structure.omega, 1e-300)
+    of_nodes = (structure.skin.modes / omega).astype(float).reshape(len(structure.skin.nodes), 3, -1)
+    return of_nodes, structure.mode_shapes / omega
 
 
 def parts_of(branch: Branch, points: Sequence[int]) -> Iterator[tuple[Balance, ResultTable]]:
