@@ -19,7 +19,7 @@ from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude_with_slope
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ArclengthScaling, Step
-from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.corrector import _TOO_FAR, Corrector
 from slipstick.solve.continuation.events import turning_points
 from slipstick.solve.continuation.locate import _NEARLY, _PLACES, Locator
 from slipstick.solve.continuation.lockstep import Correctors, Cubics, Measures, Numbers, Points, Solved
@@ -29,9 +29,6 @@ from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _S
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array, BoolArray
-
-_TOO_FAR = 0.5
-"""As in ``corrector.py``."""
 
 
 @dataclass(kw_only=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -83,6 +84,20 @@ class Switching:
         e = slice(self.element, self.element + 1)
         values = {name: value[e] for name, value in self.law.values.items()}
         return InTime(own[0], own[1], own[2], values, self.law.velocity[:, e, None], self.law.length)
+
+
+class _InRegime(NamedTuple):
+    """Contacts of one law in one regime."""
+
+    regimes: Regimes
+    regime: int
+    at: InTime
+    ports: IntArray
+    """Their rows among the ports (p, n)."""
+    columns: IntArray
+    """Their places among ports and memory (p + m, n)."""
+    numbers: list[int]
+    """Those among ``switching``."""
 
 
 class LawsInTime:
@@ -186,10 +201,10 @@ class LawsInTime:
     def force_slopes(self, q: Array, memory: Array, regimes: RegimeNumbers) -> tuple[Array, Array]:
         """Forces (k, P) of laws that switch, and their derivatives by motion and memory (k, P, P + m)."""
         forces, out = np.zeros_like(q), np.zeros((len(q), self.n_ports, self.n_ports + self.n_memory))
-        for own, regime, at, ports, columns in self._in_regimes(q, q, memory, regimes):
-            told, slopes = own.force_and_slopes(regime, at)
-            forces[:, ports] = told.transpose(2, 0, 1)
-            out[:, ports[:, None], columns] = slopes.transpose(3, 0, 1, 2)
+        for some in self._in_regimes(q, q, memory, regimes):
+            told, slopes = some.regimes.force_and_slopes(some.regime, some.at)
+            forces[:, some.ports] = told.transpose(2, 0, 1)
+            out[:, some.ports[:, None], some.columns] = slopes.transpose(3, 0, 1, 2)
         return forces, out
 
     def force_rate_slopes(
@@ -198,15 +213,14 @@ class LawsInTime:
         """Derivatives (k, P, P + m) of the rates of these forces by motion and memory, at given rates of both."""
         P = self.n_ports
         out = np.zeros((len(q), P, P + self.n_memory))
-        for own, regime, at, ports, columns in self._in_regimes(q, velocity, memory, regimes):
-            rates = memory_rate[:, columns[len(ports) :] - P].transpose(1, 2, 0)
-            out[:, ports[:, None], columns] = own.force_rate_slopes(regime, at, rates).transpose(3, 0, 1, 2)
+        for some in self._in_regimes(q, velocity, memory, regimes):
+            rates = memory_rate[:, some.columns[len(some.ports) :] - P].transpose(1, 2, 0)
+            slopes = some.regimes.force_rate_slopes(some.regime, some.at, rates)
+            out[:, some.ports[:, None], some.columns] = slopes.transpose(3, 0, 1, 2)
         return out
 
-    def _in_regimes(
-        self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers
-    ) -> Iterator[tuple[Regimes, int, InTime, IntArray, IntArray]]:
-        """Elements of one regime: where they are, their rows among ports (p, n), those among ports and memory."""
+    def _in_regimes(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers) -> Iterator[_InRegime]:
+        """The contacts whose law switches, law by law and regime by regime."""
         for law, ports, kept, places in self.each:
             if law.law.regimes is None:
                 continue
@@ -215,22 +229,18 @@ class LawsInTime:
             for regime, own in law.by_regime(regimes[places]):
                 rows = ports.start + n * np.arange(p)[:, None] + own
                 remembered = self.n_ports + kept.start + n * np.arange(m)[:, None] + own
-                yield law.law.regimes, regime, law.at(*motion, own), rows, np.concatenate([rows, remembered])
+                columns, numbers = np.concatenate([rows, remembered]), [places.start + e for e in own]
+                yield _InRegime(law.law.regimes, regime, law.at(*motion, own), rows, columns, numbers)
 
     def guards(
         self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers
     ) -> tuple[list[tuple[int, int]], Array]:
         """Numbers of contacts among ``switching`` and of their guards, and the guards (k, n)."""
         which, values = [], [np.zeros((len(q), 0))]
-        for law, ports, kept, places in self.each:
-            if law.law.regimes is None:
-                continue
-            p, m, _ = law.shape
-            motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], m, law)
-            for regime, own in law.by_regime(regimes[places]):
-                told = law.law.regimes.guards(regime, law.at(*motion, own))
-                which += [(places.start + e, g) for g in range(len(told)) for e in own]
-                values.append(told.reshape(-1, len(q)).T)
+        for some in self._in_regimes(q, velocity, memory, regimes):
+            told = some.regimes.guards(some.regime, some.at)
+            which += [(number, g) for g in range(len(told)) for number in some.numbers]
+            values.append(told.reshape(-1, len(q)).T)
         return which, np.concatenate(values, axis=1)
 
     def relaxation(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers) -> tuple[list[int], Array]:

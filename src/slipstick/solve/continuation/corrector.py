@@ -21,6 +21,7 @@ _ENOUGH_DIMENSIONS = 5
 _SHARPEST = 0.1
 _CORNER_FIT = 0.05
 _TOO_FAR = 0.5
+"""Of the way made: a solution further than that from where it was sought is another one."""
 _LOCATED = 1e-14
 """Newton tolerance of located points, whose places are known better than the points between: down to rounding."""
 

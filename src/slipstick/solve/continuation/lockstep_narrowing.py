@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from slipstick.solve.continuation.corrector import _TOO_FAR
 from slipstick.solve.continuation.lockstep import (
     Correctors,
     Cubics,
@@ -20,9 +21,6 @@ from slipstick.solve.continuation.maxima import TINY
 from slipstick.solve.continuation.narrowing import _KNOWN, _MOST, _REVERSED, _SHARES
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array, BoolArray
-
-_TOO_FAR = 0.5
-"""As in ``corrector.py``."""
 
 Observed = Callable[[Array, Array], tuple[Array, Array]]
 """Heights and slopes (k,) of what is largest at a maximum, from states and tangents (k, N + 1)."""

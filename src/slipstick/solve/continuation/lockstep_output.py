@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.solve.continuation.corrector import _TOO_FAR
 from slipstick.solve.continuation.dense_output import _BENT, _CORRECTIONS, _LONGER, _PEAK, _SURE
 from slipstick.solve.continuation.lockstep import (
     Correctors,
@@ -22,8 +23,6 @@ from slipstick.solve.continuation.lockstep import (
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.typing import Array, BoolArray
 
-_TOO_FAR = 0.5
-"""As in ``corrector.py``."""
 _TOGETHER = 4096
 """States that are evaluated in one go."""
 

@@ -34,7 +34,7 @@ from slipstick.solve.linear.modes import (
     StageProgress,
     backward_errors,
 )
-from slipstick.typing import Array, Sparse
+from slipstick.typing import Array, BoolArray, Sparse
 
 _AHEAD = 2.0
 """Where factors are shared, eigenvalues are counted up to this many times the last one wanted."""
@@ -54,6 +54,9 @@ _MASSES = 1e3
 
 _STEPS, _MOST_STEPS = 16, 60
 """Steps of a search from which on the basis is widened first, and from which on eigenvalues are too crowded for it."""
+
+_NEAR = 1e-4
+"""Relative residual of a Ritz value that has nearly converged."""
 
 _BASIS = 0.75e9
 """Bytes of a basis from which on it is restarted sooner."""
@@ -227,7 +230,7 @@ class BlockLanczos:
                 return True
             if steps > _MOST_STEPS:
                 return False
-            keep = self._near(self.basis.ritz()[2]) + self.options.block
+            keep = _first(self.basis.ritz()[2] <= _NEAR) + self.options.block
             if keep < self.basis.m - self.basis.coupling.shape[1]:
                 self.basis.restart(keep)  # its room is for the search
             if not self.basis.lacks(level, int(steps), _WIDTH):
@@ -246,7 +249,7 @@ class BlockLanczos:
         It stands in a gap between modes that have nearly converged; the further away, the fewer steps.
         """
         theta, _, error = self.basis.ritz()
-        last = self._near(error)
+        last = _first(error <= _NEAR)
         gaps = theta[n_modes - 1 : last - 1] - theta[n_modes:last]
         clear = np.flatnonzero(gaps > 1e-3 * theta[n_modes - 1 : last - 1])
         if not clear.size:
@@ -256,11 +259,6 @@ class BlockLanczos:
         share = 1.0 - level / theta[n_modes - 1]
         doubt = np.log(1.648 * np.sqrt(_MASSES * self.n)) - np.log(_DOUBT) / _WIDTH
         return float(level), float(np.ceil(0.5 * (1.0 + doubt / np.sqrt(share))))
-
-    def _near(self, error: Array) -> int:
-        """How many of the first Ritz values have nearly converged."""
-        near = error <= 1e-4
-        return len(near) if near.all() else int(np.argmin(near))
 
     def _complete(self, at: float, expected: int, n_modes: int) -> None:
         """Search until ``expected`` converged modes lie below ``at``.
@@ -318,8 +316,7 @@ class BlockLanczos:
     def _converged(self, n_modes: int) -> int:
         if self.basis.m == 0:
             return 0
-        error = self.basis.ritz()[2][:n_modes] <= self.options.tolerance
-        return int(len(error) if error.all() else np.argmin(error))
+        return _first(self.basis.ritz()[2][:n_modes] <= self.options.tolerance)
 
     def _gap_near(self, n_modes: int) -> float | None:
         """A shift in a clear gap just above the modes wanted, or else below the cluster that the last one is in.
@@ -370,6 +367,11 @@ class BlockLanczos:
     def _report(self, stage: str, done: int, total: int) -> None:
         if self.listener is not None:
             self.listener(StageProgress(stage=stage, done=done, total=total))
+
+
+def _first(true: BoolArray) -> int:
+    """How many are true before the first that is not."""
+    return len(true) if true.all() else int(np.argmin(true))
 
 
 class KrylovBasis:
