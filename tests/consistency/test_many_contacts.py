@@ -6,6 +6,9 @@ from helpers.benchmarks import benchmark
 from helpers.results import corrected
 
 import slipstick as ss
+from slipstick.solve import newton
+from slipstick.solve.continuation import corrector
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS
 
 PLATE = benchmark("many_contacts")
 
@@ -80,6 +83,40 @@ def test_residuals_solved_for_at_twenty_contacts():
     of = {"dof": "20n", "of": "displacement"}
     one, other = (branch.sensitivity(names, **of)["displacement"].values for branch in (written, solved))
     np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-7 * np.abs(one).max())
+
+
+@pytest.mark.parametrize(
+    "n, residuals, span",
+    [
+        (10, "written", (1500.0, 1900.0)),
+        pytest.param(100, "written", (1640.0, 1760.0), marks=pytest.mark.verify),
+        pytest.param(100, "solved", (1640.0, 1760.0), marks=pytest.mark.verify),
+        pytest.param(300, "solved", (1700.0, 1770.0), marks=pytest.mark.verify),
+    ],
+)
+def test_products_that_are_spared_change_no_number(n, residuals, span, monkeypatch):
+    """Sizes of corrections are asked for roughly, without products: with all of them the curve is the same."""
+    problem = PLATE.problem(*PLATE.plate(*PLATE.GRIDS[n], modes=60, residuals=residuals))
+
+    def curve():
+        return ss.forced_response(
+            problem, omega=span, requested=np.linspace(*span, 5)[1:-1], options={"jacobian": "iterative"}
+        )
+
+    spared = curve()
+    for module, name in ((newton, "_ROUGHLY"), (corrector, "_OFF")):
+        monkeypatch.setattr(module, name, OF_CORRECTIONS)
+    whole = curve()
+    assert spared.outcome.ok
+    assert float(spared.dataset.separation_fraction.max()) > 0.3
+    found = np.array([branch.peaks(f"{n}n") for branch in (spared, whole)])
+    assert found[0].size
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    asked = [branch.dataset.isel(point=branch.dataset.kind.values == "requested") for branch in (spared, whole)]
+    np.testing.assert_array_equal(asked[0].omega, asked[1].omega)
+    for name in ("displacement", "contact_normal", "normal_force", "friction_force"):
+        one, other = asked[0][name].values, asked[1][name].values
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-9 * np.abs(other).max(), err_msg=name)
 
 
 @pytest.mark.verify

@@ -238,3 +238,36 @@ def test_directions_far_from_each_other_are_not_near() -> None:
     np.testing.assert_array_equal(near, distance <= 2)
     for row in near:
         assert len(set(found.colours[row])) == row.sum()
+
+
+@pytest.mark.parametrize("place", [0, 200, 400])
+def test_a_direction_spread_over_all_others_is_near_to_itself_alone(place: int) -> None:
+    """A chain of 1200 springs, every third mass kept, and the sum of all: the others are neighbours as without it."""
+    n = 1200
+    K = sparse.csr_array(
+        sparse.diags_array([np.full(n - 1, -1.0), np.full(n, 2.0), np.full(n - 1, -1.0)], offsets=[-1, 0, 1])
+    )
+    kept = sparse.csc_array((np.ones(400), (np.arange(0, n, 3), np.arange(400))), shape=(n, 400))
+    without = neighbours(K, kept)
+    face = sparse.csc_array(np.full((n, 1), 0.5))
+    found = neighbours(K, sparse.hstack([kept[:, :place], face, kept[:, place:]], format="csc"))
+    others = np.delete(np.arange(401), place)
+    assert (found.near[others][:, others] != without.near).nnz == 0
+    np.testing.assert_array_equal(found.near[[place]].indices, [place])
+    np.testing.assert_array_equal(found.colours[others], without.colours)
+    assert np.count_nonzero(found.colours == found.colours[place]) == 1
+
+
+def test_what_the_modes_leave_out_of_a_spread_direction_is_exact() -> None:
+    """A chain of 900 springs on springs to ground, every third mass kept, and the sum of all."""
+    n = 900
+    K = sparse.csr_array(
+        sparse.diags_array([np.full(n - 1, -1.0), np.full(n, 2.1), np.full(n - 1, -1.0)], offsets=[-1, 0, 1])
+    )
+    kept = sparse.csc_array((np.ones(300), (np.arange(0, n, 3), np.arange(300))), shape=(n, 300))
+    keep = sparse.hstack([kept, sparse.csc_array(np.ones((n, 1)))], format="csc")
+    names = [f"p{i}" for i in range(301)]
+    structure = ss.reduce(K, sparse.eye_array(n, format="csr"), keep=keep, names=names, modes=20, residuals="solved")
+    assert isinstance(structure, SolvedModes)
+    exact = structure.static_compliance[-1, -1] - np.sum((structure.mode_shapes[-1] / structure.omega) ** 2)
+    np.testing.assert_allclose(structure.near.own[-1], exact, rtol=1e-9)

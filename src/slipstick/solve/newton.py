@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Reason
 from slipstick.interrupts import pass_on
-from slipstick.solve.linear.jacobian import Jacobian, UndefinedJacobian, correction
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, UndefinedJacobian, correction
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
@@ -110,6 +110,10 @@ class NewtonOptions:
 
 _EPSILON = float(np.finfo(float).eps)
 _STILL_A_SOLUTION = 1e-3
+_SMALL = 0.1
+"""Part of the tolerance that the error of a correction may be."""
+_ROUGHLY = 0.03
+"""Relative error of what is asked for its size."""
 
 
 class NewtonStop(Reason):
@@ -165,6 +169,8 @@ class NewtonResult:
     contraction: float = 0.0
     evaluation: Any = None
     jacobian: Jacobian = field(init=False)
+    _expected: float = field(default=inf, init=False, repr=False)
+    _leaves: float | None = field(default=None, init=False, repr=False)
 
     @property
     def converged(self) -> bool:
@@ -186,8 +192,10 @@ class NewtonResult:
             size = max(size, norm(terms()))
         return self.residual_norm <= 16.0 * _EPSILON * size
 
-    def accept(self, trial: Trial) -> None:
-        """Move to a trial state: x, residual, Jacobian, evaluation, residual norm."""
+    def accept(self, trial: Trial, expected: float) -> None:
+        """Move to a trial state: x, residual, Jacobian, evaluation, residual norm; and the next correction expected."""
+        self._expected, leaves = expected, getattr(self.jacobian, "leaves", None)
+        self._leaves = self._leaves if leaves is None else leaves
         self.x, self.residual, self.jacobian, self.evaluation, self.residual_norm = trial
 
     def __repr__(self) -> str:
@@ -263,7 +271,7 @@ def iterate(
     allowance = options.non_monotone
     while True:
         pass_on()
-        step = _correction(result, inverse_scale)
+        step = _correction(result, inverse_scale, options)
         if step is None or _finished(result, options):
             return result if result.converged else _at_rounding_level(result)
         if too_far is not None and result.iterations == 0 and too_far(step):
@@ -275,7 +283,7 @@ def iterate(
         result.iterations += 1
 
 
-def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
+def _correction(result: NewtonResult, inverse_scale: Array, options: NewtonOptions) -> Array | None:
     """Newton correction at the current state; None (with the reason) when it cannot be had."""
     result.history.append(result.residual_norm)
     if not isfinite(result.residual_norm):
@@ -284,7 +292,7 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
     if result.jacobian.singular:
         result.correction_norm, result.reason = np.inf, NewtonStop.SINGULAR
         return None
-    step = correction(result.jacobian, result.residual)
+    step = correction(result.jacobian, result.residual, to=_needed(result, options), leaves=result._leaves)
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
@@ -292,6 +300,12 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
         result.reason = NewtonStop.SINGULAR
         return None
     return step
+
+
+def _needed(result: NewtonResult, options: NewtonOptions) -> float:
+    """Relative error of the next correction that leaves next to nothing of the tolerance."""
+    most = _SMALL * options.tolerance / max(result._expected, options.tolerance)
+    return min(max(most, OF_CORRECTIONS), _ROUGHLY)
 
 
 def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
@@ -354,13 +368,14 @@ def line_search(
         result.evaluations += 1
         natural = np.inf
         if isfinite(trial[4]):
-            natural = norm(correction(result.jacobian, trial[1]) * inverse_scale) / size
+            simplified = correction(result.jacobian, trial[1], to=_ROUGHLY, leaves=result._leaves)
+            natural = norm(simplified * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction
             tiny = size <= options.stagnation and isfinite(natural)
             if natural <= _CLEAR_GAIN or tiny or (natural < _WORST_LOSS and result.is_rounding()):
-                result.accept(trial)
+                result.accept(trial, natural * size)
                 return allowance
             full = trial if natural < _WORST_LOSS else None
         if natural < level:
@@ -369,11 +384,11 @@ def line_search(
             break
         damping *= 0.5
     if level >= 1.0 - 0.1 * options.min_damping and full is not None and allowance > 0:
-        best, level, allowance = full, 0.0, allowance - 1
+        best, level, allowance = full, -1.0, allowance - 1
     if best is None or level >= 1.0:
         result.reason = NewtonStop.NO_GAIN
     else:
-        result.accept(best)
+        result.accept(best, inf if level < 0.0 else level * size)
     return allowance
 
 

@@ -300,7 +300,7 @@ class SolvedResiduals:
 _TOGETHER = 32
 """Columns of a matrix that is written out at a time."""
 
-_SOLVED = 64
+_SOLVED = 32
 """Columns solved at a time: more cost as much each, and memory."""
 
 

@@ -62,6 +62,22 @@ def test_no_point_beside_a_kink_is_further_off_than_asked_wherever_it_lies(slope
         assert max(off) <= tolerance
 
 
+def test_no_state_is_evaluated_twice():
+    """What was looked at to judge a segment is not looked at again to record its points."""
+    system = sine()
+    known = system.evaluate
+
+    def evaluate(x, parameter):
+        asked.append((*x.tolist(), parameter))
+        return known(x, parameter)
+
+    asked: list[tuple[float, ...]] = []
+    system.evaluate = evaluate
+    steps = walked(system, [0.0, 1.0], output_step=0.01, output_tolerance=1e-8)
+    assert sum(s.inserted and s.kind == "regular" for s in steps) > 2
+    assert len(set(asked)) >= len(asked) - 2  # the start is asked for again
+
+
 def test_a_finer_tolerance_takes_more_corrected_points():
     counts = [
         sum(s.kind != "interpolated" for s in walked(sine(), [0.0, 1.0], output_step=0.01, output_tolerance=tolerance))

@@ -138,6 +138,39 @@ def test_what_is_near_saves_products_and_no_digits(seed):
     assert own.sign() == dense.sign()
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_what_was_seen_to_be_near_is_taken_without_a_product(seed):
+    """Not before a first solution, nor to more digits than that one promised; of another Jacobian where it is told."""
+    rng = np.random.default_rng(seed)
+    A, right = np.eye(40) + 0.1 * rng.standard_normal((40, 40)), rng.standard_normal((40, 3))
+    J, expected = Nearby(A, seed, apart=1e-5), np.linalg.solve(A, right)
+
+    def taken(J, to, **told):
+        before, found = J.products, J.solve_correction(right, to, **told)
+        assert np.all(np.linalg.norm(found - expected, axis=0) <= 10.0 * to * np.linalg.norm(expected, axis=0))
+        return J.products - before
+
+    assert J.leaves is None
+    assert taken(J, 0.03) == 1
+    left = np.linalg.norm(right - A @ np.linalg.solve(J.B, right), axis=0) / np.linalg.norm(right, axis=0)
+    assert J.leaves == pytest.approx(left.max(), rel=0.5, abs=1e-4)
+    assert taken(J, 0.03) == 0
+    assert taken(J, 1e-6) >= 1
+    assert taken(Nearby(A, seed, apart=1e-5), 0.03, leaves=J.leaves) == 0
+    assert taken(Nearby(A, seed, apart=1e-5), 0.03, leaves=0.01) == 1
+
+
+@pytest.mark.parametrize("apart", [3e-3, np.nan])
+def test_what_was_seen_to_be_far_takes_products_still(apart):
+    A, right = np.eye(30) + 0.1 * np.random.default_rng(6).standard_normal((30, 30)), np.ones(30)
+    J = Nearby(A, apart=apart)
+    for _ in range(2):
+        before, found = J.products, J.solve_correction(right, 0.03)
+        assert J.products > before
+        np.testing.assert_allclose(found, np.linalg.solve(A, right), rtol=0, atol=0.1)
+    assert np.isnan(J.leaves) if np.isnan(apart) else J.leaves > 1e-3
+
+
 def test_the_tangent_of_a_curve_is_as_good_as_its_point():
     """A one in the last equation, in units of its own: the others are as exact as if it had theirs."""
     rng = np.random.default_rng(3)

@@ -22,6 +22,8 @@ _SHARPEST = 0.1
 _CORNER_FIT = 0.05
 _TOO_FAR = 0.5
 """Of the way made: a solution further than that from where it was sought is another one."""
+_OFF = 3e-3
+"""Relative error of how far states are off the branch, which the Jacobian of another point does not tell better."""
 _LOCATED = 1e-14
 """Newton tolerance of located points, whose places are known better than the points between: down to rounding."""
 
@@ -141,7 +143,7 @@ class Corrector:
         if unknown is not None:
             right[:, unknown] = 0.0
         self.solves += len(residuals)
-        off = correction(near.jacobian, right).T
+        off = correction(near.jacobian, right, to=_OFF).T
         if unknown is not None:
             off[unknown] = inf
         return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, inf)

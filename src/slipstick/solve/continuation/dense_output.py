@@ -164,14 +164,18 @@ class DenseOutput:
     ) -> None:
         self._corrector, self._span, self._step, self._tolerance = corrector, span, _LONGER * step, tolerance
         self._observables: Observables = _Unknowns(corrector) if observables is None else observables
-        self._latest: tuple[Step, Step, _Seen] | None = None
+        self._looked_at: list[tuple[Step, Step, _Seen]] = []
 
-    def halves(self, first: Step, second: Step, apart: float, *, closely: bool = False) -> list[Step]:
+    def halves(self, first: Step, second: Step, apart: float) -> list[Step]:
         """Corrected points between two neighbours, so that the cubics are near enough; both ends left out.
 
-        ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``; ``closely``:
-        also where no point of the result comes between.
+        ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``.
         """
+        self._looked_at.clear()
+        return self._halves(first, second, apart, closely=False)
+
+    def _halves(self, first: Step, second: Step, apart: float, *, closely: bool) -> list[Step]:
+        """``closely``: also where no point of the result comes between."""
         segment, second.apart = self._corrector.segment(first, second), apart
         second.smooth = apart <= _SURE * self._tolerance
         if second.smooth and not self._observables.any:
@@ -179,11 +183,12 @@ class DenseOutput:
         places = self._places(first, second, segment, closely)
         if places is None:
             return []
-        seen = self._seen(first, second, segment, places)
+        seen = _Seen(self._corrector, self._observables, segment, (first, second), places)
         limit = _BENT * self._tolerance
         bent = np.maximum(seen.unknowns_bent, seen.observables_bent)
         second.smooth = bool(bent.max() <= limit)
         if second.smooth or segment.length <= (_FINEST if seen.observables_bent.max() > limit else self._step):
+            self._looked_at.append((first, second, seen))  # what is recorded of the segment starts from it
             return []
         worst = int(np.argmax(bent))
         at, guess, direction = float(places.u[worst]), seen.cubic[worst], segment.derivative(float(places.u[worst]))
@@ -198,9 +203,9 @@ class DenseOutput:
         )
         closely = closely or bool(seen.observables_bent.max() > limit)
         return [
-            *self.halves(first, middle, before, closely=closely),
+            *self._halves(first, middle, before, closely=closely),
             middle,
-            *self.halves(middle, second, after, closely=closely),
+            *self._halves(middle, second, after, closely=closely),
         ]
 
     def _places(self, first: Step, second: Step, segment: HermiteSegment, closely: bool) -> HermiteBasis | None:
@@ -219,9 +224,11 @@ class DenseOutput:
         return HermiteBasis(np.append(even.u, inside)) if inside else even
 
     def _seen(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> _Seen:
-        if self._latest is None or self._latest[0] is not first or self._latest[1] is not second:
-            self._latest = first, second, _Seen(self._corrector, self._observables, segment, (first, second), places)
-        return self._latest[2]
+        """Those that were looked at on the way here; anew where a located point came between since."""
+        for before, after, seen in self._looked_at:
+            if before is first and after is second:
+                return seen
+        return _Seen(self._corrector, self._observables, segment, (first, second), places)
 
     def _solved(self, segment: HermiteSegment, u: float, guess: Array, ends: tuple[Step, Step]) -> Step | None:
         """The solution on the plane across the segment through ``guess``, if it is the one that is expected.

@@ -10,14 +10,11 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from slipstick.solve.linear.jacobian import Bordered
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered
 from slipstick.typing import Array, ComplexArray
 
 TOLERANCE = 1e-8
 """Relative residual of a solution."""
-
-OF_CORRECTIONS = 1e-6
-"""The same of what is corrected again, or small: ``solve_correction``."""
 
 _NEARLY = 3e-5
 """Relative residual of a solution with what is near to J, where there is such a thing."""
@@ -27,6 +24,9 @@ _GAINS = 0.1
 
 _SURE = 0.1
 """Part of the tolerance that a residual which is not looked at is expected to be."""
+
+_ALIKE = 30.0
+"""By how much what corrections leave differs from one right-hand side, and one Jacobian, to the next (measured: 10)."""
 
 _FOR_SIGNS = 1e-4
 """Eigenvalues apart from the others are found long before the solution is."""
@@ -42,11 +42,13 @@ class IterativeJacobian(ABC):
     """Solved by corrections with what is near to J, all right-hand sides together, or else by GMRES on ``J P^-1``.
 
     A kind says its products, what stands for ``P``, and its products ``nearby`` where some are had for little.
-    ``products`` counts the products that solutions have taken, those with several columns once.
+    ``products`` counts the products that solutions have taken, those with several columns once; ``leaves`` is the
+    largest part of a residual that the first correction of a solution was seen to leave, None before there is one.
     """
 
     products: int = 0
     has_nearby: bool = False
+    leaves: float | None = None
 
     @property
     @abstractmethod
@@ -95,9 +97,16 @@ class IterativeJacobian(ABC):
             ).x
         return self._corrected(right, TOLERANCE)
 
-    def solve_correction(self, right: Array) -> Array:
-        """Solution to fewer digits, for right (N,) or (N, k): see ``jacobian.correction``."""
-        return self._corrected(right, OF_CORRECTIONS)
+    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS, leaves: float | None = None) -> Array:
+        """Solution to a relative error, for right (N,) or (N, k): see ``jacobian.correction``.
+
+        A first correction is all of it, and no product is taken, where those before left far less.
+        """
+        leaves = leaves if self.leaves is None else self.leaves
+        if leaves is None or not _ALIKE * leaves <= to:
+            return self._corrected(right, to)
+        columns = right if right.ndim == 2 else right[:, None]
+        return np.column_stack([self._nearly(b, max(_NEARLY, _SURE * to)) for b in columns.T]).reshape(right.shape)
 
     def _corrected(self, right: Array, tolerance: float) -> Array:
         """Solution to a relative residual: corrected with what is near to J until another correction is enough.
@@ -108,13 +117,15 @@ class IterativeJacobian(ABC):
         x, size = np.zeros(b.shape), self._sizes(b)
         x[:, ~np.isfinite(size)] = np.nan
         open_ = np.flatnonzero((size > 0.0) & np.isfinite(size))
-        left, rest = size.copy(), b
+        left, rest = size, b
         while open_.size:
             x[:, open_] += np.column_stack([self._nearly(column) for column in rest[:, open_].T])
             rest = np.zeros_like(b)
             rest[:, open_] = b[:, open_] - self.multiply(x[:, open_])
             self.products += 1
             before, left = left, self._sizes(rest)
+            if before is size:
+                self._see(left[open_] / before[open_])
             left[left <= tolerance * size] = 0.0
             for i in open_[~(left[open_] <= _GAINS * before[open_])]:
                 if not np.isfinite(left[i]):
@@ -128,6 +139,12 @@ class IterativeJacobian(ABC):
             open_ = np.flatnonzero(left > 0.0)
         return x.reshape(right.shape)
 
+    def _see(self, left: Array) -> None:
+        """Take note of the parts of residuals that first corrections leave."""
+        most = float(left.max())
+        if self.leaves is None or not most <= self.leaves:
+            self.leaves = most
+
     def _by_space(self, rest: Array, residual: float) -> Array:
         """What is missing of a solution with some ``rest`` (N,), by GMRES on ``J P^-1`` to the size of a residual."""
         weighed = self._weighed(rest)
@@ -137,11 +154,11 @@ class IterativeJacobian(ABC):
     def _sizes(self, right: Array) -> Array:
         return np.asarray(np.linalg.norm(self._weighed(right), axis=0))
 
-    def _nearly(self, right: Array) -> Array:
+    def _nearly(self, right: Array, tolerance: float = _NEARLY) -> Array:
         """``J^-1 right`` (N,), nearly."""
         if not self.has_nearby:
             return self.precondition(right)
-        found = gmres(self._preconditioned_nearby, self._weighed(right), tolerance=_NEARLY, most=MOST_PRODUCTS)
+        found = gmres(self._preconditioned_nearby, self._weighed(right), tolerance=tolerance, most=MOST_PRODUCTS)
         return self.precondition(self._weighed(found.x, -1))
 
     def _preconditioned(self, x: Array) -> Array:

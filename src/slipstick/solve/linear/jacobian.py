@@ -37,13 +37,18 @@ class Jacobian(Protocol):
         """J with a further ``column`` (N,) and then a further ``row`` (N + 1,), the corner being the row's last."""
 
 
-def correction(jacobian: Jacobian, right: Array) -> Array:
-    """``jacobian.solve(right)`` to six digits, of one that costs less then: for what is corrected again, or is small.
+OF_CORRECTIONS = 1e-6
+"""Relative error of what is corrected again."""
 
-    It is ``solve_correction`` that such a one has besides.
+
+def correction(jacobian: Jacobian, right: Array, *, to: float = OF_CORRECTIONS, leaves: float | None = None) -> Array:
+    """``jacobian.solve(right)`` to some relative error, of one that costs less then: for what is corrected again.
+
+    It is ``solve_correction`` that such a one has besides, and ``leaves``, which says how well solutions went; that of
+    one nearby may be given.
     """
-    solve = getattr(jacobian, "solve_correction", jacobian.solve)
-    return np.asarray(solve(right))
+    solve = getattr(jacobian, "solve_correction", None)
+    return np.asarray(jacobian.solve(right) if solve is None else solve(right, to, leaves))
 
 
 class UndefinedJacobian:

@@ -26,6 +26,9 @@ _HOPS = 8
 _REACH = 2
 """Neighbours of neighbours are near."""
 
+_SPREAD = 256
+"""A direction that touches more of the others is spread over them all (of compact ones: 80, three at each node)."""
+
 _SEED = 20120602
 _TOGETHER = 32
 
@@ -38,15 +41,33 @@ class Neighbours(NamedTuple):
 
 
 def neighbours(K: Sparse, directions: Sparse) -> Neighbours:
-    """From the pattern of a matrix: cells of the rows that are nearest to each direction; cells that touch are near."""
-    B = sparse.csc_array(directions)
-    n = B.shape[1]
-    touching = _cells(sparse.csr_array(K), B)
-    own = sparse.csr_array(abs(B).T @ abs(B)) + sparse.eye_array(n, format="csr")
-    near = _pattern(touching + touching.T + own)
+    """From the pattern of a matrix: cells of the rows that are nearest to each direction; cells that touch are near.
+
+    Directions that are spread over many others, a whole face say, are near to themselves alone, and of one colour each:
+    what the modes leave out of them does not fall off.
+    """
+    pattern, B = sparse.csr_array(K), sparse.csc_array(directions)
+    touching = _touching(pattern, B)
+    spread = np.flatnonzero(np.diff(touching.indptr) > _SPREAD)
+    if spread.size:
+        compact = np.ones(B.shape[1])
+        compact[spread] = 0.0
+        B = sparse.csc_array(B * compact)
+        B.eliminate_zeros()
+        touching = _touching(pattern, B)
+    near = touching
     for _ in range(_REACH - 1):
         near = _pattern(near @ near)
-    return Neighbours(near, _coloured(_pattern(near @ near)))
+    colours = _coloured(_pattern(near @ near))
+    colours[spread] = int(colours.max()) + 1 + np.arange(spread.size)
+    return Neighbours(near, colours)
+
+
+def _touching(K: Any, B: Any) -> Any:
+    """Directions whose cells touch, or which share rows, and each with itself."""
+    touching = _cells(K, B)
+    own = sparse.csr_array(abs(B).T @ abs(B)) + sparse.eye_array(B.shape[1], format="csr")
+    return _pattern(touching + touching.T + own)
 
 
 def _pattern(matrix: Any) -> Any:
@@ -59,7 +80,9 @@ def _pattern(matrix: Any) -> Any:
 def _cells(K: Any, B: Any) -> Any:
     """Which cells touch, (n, n): rows of K are given to the directions that they are nearest to."""
     cell = np.full(K.shape[0], -1)
-    cell[B.indices] = np.repeat(np.arange(B.shape[1]), np.diff(B.indptr))
+    rows = np.diff(B.indptr)
+    widest = np.argsort(-np.repeat(rows, rows), kind="stable")  # a row of two directions belongs to the smaller one
+    cell[B.indices[widest]] = np.repeat(np.arange(B.shape[1]), rows)[widest]
     for _ in range(_HOPS):
         lengths = np.diff(K.indptr)
         free = np.flatnonzero((cell < 0) & (lengths > 0))
