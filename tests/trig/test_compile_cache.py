@@ -11,6 +11,7 @@ from typing import Any
 import numba
 import pytest
 from numba.core import caching
+from numba.core.base import BaseContext
 
 from slipstick.trig import compile_cache
 from slipstick.trig.compiled import compiled
@@ -91,6 +92,13 @@ def test_a_function_is_kept_and_found_until_any_compiled_code_changes(
     assert {path.suffix for path in folder.iterdir()} == {".nbi", ".nbc"}
     monkeypatch.setattr(compile_cache, "code_key", lambda: "other")
     assert (hits(), hits()) == (0, 1)
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_kept_function_is_found_without_the_rules_of_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert compiled(double, allocates=True)(2.0) == 4.0
+    monkeypatch.setattr(BaseContext, "refresh", lambda self: pytest.fail("the rules were made ready"))
+    assert compiled(double, allocates=True)(2.0) == 4.0
 
 
 def test_the_key_is_that_of_the_compiled_rooms() -> None:

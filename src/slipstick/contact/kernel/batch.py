@@ -18,14 +18,14 @@ from slipstick.contact.kernel.tuples import (
     Workspace,
 )
 from slipstick.trig.basis import Grid, Scratch
-from slipstick.trig.compiled import compiled
+from slipstick.trig.compiled import compiled, part
 from slipstick.trig.roots import FULL, STACK
 
 ALL_DONE = -1
 """What a run returns when every element was computed."""
 
 
-@compiled(allocates=True)
+@part
 def workspace(grid: Grid) -> Workspace:
     """Room for the worst case: every polynomial with all its ``2 m_n`` roots, a slip onset in every segment."""
     padded, cells, room = grid.orders.size, grid.cos.shape[1], grid.top + 2

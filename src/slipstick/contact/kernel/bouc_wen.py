@@ -24,7 +24,7 @@ from slipstick.contact.kernel.velocity_friction import (
     breakpoints,
     motion_at,
 )
-from slipstick.trig.compiled import compiled
+from slipstick.trig.compiled import compiled, part
 from slipstick.typing import Array
 
 _STEP = 0.02
@@ -35,7 +35,7 @@ _SATURATED, _PERIODIC, _NONE = 1e-14, 1e-14, 1e-12
 _MOST = 60
 
 
-@compiled(allocates=True)
+@part
 def slopes(y: Array, sigma: float, s: float, p: Array, out: Array) -> None:
     """Derivatives of ``z, E, dz/dbeta, dz/dgamma, dz/dn`` by the way made in the direction s, z on the side sigma."""
     beta, gamma, n = p[0], p[1], p[2]
@@ -50,13 +50,13 @@ def slopes(y: Array, sigma: float, s: float, p: Array, out: Array) -> None:
     out[4] = by_z * y[4] - (q * power * np.log(size) if size > 0.0 else 0.0)
 
 
-@compiled(allocates=True)
+@part
 def side_of(z: float, s: float) -> float:
     """The side that z is on, or goes to."""
     return 1.0 if z > 0.0 else -1.0 if z < 0.0 else s
 
 
-@compiled(allocates=True)
+@part
 def step(y: Array, way: float, s: float, p: Array, k: Any, out: Array) -> None:
     """One step of the classical Runge-Kutta method."""
     a, b, c, d, at = k
@@ -71,7 +71,7 @@ def step(y: Array, way: float, s: float, p: Array, k: Any, out: Array) -> None:
     out[:] = y + way / 6.0 * (a + 2.0 * b + 2.0 * c + d)
 
 
-@compiled(allocates=True)
+@part
 def advance(y: Array, way: float, s: float, p: Array, k: Any, new: Array) -> None:
     """Carry ``y`` along a way without reversal; steps end where z changes its sign, at the corner of the law."""
     largest = (p[0] + p[1]) ** (-1.0 / p[2])
@@ -104,7 +104,7 @@ def advance(y: Array, way: float, s: float, p: Array, k: Any, new: Array) -> Non
             return
 
 
-@compiled(allocates=True)
+@part
 def ways(X: Array, m: Array, v: float, k: Any, times: Array) -> Array:
     """Phases at which the ways of a period begin and end: its reversals; without any, where it is cut."""
     kinds, still = np.empty(times.size, np.int64), np.zeros(X.size)
@@ -118,21 +118,21 @@ def ways(X: Array, m: Array, v: float, k: Any, times: Array) -> Array:
     return out
 
 
-@compiled(allocates=True)
+@part
 def tangent(z: float, s: float, p: Array) -> float:
     """``dz`` by the way made in the direction s."""
     sigma = side_of(z, s)
     return s - (p[0] * sigma + p[1] * s) * abs(z) ** p[2]
 
 
-@compiled(allocates=True)
+@part
 def kept_of(z: float, begun: float, integrated: float, s: float, p: Array) -> float:
     """``dz/dz_r``: the tangent over the one after the reversal, which is at least 1 there."""
     first = tangent(begun, s, p)
     return tangent(z, s, p) / first if s * first > 0.5 else integrated
 
 
-@compiled(allocates=True)
+@part
 def moved(a: float, b: float, X: Array, m: Array, v: float, at: Array) -> float:
     """The way between two phases."""
     motion_at(a, X, X, m, v, at)
@@ -141,7 +141,7 @@ def moved(a: float, b: float, X: Array, m: Array, v: float, at: Array) -> float:
     return at[_W] - w
 
 
-@compiled(allocates=True)
+@part
 def periodic(
     X: Array, m: Array, v: float, p: Array, edges: Array, now: Array, k: Any, new: Array
 ) -> tuple[float, float]:
@@ -165,7 +165,7 @@ def periodic(
     return z, kept
 
 
-@compiled(allocates=True)
+@part
 def crossing(
     y: Array, t: float, h: float, s: float, X: Array, m: Array, v: float, p: Array, now: Array, k: Any, new: Array
 ) -> float:
@@ -190,7 +190,7 @@ def crossing(
     return last
 
 
-@compiled(allocates=True)
+@part
 def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: Any) -> float:
     """Coefficients of z, their derivatives (L, L + 4) by X, the drift, beta, gamma, n; the work over 2 pi of ``z``."""
     nodes, weights = rule

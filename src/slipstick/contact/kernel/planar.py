@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import roots_jacobi
 
 from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, circle, powers
-from slipstick.trig.compiled import compiled, inlined
+from slipstick.trig.compiled import compiled, inlined, part
 from slipstick.trig.integrals import fill_matrix, fill_vectors
 from slipstick.trig.roots import _roots
 from slipstick.typing import Array, IntArray
@@ -937,7 +937,7 @@ def beyond(
     return highest, when
 
 
-@compiled(allocates=True)
+@part
 def resting_mean(p: Planar, grid: Grid, room: Room) -> tuple[float, float, float, Array]:
     """Margin and mean force of a contact that never slips, and the derivatives of the mean (2, 3 L + COLUMNS).
 
@@ -1043,7 +1043,7 @@ def divide(J: Array, B: Array) -> None:
             B[k, j] *= J[k, k]
 
 
-@compiled(allocates=True)
+@part
 def differentiate(
     p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid, room: Room
 ) -> tuple[Array, Array, Array]:
@@ -1206,7 +1206,7 @@ def differentiate(
     return F, dF, D
 
 
-@compiled(allocates=True)
+@part
 def contact_arcs(p: Planar, grid: Grid) -> tuple[bool, Array]:
     """Whether the contact is closed all period, and its arcs ``(start, end, closed before)``, (k, 3)."""
     total = 0.0
@@ -1234,7 +1234,7 @@ def contact_arcs(p: Planar, grid: Grid) -> tuple[bool, Array]:
     return False, arcs[:k]
 
 
-@compiled(allocates=True)
+@part
 def new_room(grid: Grid) -> Room:
     """Room of one thread."""
     padded, L = grid.orders.size, 2 * grid.n + 1
@@ -1246,13 +1246,13 @@ def new_room(grid: Grid) -> Room:
     )  # fmt: skip
 
 
-@compiled(allocates=True)
+@part
 def new_pieces(room: int) -> Pieces:
     """Room for the pieces of a period."""
     return Pieces(np.zeros(room, np.int64), np.zeros((room, 6)), np.zeros((room, STAGES)), np.zeros((room, STAGES, 4)))
 
 
-@compiled(allocates=True)
+@part
 def periodic(
     p: Planar,
     arcs: Array,
@@ -1310,7 +1310,7 @@ def periodic(
     return LOST, 0.0, 0.0
 
 
-@compiled(allocates=True)
+@part
 def settle(
     p: Planar,
     whole: bool,
@@ -1437,7 +1437,7 @@ def trace(X: Array, par: Array, tables: Any, tolerance: float, capacity: int) ->
     return count, pieces.kind, pieces.at[:, :5], pieces.theta, arcs
 
 
-@compiled(allocates=True)
+@part
 def element(X: Array, par: Array, grid: Grid) -> Planar:
     """One element: the tangential means do not matter."""
     X1, X2, Y = X[0].copy(), X[1].copy(), X[2].copy()
@@ -1451,7 +1451,7 @@ def element(X: Array, par: Array, grid: Grid) -> Planar:
     return Planar(X1, X2, Y, par[0], par[1], par[2], par[3], par[4], par[3] * par[4], series)
 
 
-@compiled(allocates=True)
+@part
 def normal_force(p: Planar, arcs: Array, grid: Grid, F: Array, dF: Array) -> float:
     """Normal force (L,) and its derivatives (L, columns); returns the length of contact."""
     L = 2 * grid.n + 1
