@@ -72,7 +72,7 @@ class Detail:
     @property
     def fast(self) -> tuple[Carried, ...]:
         """The states that follow the motion; a slow one is held and adds nothing to a derivative."""
-        return tuple(carried for carried in self.states if not carried.state.slow)
+        return self.states and tuple(carried for carried in self.states if not carried.state.slow)
 
     @property
     def lost(self) -> bool:

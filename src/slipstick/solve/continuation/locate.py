@@ -266,5 +266,7 @@ class Locator:
 
 def _crossed(event: BranchEvent, places: list[float], values: list[float]) -> list[tuple[Both, Both]]:
     """Neighbouring places, and the values there, between which the event is."""
+    if min(values) > 0.0 or max(values) < 0.0:
+        return []
     changes = zip(pairwise(places), pairwise(values), strict=True)
     return [(at, of) for at, of in changes if event.crossed(*of)]

@@ -15,6 +15,9 @@ from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array
 
 
+_NOT_SOLVED = NewtonResult(np.empty(0))
+
+
 @dataclass(frozen=True, kw_only=True)
 class RestartPoint:
     """An accepted point and what the points after it depend on; with the restart point before it, that is everything.
@@ -121,7 +124,7 @@ class Step:
         cls, state: Array, tangent: Array, place: tuple[Step, Step, HermiteSegment, float], arclength: float
     ) -> Step:
         """A point of a segment, at a ``place``."""
-        step = cls(state, tangent, NewtonResult(state), "interpolated", "", state.size - 1)
+        step = cls(state, tangent, _NOT_SOLVED, "interpolated", "", state.size - 1)
         step.place, step.arclength = place, arclength
         return step
 
