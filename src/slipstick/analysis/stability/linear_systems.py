@@ -30,8 +30,9 @@ def friction_batch(balance: Balance) -> int | None:
 def friction_values(balance: Balance, detail: Detail) -> Mapping[str, Array]:
     """Parameters (n,) of the friction contacts at a point, then of the sliders that others consist of."""
     batch = friction_batch(balance)
-    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else detail.responses[batch].values
-    more = [slider_values(balance.batches[k].law, detail.responses[k].values) for k in slider_batches(balance)]
+    asked = detail.asked.batches
+    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else asked[batch].values
+    more = [slider_values(balance.batches[k].law, asked[k].values) for k in slider_batches(balance)]
     return {name: np.concatenate([own[name], *(one[name] for one in more)]) for name in ("kt", "mu", "kn", "gap")}
 
 

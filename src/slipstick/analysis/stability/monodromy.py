@@ -22,7 +22,7 @@ from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.contact.law import Motion
 from slipstick.trig.basis import TWO_PI
 from slipstick.trig.compiled import compiled
-from slipstick.typing import Array, ComplexArray, IntArray
+from slipstick.typing import AnyArray, Array, ComplexArray, IntArray
 
 _LONGEST = 1e6
 """Rate times period beyond which nothing is computed: as many steps as that would take minutes."""
@@ -47,8 +47,19 @@ class Monodromy:
 
 def multipliers_of(matrix: Array) -> ComplexArray:
     """Eigenvalues (k,) of a map of disturbances over one period, the largest first."""
-    multipliers = np.linalg.eigvals(matrix).astype(complex)
-    return multipliers[np.lexsort((-multipliers.imag, -np.abs(multipliers).round(12)))]
+    return _largest_first(np.linalg.eigvals(matrix))
+
+
+def multipliers_of_each(matrices: Sequence[Array]) -> list[ComplexArray]:
+    """The same of several maps."""
+    if len({len(matrix) for matrix in matrices}) == 1:  # as most are: together
+        return [_largest_first(one) for one in np.linalg.eigvals(np.array(matrices))]
+    return [multipliers_of(matrix) for matrix in matrices]
+
+
+def _largest_first(multipliers: AnyArray) -> ComplexArray:
+    multipliers = multipliers.astype(complex)
+    return np.asarray(multipliers[np.lexsort((-multipliers.imag, -np.abs(multipliers).round(12)))])
 
 
 def _memories(line: Timeline, count: int) -> tuple[int, ...]:

@@ -8,7 +8,8 @@ to grow, by the count), and contacts change the order of their states (touch or 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -17,7 +18,7 @@ import numpy as np
 from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
 from slipstick.analysis.stability.state_sequence import Word, word_at
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import Detail
+from slipstick.balance.residual import Detail, unanswered
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
     BRANCH_POINT,
@@ -61,6 +62,8 @@ class SpecialPoints:
         """Whether interpolated points are judged too."""
         self._of_wave = hasattr(watch.balance.receptance, "wave_numbers")
         self._known: list[tuple[Step, PointStability]] = []
+        self._looked_at: Sequence[Step] = ()
+        self._between_known: list[tuple[Step, PointStability]] = []
         self._last: tuple[Word, float] | None = None
 
     @property
@@ -96,22 +99,41 @@ class SpecialPoints:
         """
         if step.place is not None and not self._judged_itself(*step.place):
             return self._between(*step.place)
-        stability, known = self.at(step), step.evaluation.detail
-        return replace(stability, difference=self._watch.difference(step.x, known, stability)) if compare else stability
+        stability = self.at(step)
+        if not compare:
+            return stability
+        return replace(stability, difference=self._watch.difference(step.x, step.evaluation.detail, stability))
+
+    def look_at(self, steps: Sequence[Step]) -> None:
+        """Judge interpolated steps together, for less than one by one, where each is to be judged by itself."""
+        if any(step is steps[0] for step in self._looked_at):
+            return
+        self._looked_at, self._between_known = steps, []
+        with suppress(Exception):  # each alone says what fails
+            own = [step for step in steps if step.place is not None and self._judged_itself(*step.place)]
+            if len(own) > 1 and all(step.evaluation is None for step in own):
+                details = [unanswered(*self._system.at(step.parameter)) for step in own]
+                found = self._watch.between(np.array([step.x for step in own]), details, [self._error(s) for s in own])
+                self._between_known = [(s, one) for s, one in zip(own, found, strict=True) if one is not None]
 
     def at(self, step: Step) -> PointStability:
         """Stability of a step."""
-        for known, stability in self._known:
+        for known, stability in (*self._known, *self._between_known):
             if known is step:
                 return stability
-        odd, error = None, None
+        odd, error, value = None, None, step.evaluation or self._system.evaluate(step.x, step.parameter)
         if step.place is not None:
-            error = max(self.at(beside).error for beside in step.place[:2])
+            error = self._error(step)
         elif step.orientation and self._complete:
             odd = step.orientation * step.tangent_parameter < 0.0
-        stability = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
+        stability = self._watch.at(step.x, value.detail, odd=odd, error=error)
         self._known = [*self._known[1 - _REMEMBERED :], (step, stability)]
         return stability
+
+    def _error(self, step: Step) -> float:
+        """How accurate the multipliers of an interpolated step are: as those of its neighbours."""
+        assert step.place is not None
+        return max(self.at(beside).error for beside in step.place[:2])
 
     def _judged_itself(self, first: Step, second: Step, *_: object) -> bool:
         """Whether a point between two is judged by itself: where that is cheap, or where these differ."""

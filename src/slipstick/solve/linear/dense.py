@@ -38,10 +38,11 @@ class _Factorised(ABC):
         """``|J| @ |x|``."""
 
     def _factors(self) -> tuple[Array, NDArray[np.int32], int]:
-        """LU factors, pivots, and LAPACK's word on singularity (positive: an exact zero on the diagonal); made once."""
-        entries = np.zeros((self.size, self.size), order="F")
-        self.write(entries)
-        self._lu = dgetrf(entries, overwrite_a=1)
+        """LU factors, pivots, and LAPACK's word on singularity (positive: an exact zero on the diagonal)."""
+        if self._lu is None:
+            entries = np.zeros((self.size, self.size), order="F")
+            self.write(entries)
+            self._lu = dgetrf(entries, overwrite_a=1)
         return self._lu
 
     @property
