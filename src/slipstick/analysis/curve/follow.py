@@ -211,8 +211,7 @@ class CurveRun(Run[CurveRequest]):
 
     def _segment(self, request: CurveRequest) -> Generator[Point, None, None]:
         """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
-        state = self.state
-        self._special = special = special_points(request)
+        state, self._special = self.state, special_points(request)
         segment, meeting = state.segments[-1], state.segments[0].last if len(state.segments) > 1 else None
         steps = self._continuation(request, meeting)
         if steps is None:
@@ -227,8 +226,6 @@ class CurveRun(Run[CurveRequest]):
                     segment.outcome = steps.outcome or Outcome.INTERRUPTED
                     segment.message, segment.error = steps.message, steps.error
                     return
-                if special is not None and step.place is not None:
-                    special.look_at(steps.waiting)
                 point = self._point(step, before, steps.residual)
                 if step.place is None:
                     beyond = request.departure is not None and before is None

@@ -212,9 +212,6 @@ class StateContinuation(Iterator[Step]):
     earlier
         Work of the runs before the present one; given, together with ``restart``, to go on where another stood.
 
-    waiting
-        The interpolated steps that come next, the present one first, before the one they lead to.
-
     ``each`` asks for an evaluation of every interpolated point; without, those that can are evaluated together later.
     """
 
@@ -237,7 +234,6 @@ class StateContinuation(Iterator[Step]):
         self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
         self.message, self.residual, self.earlier = "", 0.0, earlier
-        self.waiting: Sequence[Step] = ()
         self._run: Continuation = continuation(system, x, start, stop, restart=restart, **options)
         self._steps = self._follow()
         self._error: Exception | None = None
@@ -322,8 +318,8 @@ class StateContinuation(Iterator[Step]):
 
     def _evaluated(self, waiting: Sequence[Step]) -> Iterator[Step]:
         """Interpolated points, each evaluated where all together cannot be."""
-        for i, step in enumerate(waiting):
-            self.residual, self.waiting = nan, waiting[i:]
+        for step in waiting:
+            self.residual = nan
             if not self._together:
                 assert step.place is not None
                 step.evaluation = self._system.evaluate(step.x, step.parameter, context_between(*step.place[:2]))

@@ -9,7 +9,6 @@ to grow, by the count), and contacts change the order of their states (touch or 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -29,6 +28,7 @@ from slipstick.results.stability import (
     STATE_CHANGE,
     UNKNOWN,
     PointStability,
+    Unjudged,
 )
 from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.events import BranchEvent
@@ -62,8 +62,6 @@ class SpecialPoints:
         """Whether interpolated points are judged too."""
         self._of_wave = hasattr(watch.balance.receptance, "wave_numbers")
         self._known: list[tuple[Step, PointStability]] = []
-        self._looked_at: Sequence[Step] = ()
-        self._between_known: list[tuple[Step, PointStability]] = []
         self._last: tuple[Word, float] | None = None
 
     @property
@@ -91,44 +89,44 @@ class SpecialPoints:
         """Go on from an accepted step at which the last of the test functions had a value."""
         self._last = self._word_at(step), value
 
-    def judged(self, step: Step, *, compare: bool) -> PointStability:
+    def judged(self, step: Step, *, compare: bool) -> PointStability | Unjudged:
         """Stability of a step for the record; ``compare``: with the difference of both methods.
 
         Between solved points the kind of motion does not change: unless ``every`` point is judged, what is interpolated
-        is judged as its neighbours are.
+        is judged as its neighbours are. What is evaluated when it is recorded is judged then too.
         """
         if step.place is not None and not self._judged_itself(*step.place):
             return self._between(*step.place)
+        if step.place is not None and step.evaluation is None:
+            error = self._error(step)
+            return Unjudged(partial(self._alone, step, error), self._together, (step, error))
         stability = self.at(step)
         if not compare:
             return stability
         return replace(stability, difference=self._watch.difference(step.x, step.evaluation.detail, stability))
 
-    def look_at(self, steps: Sequence[Step]) -> None:
-        """Judge interpolated steps together, for less than one by one, where each is to be judged by itself."""
-        if any(step is steps[0] for step in self._looked_at):
-            return
-        self._looked_at, self._between_known = steps, []
-        with suppress(Exception):  # each alone says what fails
-            own = [step for step in steps if step.place is not None and self._judged_itself(*step.place)]
-            if len(own) > 1 and all(step.evaluation is None for step in own):
-                details = [unanswered(*self._system.at(step.parameter)) for step in own]
-                found = self._watch.between(np.array([step.x for step in own]), details, [self._error(s) for s in own])
-                self._between_known = [(s, one) for s, one in zip(own, found, strict=True) if one is not None]
-
     def at(self, step: Step) -> PointStability:
         """Stability of a step."""
-        for known, stability in (*self._known, *self._between_known):
+        for known, stability in self._known:
             if known is step:
                 return stability
-        odd, error, value = None, None, step.evaluation or self._system.evaluate(step.x, step.parameter)
+        odd, error = None, None
         if step.place is not None:
             error = self._error(step)
         elif step.orientation and self._complete:
             odd = step.orientation * step.tangent_parameter < 0.0
-        stability = self._watch.at(step.x, value.detail, odd=odd, error=error)
+        stability = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
         self._known = [*self._known[1 - _REMEMBERED :], (step, stability)]
         return stability
+
+    def _alone(self, step: Step, error: float) -> PointStability:
+        """Of an interpolated step that was not evaluated."""
+        return self._watch.at(step.x, self._system.evaluate(step.x, step.parameter).detail, error=error)
+
+    def _together(self, steps: Sequence[tuple[Step, float]]) -> list[PointStability | None]:
+        """The same of several, with the errors of their multipliers; None of those to be judged alone."""
+        details = [unanswered(*self._system.at(step.parameter)) for step, _ in steps]
+        return self._watch.between(np.array([step.x for step, _ in steps]), details, [error for _, error in steps])
 
     def _error(self, step: Step) -> float:
         """How accurate the multipliers of an interpolated step are: as those of its neighbours."""

@@ -82,9 +82,10 @@ def timelines(motions: Sequence[SmoothMotion]) -> list[Timeline]:
     count, h = len(motions[0].X), motions[0].harmonics
     if not count:
         return [_timeline(motion, [], np.empty(0), np.empty(0, dtype=int)) for motion in motions]
-    X, Y = (np.concatenate([getattr(motion, name) for motion in motions]) for name in ("X", "Y"))
-    values = {name: np.concatenate([motion.values[name] for motion in motions]) for name in motions[0].values}
-    intervals = element_intervals(h, X, Y, **values)
+    arguments = [{"X": motion.X, "Y": motion.Y, **motion.values} for motion in motions]
+    if len(motions) > 1:
+        arguments = [{name: np.concatenate([one[name] for one in arguments]) for name in arguments[0]}]
+    intervals = element_intervals(h, **arguments[0])
     totals = intervals.totals.tolist()
     return [
         _timeline(motion, totals[i : i + count], intervals.at[i : i + count], intervals.code[i : i + count])
