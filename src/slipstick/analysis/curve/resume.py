@@ -159,9 +159,8 @@ class ResumeState:
 
     def checkpoint(self, step: Step, run: StateContinuation, seconds: float) -> Checkpoint:
         """Where it stands at a step of the run under way."""
-        restart_point = (
-            run.restart_point if run.restart_point is not None and run.restart_point.state is step.state else None
-        )
+        stands = run.restart_point
+        restart_point = stands if stands is not None and stands.state is step.state else None
         return Checkpoint(
             state=step.state, tangent=step.tangent, part=self.segments[-1].number, restart_point=restart_point,
             ended=tuple((segment.outcome.name, segment.message) for segment in self.segments[:-1]),
