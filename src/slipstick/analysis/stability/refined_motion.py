@@ -87,6 +87,8 @@ class Iteration:
         self._kept = self._columns(h.orders)
         self._known: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
         self._rubbing: tuple[Inputs, list[Array]] | None = None
+        self.can_many = forces_together(balance) and [is_friction(b.law) for b in balance.batches] == [True]
+        """Whether motions can be iterated together: those of friction contacts without contact states."""
 
     def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
         """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
@@ -96,6 +98,8 @@ class Iteration:
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
+        if self.can_many:
+            return self.many(x[None], [detail])[0]
         balance, wide, motions, forces = self._balance, self.wide, [], []
         further, columns = self._further(x, detail)
         force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
@@ -112,12 +116,6 @@ class Iteration:
             for port, coefficients in zip(batch.ports, motion.Q, strict=True):
                 coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
         return self._gathered(wide, detail, motions, self._prescribed(detail.inputs), forces)
-
-    @property
-    def can_many(self) -> bool:
-        """Whether motions can be iterated together: those of friction contacts without contact states."""
-        balance = self._balance
-        return forces_together(balance) and len(balance.batches) == 1 and is_friction(balance.batches[0].law)
 
     def many(self, x: Array, details: Sequence[Detail]) -> list[SmoothMotion]:
         """The iterated motion at n solutions (n, N), which ``can_many``."""
