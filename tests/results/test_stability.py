@@ -1,12 +1,18 @@
 """What is recorded of stability: padded, with what is not known as such."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from helpers.oscillator import oscillator
 
+from slipstick.results.besides import Besides
 from slipstick.results.stability import (
+    PIECES,
     UNKNOWN,
     PointStability,
+    Unjudged,
     between_known,
+    judged,
     ranks,
     stability_sentences,
     stability_values,
@@ -56,3 +62,21 @@ def test_turning_points_that_the_motion_itself_has_not_are_told() -> None:
     multipliers[1, 0, 0] = 1.001
     assert truncated_folds(kinds, np.array([0, 0, 0, 0, 0, 2]), multipliers) == []
     assert truncated_folds(kinds[:3], np.array([0, 0, UNKNOWN]), 0.9 * multipliers[:3]) == []
+
+
+def test_what_waits_is_judged_together_and_where_that_fails_each_alone() -> None:
+    first, second = (
+        PointStability(multipliers=np.array([m + 0j]), unstable=0, method=PIECES, neutral=0) for m in (0.1, 0.2)
+    )
+
+    def several(known: Sequence[int]) -> list[PointStability | None]:
+        return [second if k == 2 else None for k in known if k or 1 // k]
+
+    def waits(known: int, alone: PointStability | None = None) -> Unjudged:
+        return Unjudged(lambda: alone or 1 // 0, several, known)
+
+    besides = Besides()
+    assert judged([None, first, waits(2), waits(1, first)], besides) == [None, first, second, first]
+    assert not besides.sentences
+    assert judged([waits(2, first), waits(0)], besides) == [first, None]
+    assert [s.split(",")[0] for s in besides.sentences] == ["stability is not known at 1 place"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.balance.inputs import Assigned
+from slipstick.balance.inputs import Assigned, ContactInputs
 from slipstick.contact.law import Motion, Response
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
@@ -46,8 +46,14 @@ def respond(
 
     With other ``harmonics`` that hold those of the balance, forces are given in these.
     """
+    return motion_and_response(balance, k, x, omega, inputs.contacts(k), harmonics)[1]
+
+
+def motion_and_response(
+    balance: Balance, k: int, x: Array, omega: Array, contact_inputs: ContactInputs, harmonics: Harmonics | None = None
+) -> tuple[Motion, Response]:
+    """The same with the motion of the elements; their ``contact_inputs`` are those of all motions, and written on."""
     batch, kept = balance.batches[k], balance.harmonics
-    contact_inputs = inputs.contacts(k)
     X = x.reshape(len(x), balance.n_ports, balance.L)
     moved = []
     for port, Q in zip(batch.ports, contact_inputs.motion, strict=True):
@@ -56,7 +62,8 @@ def respond(
         moved.append(_in(harmonics or kept, kept, Q))
     each = np.repeat(omega, batch.count)
     law = batch.law if harmonics is None else batch.law.widened(kept, harmonics)
-    return law.respond(Motion(harmonics or kept, each, tuple(moved), contact_inputs.drift(each)), contact_inputs.values)
+    motion = Motion(harmonics or kept, each, tuple(moved), contact_inputs.drift(each))
+    return motion, law.respond(motion, contact_inputs.values)
 
 
 def _in(wide: Harmonics, narrow: Harmonics, Q: Array) -> Array:

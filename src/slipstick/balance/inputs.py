@@ -150,6 +150,9 @@ class Assigned:
 
 def _side_by_side(inputs: Sequence[ContactInputs]) -> ContactInputs:
     """Numbers of one batch of several in one: whose they are is the axis before that of the elements."""
+    if len(inputs) == 1:
+        (one,) = inputs
+        return one.map(lambda name, array: array[None] if name in one.values else array[:, None])
     return ContactInputs(
         values={name: np.array([one.values[name] for one in inputs], dtype=float) for name in inputs[0].values},
         velocity=np.stack([one.velocity for one in inputs], axis=1),

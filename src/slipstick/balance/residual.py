@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -72,7 +72,7 @@ class Detail:
     @property
     def fast(self) -> tuple[Carried, ...]:
         """The states that follow the motion; a slow one is held and adds nothing to a derivative."""
-        return tuple(carried for carried in self.states if not carried.state.slow)
+        return self.states and tuple(carried for carried in self.states if not carried.state.slow)
 
     @property
     def lost(self) -> bool:
@@ -85,8 +85,7 @@ class Detail:
         return [dict(enumerate(response.force)) for response in self.responses]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Balanced:
+class Balanced(NamedTuple):
     """One evaluation: residual (N,), Jacobian, the forces on all columns, and what they came from."""
 
     residual: Array

@@ -144,7 +144,7 @@ def _evaluate(
     out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
     intervals = _room(count, kernel.most_intervals(tables.top)) if states else kernel.no_room
     work = ((X, Y, par), tuple(tables), out, intervals)
-    for e in shared_out(count, SERIAL, lambda a, b: kernel.run_elements(a, b, *work)):
+    for e in shared_out(count, SERIAL, kernel.run_elements, *work):
         if e != kernel.done:
             raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
     return out, intervals
@@ -184,13 +184,13 @@ def _threads() -> int:
     return int(config.NUMBA_NUM_THREADS)
 
 
-def shared_out(count: int, serial: int, run: Callable[[int, int], _T]) -> list[_T]:
-    """What ``run(first, last)`` returns for parts of a batch, in threads from ``serial`` elements on."""
+def shared_out(count: int, serial: int, run: Callable[..., _T], *work: Any) -> list[_T]:
+    """What ``run(first, last, *work)`` returns for parts of a batch, in threads from ``serial`` elements on."""
     parts = 1 if count < serial else _threads()
     if parts == 1:
-        return [run(0, count)]
+        return [run(0, count, *work)]
     ends = [i * count // parts for i in range(parts + 1)]
-    return list(_pool().map(run, ends[:-1], ends[1:]))
+    return list(_pool().map(lambda first, last: run(first, last, *work), ends[:-1], ends[1:]))
 
 
 @cache

@@ -258,10 +258,10 @@ def contact_forces(
     parts = velocity, swept, kt, mu, kn, gap = (
         rubbing.velocity, rubbing.velocity_per_omega, contact.kt, contact.mu, contact.kn, contact.gap
     )  # fmt: skip
-    lead = [array.shape[:-1] for array in (X, Y, U, N)]
-    lead += [part.shape for part in parts if isinstance(part, np.ndarray)]
     v = velocity / omega
-    if any(lead):
+    if X.ndim + Y.ndim + U.ndim + N.ndim > 4 or any(isinstance(part, np.ndarray) for part in parts):
+        lead = [array.shape[:-1] for array in (X, Y, U, N)]
+        lead += [part.shape for part in parts if isinstance(part, np.ndarray)]
         many = (*_elements(lead), harmonics.size)
         X, Y = np.broadcast_to(X + U, many), np.broadcast_to(Y + N, many)
         values = {"v": v + swept, "kt": kt, "mu": mu, "kn": kn, "gap": gap}

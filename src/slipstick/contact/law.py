@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Mapping
-from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -45,8 +45,7 @@ class Motion(NamedTuple):
     """The part of it that stays as it is when omega changes, because the velocity grows with omega."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Response:
+class Response(NamedTuple):
     """Forces of n elements with their exact derivatives, each at fixed other arguments. Ports are counted from 0."""
 
     force: tuple[Array, ...]
@@ -55,14 +54,14 @@ class Response:
     """``(i, j) -> dF_i/dQ_j`` (n, L, L); pairs left out are zero."""
     by_parameter: Callable[[str], ByPort]
     """``name -> {i: dF_i/dname}``."""
-    by_drift: Mapping[tuple[int, int], Array] = field(default_factory=dict)
-    """``(i, j) -> dF_i/ddrift_j`` (n, L)."""
-    by_omega: ByPort = field(default_factory=dict)
-    """``i -> dF_i/domega`` (n, L) at fixed motion and drift: of laws that feel velocities."""
     values: Mapping[str, Array]
     """The parameters it was computed with, (n,) each."""
     work: Array
     """Dissipated energy a period over 2 pi, (n,), force x length [THEORY.md (7.1)]."""
+    by_drift: Mapping[tuple[int, int], Array] = MappingProxyType({})
+    """``(i, j) -> dF_i/ddrift_j`` (n, L)."""
+    by_omega: ByPort = MappingProxyType({})
+    """``i -> dF_i/domega`` (n, L) at fixed motion and drift: of laws that feel velocities."""
     detail: Any = None
     """What the law itself wants to find again."""
 

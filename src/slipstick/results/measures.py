@@ -77,10 +77,12 @@ def _forms(X: Array) -> Iterator[tuple[slice | NDArray[np.intp], _Form]]:
 
     It is chosen for each row, so what is beside a row changes no bit of its result.
     """
-    single = np.count_nonzero(X[:, 1:], axis=1) <= 2
-    if single.any():
-        rows = np.flatnonzero(single)
-        single[rows] = np.count_nonzero(np.hypot(X[rows, 1::2], X[rows, 2::2]), axis=1) <= 1
+    single = (X[:, 1:] != 0.0).sum(axis=1) <= 2
+    if not single.any():
+        yield slice(None), _of_several
+        return
+    rows = np.flatnonzero(single)
+    single[rows] = np.count_nonzero(np.hypot(X[rows, 1::2], X[rows, 2::2]), axis=1) <= 1
     if single.all() or not single.any():
         yield slice(None), _of_one_harmonic if single.all() else _of_several
     else:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from slipstick.contact.law import Response
 from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of, state_names
-from slipstick.results.stability import PointStability, is_wave, stability_values
+from slipstick.results.stability import PointStability, Unjudged, is_wave, judged, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import EachReaction, Reaction, Reactions, Structures, moved, truncation
 from slipstick.solve.continuation import Step
@@ -33,8 +33,7 @@ from slipstick.typing import AnyArray, Array, IntArray, Matrix
 _REMEMBERED = 8
 
 
-@dataclass(frozen=True, kw_only=True)
-class Point:
+class Point(NamedTuple):
     """A point of a branch: the solution and what was measured on its contacts."""
 
     omega: float
@@ -52,7 +51,7 @@ class Point:
     """Relative to the sizes of its terms."""
     part: int = 1
     """Number of the part of the branch: 2 where it was also followed from the other end."""
-    stability: PointStability | None = None
+    stability: PointStability | Unjudged | None = None
     """None where it was not asked for."""
     reaction: Reaction | None = None
     """How its kept harmonics answer to those left out; None: not known."""
@@ -88,7 +87,7 @@ class Columns:
     part: IntArray
     details: Sequence[Detail] = ()
     """None where all that contacts do is still to be had."""
-    stability: Sequence[PointStability | None] = ()
+    stability: Sequence[PointStability | Unjudged | None] = ()
 
     @classmethod
     def of(cls, balance: Balance, points: Sequence[Point]) -> Columns:
@@ -303,7 +302,8 @@ class Recorder:
         for i, adapted in _adapted(points).items():
             values["harmonics_in_use"][i] = adapted.in_use
         if self.stability:
-            values |= stability_values(points.stability, len(layout.labels["rank"]), of_wave=is_wave(b.problem))
+            stability = judged(points.stability, self.besides)
+            values |= stability_values(stability, len(layout.labels["rank"]), of_wave=is_wave(b.problem))
         values |= further
         return {name: values[name] for name in layout.variables}
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.results.besides import Besides
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -69,6 +71,36 @@ class PointStability:
     difference: float = np.nan
     error: float = np.nan
     wave_number: int = UNKNOWN
+
+
+@dataclass(frozen=True)
+class Unjudged:
+    """Stability of a point that is judged with others when it is recorded: together that costs less.
+
+    Attributes
+    ----------
+    alone
+        Judges it alone.
+    together
+        Judges several by what each is ``known`` by; None of those to be judged alone.
+    """
+
+    alone: Callable[[], PointStability]
+    together: Callable[[Sequence[Any]], Sequence[PointStability | None]]
+    known: Any
+
+
+def judged(points: Sequence[PointStability | Unjudged | None], besides: Besides) -> list[PointStability | None]:
+    """Stability of all points of one branch."""
+    out = [None if isinstance(point, Unjudged) else point for point in points]
+    waiting = [(i, point) for i, point in enumerate(points) if isinstance(point, Unjudged)]
+    if waiting:
+        found: Sequence[PointStability | None] = [None] * len(waiting)
+        with suppress(Exception):  # each alone says what fails
+            found = waiting[0][1].together([point.known for _, point in waiting])
+        for (i, point), stability in zip(waiting, found, strict=True):
+            out[i] = stability or besides.take("stability", point.alone, None)
+    return out
 
 
 def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], unit: str) -> Iterator[str]:

@@ -120,8 +120,13 @@ class EachReaction(Reactions):
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
         """By one solve each."""
-        pairs = zip(which.tolist(), residuals, strict=True)
-        return np.array([reaction(r) for i, r in pairs if (reaction := self._each[i]) is not None])
+        reactions = [one for i in which.tolist() if (one := self._each[i]) is not None]
+        tangents = [one.tangent for one in reactions if one.tangent is not None]
+        if len(tangents) < len(reactions):
+            return np.array([one(r) for one, r in zip(reactions, residuals, strict=True)])
+        across = np.concatenate([residuals, np.zeros((len(residuals), 1))], axis=1)
+        z = np.array([one.jacobian.solve(r) for one, r in zip(reactions, across, strict=True)])
+        return at_their_parameter(z, np.array(tangents), np.array([one.bend for one in reactions]))
 
 
 def truncation(

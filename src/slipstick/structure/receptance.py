@@ -96,7 +96,7 @@ class SummedReceptance(ABC):
         Slopes are derivatives by omega, or ``along`` a direction in the parameters at fixed omega.
         """
 
-    @property
+    @cached_property
     def _many(self) -> bool:
         """Whether there are too many products to be kept."""
         return self.static.size * self._left.shape[1] > _LARGE

@@ -39,7 +39,7 @@ class EveryRun(Run[Every]):
             if number == self.request.last:
                 raise self.request.fault
             if number % 2 == 0:
-                yield replace(point, kind="regular")
+                yield point._replace(kind="regular")
         self.outcome, self.message = ss.Outcome.COMPLETED, "every second one"
 
     @property

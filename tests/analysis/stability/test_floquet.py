@@ -8,10 +8,13 @@ from helpers.faults import raises_fault
 from helpers.floquet import distance
 from helpers.laws import Spring
 from helpers.oscillator import damper, one_mass, oscillator, with_law
-from helpers.stability import point_at
+from helpers.stability import point_at, two_dofs
 
 import slipstick as ss
+from slipstick.analysis.curve.response import follow
 from slipstick.analysis.stability.floquet import unstable
+from slipstick.results.besides import Besides
+from slipstick.results.stability import Unjudged, judged
 
 SHORT = {"max_step": 0.2, "first_step": 0.2}
 
@@ -72,6 +75,26 @@ def test_what_is_no_request_is_told(given) -> None:
 
 def test_multipliers_beyond_the_unit_circle_are_counted_beyond_rounding() -> None:
     assert unstable(np.array([1.0 + 1e-9, -1.1, 0.9j, 1.1j])) == 2
+
+
+@pytest.mark.parametrize("name", ["one contact", "two contacts", "one that opens"])
+def test_interpolated_points_are_judged_together_as_each_alone(name) -> None:
+    """Contacts on one dof, of which one slips before the other; and one that moves along its normal."""
+    rubbing = ss.RubbingMotion(velocity=10.0)
+    problem, span = {
+        "one contact": (oscillator(10.0), (4.0, 5.5)),
+        "two contacts": (one_mass(damper(3.0), damper(10.0, name="other", kt=30.0), harmonics=range(6)), (4.0, 6.0)),
+        "one that opens": (two_dofs(rubbing, gap=-0.1), (5.0, 5.6)),
+    }[name]
+    waiting = [p.stability for p in follow(problem, omega=span, stability=True) if isinstance(p.stability, Unjudged)]
+    assert len(waiting) > 5
+    besides = Besides()
+    for found, one in zip(judged(waiting, besides), waiting, strict=True):
+        alone = one.alone()
+        assert np.abs(found.multipliers - alone.multipliers).max() < 1e-12
+        same = ("unstable", "method", "neutral", "error")
+        assert [getattr(found, name) for name in same] == [getattr(alone, name) for name in same]
+    assert not besides.sentences
 
 
 def test_between_solved_points_of_many_contacts_the_verdict_is_theirs() -> None:

@@ -250,9 +250,9 @@ class CurveRun(Run[CurveRequest]):
             first = next(points, None)
             if first is None:
                 return
-            yield replace(first, kind=STATE_CHANGE)
+            yield first._replace(kind=STATE_CHANGE)
             for point in points:
-                yield replace(point, kind="regular") if point.kind == "start" else point
+                yield point._replace(kind="regular") if point.kind == "start" else point
 
     def _at_once(self, request: CurveRequest, before: Step | None, step: Step) -> Generator[Point, None, None]:
         """The corner between two steps on one side of which a contact sticks at all times, on the other slips."""
@@ -260,7 +260,7 @@ class CurveRun(Run[CurveRequest]):
             return
         corner = where_all_slips(request, before, step)
         if corner is not None:
-            yield replace(self._point(corner, None, corner.residual_norm), kind=STATE_CHANGE)
+            yield self._point(corner, None, corner.residual_norm)._replace(kind=STATE_CHANGE)
 
     def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> StateContinuation | None:
         """From the first point of a segment, or from where it was interrupted; None without a first point."""
@@ -280,7 +280,7 @@ class CurveRun(Run[CurveRequest]):
         outputs, besides = self.recorder.outputs, self.recorder.besides
         steps = StateContinuation(
             request.system, x, request.start, request.stop, jumps=state.jumps, restart=restart, earlier=earlier,
-            each=(special is not None and special.every) or adapted_to(request.options) is not None,
+            each=adapted_to(request.options) is not None,
             options=request.options, scaling=scales(request.balance, request.inputs, request.omega).arclength(),
             requested=(*request.requested, *((meeting[0],) if meeting else ())),
             events=(

@@ -152,7 +152,7 @@ class _Adapting:
         return int(context[0]), context[1:] if carried else None
 
     def _detail(self, detail: Detail, point: _AtPoint, parameter: float) -> Detail:
-        responses = tuple(replace(r, force=tuple(map(point.rung.spread, r.force))) for r in detail.responses)
+        responses = tuple(r._replace(force=tuple(map(point.rung.spread, r.force))) for r in detail.responses)
         inputs, _ = self.at(parameter)
         return replace(detail, responses=responses, inputs=inputs, adapted=point)
 

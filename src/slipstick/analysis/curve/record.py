@@ -147,13 +147,13 @@ class Run(ABC, Generic[R]):
 
     def until_ended(self, points: Iterator[Point], guard: Guard = nullcontext) -> Iterator[Point]:
         """Points until they end, or are ended by an interrupt, or by an exception once there are some."""
-        while True:
-            point = None
-            with self.kept(), guard():
-                point = next(points, None)
-            if point is None:
-                return
-            yield point
+        with self.kept():
+            while True:
+                with guard():
+                    point = next(points, None)
+                if point is None:
+                    return
+                yield point
 
     def _interrupted(self, stop: KeyboardInterrupt) -> None:
         self.outcome = stop.outcome if isinstance(stop, TimeIsUp) else Outcome.INTERRUPTED

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,7 @@ _STORED = {"context": "given"}
 """Names that fields of a restart point have in a journal, where they differ."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Checkpoint:
+class Checkpoint(NamedTuple):
     """Where a run stood when it found a point.
 
     Attributes
@@ -57,11 +56,12 @@ class Checkpoint:
 
     def plain(self) -> dict[str, Any]:
         """As numbers, texts and lists of them, and arrays."""
-        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "restart_point"}
+        values = self._asdict()
+        del values["restart_point"]
         if self.restart_point is not None:
             values |= {
                 f"place_{_STORED.get(name, name)}": value
-                for name, value in vars(self.restart_point).items()
+                for name, value in self.restart_point._asdict().items()
                 if name not in values
             }
             values |= {
@@ -74,7 +74,7 @@ class Checkpoint:
     def from_plain(cls, plain: Mapping[str, Any], size: int) -> Checkpoint:
         """What ``plain`` made, of a balance of ``size`` unknowns; raises InputError where it is none."""
         try:
-            values = {f.name: plain[f.name] for f in fields(cls) if f.name != "restart_point"}
+            values = {name: plain[name] for name in cls._fields if name != "restart_point"}
             state, tangent = _vector(values["state"], size + 1), _vector(values["tangent"], size + 1)
             restart_point = _restart_point(plain, state, tangent) if "place_points" in plain else None
             if values["part"] not in (1, 2):
@@ -159,9 +159,8 @@ class ResumeState:
 
     def checkpoint(self, step: Step, run: StateContinuation, seconds: float) -> Checkpoint:
         """Where it stands at a step of the run under way."""
-        restart_point = (
-            run.restart_point if run.restart_point is not None and run.restart_point.state is step.state else None
-        )
+        stands = run.restart_point
+        restart_point = stands if stands is not None and stands.state is step.state else None
         return Checkpoint(
             state=step.state, tangent=step.tangent, part=self.segments[-1].number, restart_point=restart_point,
             ended=tuple((segment.outcome.name, segment.message) for segment in self.segments[:-1]),

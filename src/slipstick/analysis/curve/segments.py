@@ -65,8 +65,8 @@ class Segment:
 
     def add(self, value: float, x: Array) -> None:
         """Take note of a point."""
-        forward = 1.0 if self.stop > self.start else -1.0
-        self.reach = max(self.reach, value, key=lambda v: forward * v)
+        if (value > self.reach) == (self.stop > self.start):
+            self.reach = value
         self.points, self.last = self.points + 1, (value, x)
 
     def reaches(self, value: float, x: Array) -> bool:

@@ -171,7 +171,7 @@ class SteadyRun(CurveRun):
         if step is None:
             missed.append((value, steps.outcome or Outcome.NO_FIRST_POINT, steps.message))
             return None
-        return replace(self._point(step, None, steps.residual), kind="requested")
+        return self._point(step, None, steps.residual)._replace(kind="requested")
 
     def _said(self, missed: Sequence[tuple[float, Outcome, str]]) -> str:
         request = self.request

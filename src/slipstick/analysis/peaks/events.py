@@ -37,7 +37,7 @@ def peak_events(
     """
     if tuple(names) == (LARGEST,):
         return (_envelope(_Slopes(outputs, system)),)
-    slopes = _Slopes(Outputs(outputs.balance, tuple(names)), system)
+    slopes = _Slopes(outputs if tuple(names) == outputs.names else Outputs(outputs.balance, tuple(names)), system)
     return tuple(_event(name, i, slopes) for i, name in enumerate(names))
 
 

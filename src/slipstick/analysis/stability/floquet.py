@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -18,11 +18,16 @@ from slipstick.analysis.stability.harmonic_form import (
     strip,
 )
 from slipstick.analysis.stability.linear_systems import LinearSystems
-from slipstick.analysis.stability.monodromy import Monodromy, monodromy, monodromy_with_laws
+from slipstick.analysis.stability.monodromy import (
+    Monodromy,
+    monodromy,
+    monodromy_with_laws,
+    multipliers_of_each,
+)
 from slipstick.analysis.stability.monodromy_stick_slip import monodromy_stick_slip
 from slipstick.analysis.stability.orbit import Orbit, orbit_beside, within_reach
 from slipstick.analysis.stability.refined_motion import Iteration, SmoothMotion
-from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline
+from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline, timelines
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
 from slipstick.analysis.stability.wave_numbers import WaveDisturbances, wave_answers
 from slipstick.balance.balance import Balance
@@ -145,6 +150,31 @@ class StabilityWatch:
         return PointStability(
             multipliers=multipliers, unstable=count, method=method, neutral=len(line.neutral), error=error
         )
+
+    def between(self, x: Array, details: Sequence[Detail], errors: Sequence[float]) -> list[PointStability | None]:
+        """Stability at n interpolated solutions (n, N) together; None where each is to be judged alone.
+
+        ``errors``: how accurate the multipliers are, as neighbours tell it.
+        """
+        if not (self.systems.in_time and self._iterate.can_many):
+            return [None] * len(x)
+        motions, systems = self._iterate.many(x, details), [self.systems.at(detail) for detail in details]
+        lines, each = timelines(motions), list[Monodromy | None]()
+        for line, motion, known, detail in zip(lines, motions, systems, details, strict=True):
+            each.append(monodromy(line, StickStarts(motion, known.contacts, known), known, detail.omega))
+        sound = [fine for fine in each if fine is not None and fine.sound]
+        if len(sound) < len(each):
+            return [None] * len(x)
+        out: list[PointStability | None] = []
+        for line, found, error in zip(lines, multipliers_of_each([m.matrix for m in sound]), errors, strict=True):
+            multipliers = self.judged(found)
+            settled = _settled(multipliers, np.full(multipliers.size, error), None)
+            stability = PointStability(
+                multipliers=multipliers, unstable=unstable(multipliers), method=PIECES, neutral=len(line.neutral),
+                error=error if multipliers.size else 0.0,
+            )  # fmt: skip
+            out.append(stability if settled else None)
+        return out
 
     def _shot(self, x: Array, motion: SmoothMotion, known: Combinations, detail: Detail) -> PointStability:
         """Stability with contacts that remember: of the motion in time beside this one."""

@@ -11,6 +11,7 @@ from slipstick.analysis.stability.dynamics import Dynamics, dynamics
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
 from slipstick.analysis.time_domain.piecewise_model import slider_values
 from slipstick.balance.balance import Balance
+from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import InputError
@@ -30,8 +31,9 @@ def friction_batch(balance: Balance) -> int | None:
 def friction_values(balance: Balance, detail: Detail) -> Mapping[str, Array]:
     """Parameters (n,) of the friction contacts at a point, then of the sliders that others consist of."""
     batch = friction_batch(balance)
-    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else detail.responses[batch].values
-    more = [slider_values(balance.batches[k].law, detail.responses[k].values) for k in slider_batches(balance)]
+    asked = detail.asked.batches
+    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else asked[batch].values
+    more = [slider_values(balance.batches[k].law, asked[k].values) for k in slider_batches(balance)]
     return {name: np.concatenate([own[name], *(one[name] for one in more)]) for name in ("kt", "mu", "kn", "gap")}
 
 
@@ -78,6 +80,8 @@ class LinearSystems:
         self._structures: dict[tuple[tuple[str, float], ...], Dynamics] = {}
         self._key: object = None
         self._known: Dynamics | None = None
+        self._asked: Inputs | None = None
+        self._contacts: FrictionPorts | None = None
         self._combinations: Combinations | None = None
         try:
             self._dynamics({}, 1.0)
@@ -87,11 +91,14 @@ class LinearSystems:
 
     def contacts(self, detail: Detail) -> FrictionPorts:
         """The contacts with the parameters of a point."""
-        values = friction_values(self._balance, detail)
-        return FrictionPorts(
-            tangential=self._ports[0], normal=self._ports[1], kt=values["kt"], mu=values["mu"], kn=values["kn"],
-            n_ports=self._balance.n_ports,
-        )  # fmt: skip
+        asked = detail.asked
+        if self._contacts is None or asked is not self._asked:
+            values = friction_values(self._balance, detail)
+            self._asked, self._contacts = asked, FrictionPorts(
+                tangential=self._ports[0], normal=self._ports[1], kt=values["kt"], mu=values["mu"], kn=values["kn"],
+                n_ports=self._balance.n_ports,
+            )  # fmt: skip
+        return self._contacts
 
     def at(self, detail: Detail) -> Combinations:
         """Those of a point."""

@@ -22,7 +22,7 @@ from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.contact.law import Motion
 from slipstick.trig.basis import TWO_PI
 from slipstick.trig.compiled import compiled
-from slipstick.typing import Array, ComplexArray, IntArray
+from slipstick.typing import AnyArray, Array, ComplexArray, IntArray
 
 _LONGEST = 1e6
 """Rate times period beyond which nothing is computed: as many steps as that would take minutes."""
@@ -47,8 +47,19 @@ class Monodromy:
 
 def multipliers_of(matrix: Array) -> ComplexArray:
     """Eigenvalues (k,) of a map of disturbances over one period, the largest first."""
-    multipliers = np.linalg.eigvals(matrix).astype(complex)
-    return multipliers[np.lexsort((-multipliers.imag, -np.abs(multipliers).round(12)))]
+    return _largest_first(np.linalg.eigvals(matrix))
+
+
+def multipliers_of_each(matrices: Sequence[Array]) -> list[ComplexArray]:
+    """The same of several maps."""
+    if len({len(matrix) for matrix in matrices}) == 1:  # as most are: together
+        return [_largest_first(one) for one in np.linalg.eigvals(np.array(matrices))]
+    return [multipliers_of(matrix) for matrix in matrices]
+
+
+def _largest_first(multipliers: AnyArray) -> ComplexArray:
+    multipliers = multipliers.astype(complex)
+    return np.asarray(multipliers[np.lexsort((-multipliers.imag, -np.abs(multipliers).round(12)))])
 
 
 def _memories(line: Timeline, count: int) -> tuple[int, ...]:
@@ -67,25 +78,22 @@ def _unit(combinations: Combinations, kept: tuple[int, ...]) -> tuple[list[int],
 
 def monodromy(line: Timeline, starts: StickStarts, combinations: Combinations, omega: float) -> Monodromy | None:
     """The product over all intervals of a period (THEORY.md (13.4)); None where it would take minutes."""
-    kept, known = (
-        _memories(line, combinations.contacts.count),
-        list(dict.fromkeys(interval.states for interval in line.intervals)),
-    )
-    pieces = [combinations(states) for states in known]
-    rates = np.array([piece.rate for piece in pieces])
+    kept = _memories(line, combinations.contacts.count)
+    known = tuple(dict.fromkeys(interval.states for interval in line.intervals))
+    forces, rates, sound = combinations.of_each(known)
     if not rates.max() * 2.0 * np.pi / omega < _LONGEST:
         return None
     places, Phi = _unit(combinations, kept)
     number = {states: k for k, states in enumerate(known)}
     rows = [_start(interval, starts) for interval in line.intervals]
     propagate(
-        Phi, combinations.scale, np.array([piece.forces for piece in pieces]), rates,
+        Phi, combinations.scale, forces, rates,
         np.array([number[interval.states] for interval in line.intervals]),
         np.array([interval.length for interval in line.intervals]) / omega,
         np.array([target for target, _ in rows]),
         np.array([np.zeros(len(Phi)) if row is None else row for _, row in rows]),
     )  # fmt: skip
-    return Monodromy(Phi[places], kept, all(piece.sound for piece in pieces))
+    return Monodromy(Phi[places], kept, sound)
 
 
 def monodromy_with_laws(

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise_model import HELD_PARAMETERS, law_in_time, slider_values
+from slipstick.balance.batch_evaluation import forces_together, motion_and_response
+from slipstick.balance.inputs import Assigned
 from slipstick.contact.forces import element_forces
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Motion
@@ -85,6 +87,8 @@ class Iteration:
         self._kept = self._columns(h.orders)
         self._known: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
         self._rubbing: tuple[Inputs, list[Array]] | None = None
+        self.can_many = forces_together(balance) and [is_friction(b.law) for b in balance.batches] == [True]
+        """Whether motions can be iterated together: those of friction contacts without contact states."""
 
     def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
         """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
@@ -94,6 +98,8 @@ class Iteration:
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
+        if self.can_many:
+            return self.many(x[None], [detail])[0]
         balance, wide, motions, forces = self._balance, self.wide, [], []
         further, columns = self._further(x, detail)
         force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
@@ -110,6 +116,33 @@ class Iteration:
             for port, coefficients in zip(batch.ports, motion.Q, strict=True):
                 coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
         return self._gathered(wide, detail, motions, self._prescribed(detail.inputs), forces)
+
+    def many(self, x: Array, details: Sequence[Detail]) -> list[SmoothMotion]:
+        """The iterated motion at n solutions (n, N), which ``can_many``."""
+        balance, wide, batch = self._balance, self.wide, self._balance.batches[0]
+        further, columns = self._further(x[0], details[0])
+        inputs, omega = Assigned.of([d.inputs for d in details]), np.array([d.omega for d in details])
+        contact_inputs, shape = inputs.contacts(0), (len(x), batch.count, wide.size)
+        motion, response = motion_and_response(balance, 0, x, omega, contact_inputs, wide)
+        force = np.zeros((len(x), balance.n_ports + balance.n_loads, len(columns)))
+        for port, coefficients in zip(batch.ports, response.force, strict=True):
+            force[:, port.rows] = coefficients.reshape(shape)[:, port.members][..., columns]
+        added = moved(balance.receptance, further, force, omega, inputs.structures)
+        for port, coefficients in zip(batch.ports, motion.Q, strict=True):
+            members = np.arange(batch.count)[port.members]
+            coefficients.reshape(shape)[:, members[:, None], columns] += added[:, port.rows, 1:]
+        laws, none = LawsInTime([]), np.zeros((0, wide.size))
+        out = []
+        for i, detail in enumerate(details):
+            at, u = slice(i * batch.count, (i + 1) * batch.count), self._prescribed(detail.inputs)[0]
+            (X, Y), (fx, fy) = ([part[at] for part in both] for both in (motion.Q, response.force))
+            values = {"v": motion.drift[0], **contact_inputs.values}
+            out.append(SmoothMotion(
+                harmonics=wide, omega=detail.omega, X=X, Y=Y, rubbing=(u[0], u[1]), force=(fx, fy),
+                values={name: value[at] for name, value in values.items()}, laws=laws, law_motion=none,
+                law_rubbing=none, law_force=none, law_drift=np.zeros(0),
+            ))  # fmt: skip
+        return out
 
     def _prescribed(self, inputs: Inputs) -> list[Array]:
         """The rubbing motion of every batch, (n_ports, n, L'): most points of a branch have the same."""

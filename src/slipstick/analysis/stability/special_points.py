@@ -8,7 +8,7 @@ to grow, by the count), and contacts change the order of their states (touch or 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -17,7 +17,7 @@ import numpy as np
 from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
 from slipstick.analysis.stability.state_sequence import Word, word_at
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import Detail
+from slipstick.balance.residual import Detail, unanswered
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
     BRANCH_POINT,
@@ -28,6 +28,7 @@ from slipstick.results.stability import (
     STATE_CHANGE,
     UNKNOWN,
     PointStability,
+    Unjudged,
 )
 from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.events import BranchEvent
@@ -88,16 +89,21 @@ class SpecialPoints:
         """Go on from an accepted step at which the last of the test functions had a value."""
         self._last = self._word_at(step), value
 
-    def judged(self, step: Step, *, compare: bool) -> PointStability:
+    def judged(self, step: Step, *, compare: bool) -> PointStability | Unjudged:
         """Stability of a step for the record; ``compare``: with the difference of both methods.
 
         Between solved points the kind of motion does not change: unless ``every`` point is judged, what is interpolated
-        is judged as its neighbours are.
+        is judged as its neighbours are. What is evaluated when it is recorded is judged then too.
         """
         if step.place is not None and not self._judged_itself(*step.place):
             return self._between(*step.place)
-        stability, known = self.at(step), step.evaluation.detail
-        return replace(stability, difference=self._watch.difference(step.x, known, stability)) if compare else stability
+        if step.place is not None and step.evaluation is None:
+            error = self._error(step)
+            return Unjudged(partial(self._alone, step, error), self._together, (step, error))
+        stability = self.at(step)
+        if not compare:
+            return stability
+        return replace(stability, difference=self._watch.difference(step.x, step.evaluation.detail, stability))
 
     def at(self, step: Step) -> PointStability:
         """Stability of a step."""
@@ -106,12 +112,26 @@ class SpecialPoints:
                 return stability
         odd, error = None, None
         if step.place is not None:
-            error = max(self.at(beside).error for beside in step.place[:2])
+            error = self._error(step)
         elif step.orientation and self._complete:
             odd = step.orientation * step.tangent_parameter < 0.0
         stability = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
         self._known = [*self._known[1 - _REMEMBERED :], (step, stability)]
         return stability
+
+    def _alone(self, step: Step, error: float) -> PointStability:
+        """Of an interpolated step that was not evaluated."""
+        return self._watch.at(step.x, self._system.evaluate(step.x, step.parameter).detail, error=error)
+
+    def _together(self, steps: Sequence[tuple[Step, float]]) -> list[PointStability | None]:
+        """The same of several, with the errors of their multipliers; None of those to be judged alone."""
+        details = [unanswered(*self._system.at(step.parameter)) for step, _ in steps]
+        return self._watch.between(np.array([step.x for step, _ in steps]), details, [error for _, error in steps])
+
+    def _error(self, step: Step) -> float:
+        """How accurate the multipliers of an interpolated step are: as those of its neighbours."""
+        assert step.place is not None
+        return max(self.at(beside).error for beside in step.place[:2])
 
     def _judged_itself(self, first: Step, second: Step, *_: object) -> bool:
         """Whether a point between two is judged by itself: where that is cheap, or where these differ."""

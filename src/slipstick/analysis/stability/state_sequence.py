@@ -74,11 +74,30 @@ class Timeline:
 
 def timeline(motion: SmoothMotion) -> Timeline:
     """The states of a motion's contacts over one period."""
+    return timelines([motion])[0]
+
+
+def timelines(motions: Sequence[SmoothMotion]) -> list[Timeline]:
+    """The same of several motions of the same contacts in the same harmonics."""
+    count, h = len(motions[0].X), motions[0].harmonics
+    if not count:
+        return [_timeline(motion, [], np.empty(0), np.empty(0, dtype=int)) for motion in motions]
+    arguments = [{"X": motion.X, "Y": motion.Y, **motion.values} for motion in motions]
+    if len(motions) > 1:
+        arguments = [{name: np.concatenate([one[name] for one in arguments]) for name in arguments[0]}]
+    intervals = element_intervals(h, **arguments[0])
+    totals = intervals.totals.tolist()
+    return [
+        _timeline(motion, totals[i : i + count], intervals.at[i : i + count], intervals.code[i : i + count])
+        for i, motion in zip(range(0, len(totals), count), motions, strict=True)
+    ]
+
+
+def _timeline(motion: SmoothMotion, totals: Sequence[int], at: Array, code: IntArray) -> Timeline:
+    """Of one motion, from the intervals of its n friction contacts: how many, (n, any, 3) places, (n, any, 2) codes."""
     changes: list[Change] = []
     first: list[int] = []
-    neutral: tuple[int, ...] = ()
-    if len(motion.X):
-        neutral = _of_friction(motion, changes, first)
+    neutral = _of_friction(motion, totals, at, code, changes, first)
     for own, states in zip(motion.laws.switching, law_states(motion), strict=True):
         regimes = [own.regimes.regime_of(name) for *_, name in states]
         i = len(first)
@@ -104,10 +123,10 @@ def law_states(motion: SmoothMotion) -> list[list[Interval]]:
     return out
 
 
-def _of_friction(motion: SmoothMotion, changes: list[Change], first: list[int]) -> tuple[int, ...]:
+def _of_friction(
+    motion: SmoothMotion, totals: Sequence[int], at: Array, code: IntArray, changes: list[Change], first: list[int]
+) -> tuple[int, ...]:
     """Adds the changes of friction contacts and the states before the first of each; those stuck all period."""
-    intervals = element_intervals(motion.harmonics, motion.X, motion.Y, **motion.values)
-    totals, at, code = intervals.totals.tolist(), intervals.at, intervals.code
     for i, n in enumerate(totals):
         codes = code[i, :n].tolist()
         first.append(codes[-1][0])

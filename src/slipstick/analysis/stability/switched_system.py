@@ -93,6 +93,7 @@ class Combinations:
     scale: float = 0.0
     """Velocities are divided by it (1/time), so that they are of the size of the motion."""
     _made: dict[StateCodes, LinearisedStates] = field(default_factory=dict)
+    _latest: tuple[tuple[StateCodes, ...], tuple[Array, Array, bool]] = ((), (np.empty(0), np.empty(0), True))
 
     def __post_init__(self) -> None:
         d, c = self.dynamics, self.contacts
@@ -106,6 +107,14 @@ class Combinations:
         if states not in self._made:
             self._made[states] = self._make(states)
         return self._made[states]
+
+    def of_each(self, known: tuple[StateCodes, ...]) -> tuple[Array, Array, bool]:
+        """Forces (k, r, 2 r + n) and rates (k,) of several combinations, and whether all of them are sound."""
+        if known != self._latest[0]:  # neighbouring points have the same
+            pieces = [self(states) for states in known]
+            forces, rates = np.array([piece.forces for piece in pieces]), np.array([piece.rate for piece in pieces])
+            self._latest = known, (forces, rates, all(piece.sound for piece in pieces))
+        return self._latest[1]
 
     def _make(self, states: StateCodes) -> LinearisedStates:
         d, (D, E) = self.dynamics, self.contacts.tangent(states)

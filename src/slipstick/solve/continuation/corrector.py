@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import acos, inf, isfinite
-from operator import is_
 from typing import Any
 
 import numpy as np
@@ -40,7 +39,8 @@ class Corrector:
         self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
         self.evaluations = self.solves = 0
         self.context: Any = None
-        self._latest: tuple[Any, HermiteSegment | None] = ((), None)
+        self._latest: tuple[Any, HermiteSegment | None] = ((None, None, None), None)
+        self._latest_angle: tuple[Any, float] = ((None, None, None), 0.0)
 
     def _evaluate(self, x: Array, parameter: float, context: Any = None) -> Any:
         context = self.context if context is None else context
@@ -186,15 +186,23 @@ class Corrector:
     def segment(self, first: Step, second: Step) -> HermiteSegment:
         """The cubic between two neighbouring points in the present metric; the latest is remembered."""
         metric = self.metric
-        (known, segment), asked = self._latest, (first, second, metric.weights)
-        if segment is not None and all(map(is_, known, asked)):
+        (one, other, weights), segment = self._latest
+        if segment is not None and one is first and other is second and weights is metric.weights:
             return segment
-        turn = angle_of(metric.cosine(first.tangent, second.tangent))
+        turn = self.angle(first.tangent, second.tangent)
         length = metric.length(second.state - first.state) * (1.0 + turn * turn / 24.0)
         rates = length / metric.length(first.tangent), length / metric.length(second.tangent)
         segment = HermiteSegment(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
-        self._latest = asked, segment
+        self._latest = (first, second, metric.weights), segment
         return segment
+
+    def angle(self, a: Array, b: Array) -> float:
+        """Scaled angle between two tangents (N + 1,); the latest is remembered."""
+        (one, other, weights), angle = self._latest_angle
+        if not (one is a and other is b and weights is self.metric.weights):
+            angle = angle_of(self.metric.cosine(a, b))
+            self._latest_angle = (a, b, self.metric.weights), angle
+        return angle
 
     def is_kink(self, first: Step, second: Step) -> bool:
         """Whether two points with different tangents lie on the two straight sides of one corner.

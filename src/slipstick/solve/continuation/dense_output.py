@@ -267,17 +267,18 @@ class DenseOutput:
             states, good = seen.settle(count - 1, self._tolerance)
             slopes = seen.slopes[: count - 1]
         tangents = slopes / metric.lengths(slopes)[:, None]
+        arclengths = (first.arclength + metric.lengths(states - first.state)).tolist()
         made = []
         for i, at in enumerate(places.u.tolist()):
             if good[i]:
-                step = Step.interpolated(states[i], tangents[i], (first, second, segment, at), 0.0)
+                step = Step.interpolated(states[i], tangents[i], (first, second, segment, at), arclengths[i])
             else:
                 solved = self._solved(segment, at, segment.point(at), (first, second))
                 if solved is None:
                     continue
                 step = solved
-            if self._span.passed(step.parameter) is None:
                 step.arclength = first.arclength + metric.length(step.state - first.state)
+            if self._span.passed(step.parameter) is None:
                 made.append(step)
         return made
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Outcome, Reason, reason_of
-from slipstick.solve.continuation.corrector import Corrector, angle_of
+from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.dense_output import DenseOutput, Observables
 from slipstick.solve.continuation.events import BranchEvent, Watched, turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
@@ -264,7 +264,7 @@ class Continuation(Iterator[Step]):
 
     def _ahead(self, last: Step, new: Step) -> HermiteSegment | None:
         """The segment that leads on from two neighbours, None at a corner between; the metric follows the newer."""
-        sharp = angle_of(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
+        sharp = self._corrector.angle(last.tangent, new.tangent) > self._options.max_angle
         segment = None if sharp else self._corrector.segment(last, new)
         self._metric.renew(new.x)
         return segment
@@ -343,17 +343,16 @@ class Continuation(Iterator[Step]):
         return reason or Rejection.NOTHING_AHEAD
 
     def _accept(self, last: Step, new: Step, result: NewtonResult, length: float, order: int) -> Step:
-        metric = self._metric
         # at rounding level neither the contraction nor the count says anything of the step
         self.step_length = next_step(
             length,
             contraction=0.0 if result.stagnated else result.contraction,
             iterations=0 if result.stagnated else result.iterations,
-            angle=angle_of(metric.cosine(last.tangent, new.tangent)),
+            angle=self._corrector.angle(last.tangent, new.tangent),
             order=order,
             options=self._options,
         )
-        new.arclength = last.arclength + metric.length(new.state - last.state)
+        new.arclength = last.arclength + self._metric.length(new.state - last.state)
         return new
 
     def _terminal(self, step: Step) -> bool:

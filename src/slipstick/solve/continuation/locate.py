@@ -118,9 +118,10 @@ class Locator:
     def _see_to_near_miss(self, event: BranchEvent, segment: HermiteSegment, values: list[float]) -> None:
         """Make values of one sign exact where it nearly changes: the cubic is not as near to the branch as that."""
         size, positive = [abs(value) for value in values], values[0] > 0.0
-        nearest = min(range(1, len(size) - 1), key=size.__getitem__)
-        if not size[nearest] < _NEARLY * min(size[0], size[-1]):
+        smallest = min(size[1:-1])
+        if not smallest < _NEARLY * min(size[0], size[-1]):
             return
+        nearest = size.index(smallest, 1)
         for i in (nearest, max(nearest - 1, 1), min(nearest + 1, len(values) - 2)):
             solved = self._maxima.solved(event, segment, _AT[i], 0.0, exact=False)
             if solved is not None:
@@ -266,5 +267,7 @@ class Locator:
 
 def _crossed(event: BranchEvent, places: list[float], values: list[float]) -> list[tuple[Both, Both]]:
     """Neighbouring places, and the values there, between which the event is."""
+    if min(values) > 0.0 or max(values) < 0.0:
+        return []
     changes = zip(pairwise(places), pairwise(values), strict=True)
     return [(at, of) for at, of in changes if event.crossed(*of)]

@@ -127,7 +127,7 @@ class Metric:
     def judged(self, changes: Array, sizes: Array) -> Array:
         """Changes (n, N + 1) over the ``sizes`` of their rows, the largest of each: (n,)."""
         rows = (changes[:, :-1] * self._unit).reshape(len(changes), sizes.size, -1)
-        relative = np.sqrt(np.einsum("nrl,nrl->nr", rows, rows)) / sizes
+        relative = np.sqrt(np.vecdot(rows, rows)) / sizes
         largest = relative.max(axis=1) if sizes.size > 1 else relative[:, 0]
         return np.asarray(np.maximum(largest, np.abs(changes[:, -1]) * self._parameter))
 
@@ -138,7 +138,7 @@ class Metric:
     def lengths(self, vectors: Array) -> Array:
         """Scaled lengths (n,) of vectors (n, N + 1)."""
         scaled = vectors * self.weights
-        return np.asarray(np.sqrt(np.einsum("ij,ij->i", scaled, scaled)))
+        return np.asarray(np.sqrt(np.vecdot(scaled, scaled)))
 
     def cosine(self, a: Array, b: Array) -> float:
         """Cosine of the scaled angle between two vectors."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Metric
@@ -29,8 +30,7 @@ class Span:
         return None
 
 
-@dataclass(frozen=True)
-class Prediction:
+class Prediction(NamedTuple):
     """A guess (N + 1,) and the direction of the branch there; ``at_end``: its parameter is an end of the range."""
 
     guess: Array

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,9 +13,10 @@ from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array
 
+_NOT_SOLVED = NewtonResult(np.empty(0))
 
-@dataclass(frozen=True, kw_only=True)
-class RestartPoint:
+
+class RestartPoint(NamedTuple):
     """An accepted point and what the points after it depend on; with the restart point before it, that is everything.
 
     Attributes
@@ -121,7 +121,7 @@ class Step:
         cls, state: Array, tangent: Array, place: tuple[Step, Step, HermiteSegment, float], arclength: float
     ) -> Step:
         """A point of a segment, at a ``place``."""
-        step = cls(state, tangent, NewtonResult(state), "interpolated", "", state.size - 1)
+        step = cls(state, tangent, _NOT_SOLVED, "interpolated", "", state.size - 1)
         step.place, step.arclength = place, arclength
         return step
 

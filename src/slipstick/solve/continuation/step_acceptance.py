@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slipstick.errors import Reason
-from slipstick.solve.continuation.corrector import Corrector, angle_of
+from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.options import StepOptions
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
@@ -47,7 +47,7 @@ def objection(
     kink = tiny or (length <= _KINK_SHARE * options.max_step and corrector.is_kink(last, new))
     if metric.length(new.state - guess) > (_KINK_CORRECTION if kink else options.max_correction) * length:
         return Rejection.FAR
-    if not kink and angle_of(metric.cosine(last.tangent, new.tangent)) > options.max_angle:
+    if not kink and corrector.angle(last.tangent, new.tangent) > options.max_angle:
         return Rejection.SHARP
     return None
 

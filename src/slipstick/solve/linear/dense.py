@@ -48,20 +48,22 @@ class _Factorised(ABC):
     @property
     def singular(self) -> bool:
         """Whether it is exactly singular."""
-        return self._factors()[2] > 0
+        return (self._lu or self._factors())[2] > 0
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:
         """Solution of ``J @ x = right``, or with its transpose."""
-        lu, pivots, _ = self._factors()
+        lu, pivots, _ = self._lu or self._factors()
         x: Array = dgetrs(lu, pivots, right, trans=int(transposed))[0]
         return x
 
+    solve_correction = solve
+    """A solution to fewer digits costs no less."""
+
     def sign(self) -> int:
         """Sign of the determinant."""
-        lu, pivots, _ = self._factors()
-        swaps = np.count_nonzero(pivots != np.arange(pivots.size))
-        negative = np.count_nonzero(lu.diagonal() < 0)
-        return -1 if (swaps + negative) % 2 else 1
+        lu, pivots, _ = self._lu or self._factors()
+        swapped, negative = pivots != np.arange(pivots.size), lu.diagonal() < 0
+        return -1 if np.count_nonzero(swapped ^ negative) % 2 else 1
 
     def bordered(self, column: Array, row: Array) -> BorderedDense:
         """With a further column (N,) and row (N + 1,)."""
