@@ -12,14 +12,14 @@ from helpers.blocks import block, branch, stressed
 from helpers.faults import raises_fault
 
 import slipstick as ss
-from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts
+from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts
 
 
 def test_frames_are_the_motion_over_a_period(tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
     made = branch()
     path = made.save_shape(tmp_path / "shape.xdmf", 3, frames=8)
-    found, omega = deflection_of(made), float(made.dataset["omega"][3])
+    found, omega = deflection_of(made, points=[3]), float(made.dataset["omega"][3])
     with meshio.xdmf.TimeSeriesReader(str(path)) as reader:
         points, cells = reader.read_points_cells()
         np.testing.assert_allclose(points, found.skin.nodes, atol=1e-6)
@@ -28,7 +28,7 @@ def test_frames_are_the_motion_over_a_period(tmp_path: Path) -> None:
         for step in (0, 5):
             time, data, _ = reader.read_data(step)
             assert time == pytest.approx(step / 8 * 2 * np.pi / omega)
-            expected = found.at(3) @ made.harmonics.H_minus(omega * time)
+            expected = found.at(0) @ made.harmonics.H_minus(omega * time)
             np.testing.assert_allclose(data["displacement"], expected, atol=2e-5 * np.abs(expected).max())
 
 
@@ -55,9 +55,11 @@ def test_contacts_are_found_on_the_surface() -> None:
     at = problem.structure.skin.nodes
     for node, point in zip(nodes, block().points.positions, strict=True):
         assert np.linalg.norm(at[node] - point) == pytest.approx(np.linalg.norm(at - point, axis=1).min(), abs=1e-9)
-    shown = nearest_contacts(problem.structure.skin, nodes)
+    places = contact_places(problem)
+    np.testing.assert_allclose(places, block().points.positions, atol=1e-12)
+    shown = nearest_contacts(problem.structure.skin, places)
     assert shown[nodes].tolist() == [0, 1]
-    assert (nearest_contacts(problem.structure.skin, np.array([-1, -1])) == -1).all()
+    assert (nearest_contacts(problem.structure.skin, np.full((2, 3), np.nan)) == -1).all()
 
 
 def test_states_and_wear_on_the_surface(tmp_path: Path) -> None:
@@ -65,7 +67,7 @@ def test_states_and_wear_on_the_surface(tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
     made = branch()
     nodes = contact_nodes(made.problem)
-    shown = nearest_contacts(made.problem.structure.skin, nodes)
+    shown = nearest_contacts(made.problem.structure.skin, contact_places(made.problem))
     numbers = {"stick": 1, "slip": 2, "separation": 3}
     with meshio.xdmf.TimeSeriesReader(str(made.save_shape(tmp_path / "s.xdmf", 3, frames=8))) as reader:
         reader.read_points_cells()

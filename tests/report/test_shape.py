@@ -37,17 +37,23 @@ def test_worn_depth_lies_round_the_contacts() -> None:
     made = worn()
     found = shape_of(made)
     assert found is not None
-    nodes, contact = decoded(found["nodes"]).reshape(-1, 3), decoded(found["worn"]["contact"])
+    nodes, contact = decoded(found["nodes"]).reshape(-1, 3), decoded(found["on"]["contact"])
     apart = np.linalg.norm(nodes[:, None] - block().points.positions, axis=2)
     nearest = contact[apart.argmin(axis=0)]
     assert nearest.tolist() == [1, 2]
     assert ((contact == 1) <= (apart[:, 0] <= apart[:, 1] + 1e-6)).all()
-    depth = decoded(found["worn"]["depth"]).reshape(len(made), 2)
-    np.testing.assert_array_equal(depth, made.dataset.worn_depth)
-    yaw, pitch = np.radians(found["worn"]["turn"])
+    of = {one["key"]: one for one in found["on"]["of"]}
+    assert list(of) == ["worn_depth", "normal_load", "slip_fraction", "separation_fraction", "dissipated_power"]
+    for key, one in of.items():
+        values, truth = decoded(one["values"]).reshape(len(made), 2) * one["most"] / 65535, made.dataset[key]
+        np.testing.assert_allclose(values, truth, atol=1e-5 * float(truth.max()))
+    yaw, pitch = np.radians(found["on"]["turn"])
     eye = [-np.cos(pitch) * np.sin(yaw), -np.cos(pitch) * np.cos(yaw), np.sin(pitch)]
     assert eye[2] > 0.8  # the contacts lie on the top
-    assert "worn" not in (shape_of(branch()) or {})
+    plain = shape_of(branch())
+    assert plain is not None
+    assert plain["on"]["of"][0]["key"] == "normal_force"
+    assert plain["less"] == found["less"] == ""
 
 
 @pytest.mark.parametrize("y", [0.0, 0.2])

@@ -19,8 +19,9 @@ def arrays(**others: Any) -> dict[str, Any]:
 
 def test_shapes_and_places_are_checked() -> None:
     skin = Skin(**arrays(loads={"p": np.ones(9)}))
-    assert skin.basis.shape == (9, 4)
-    np.testing.assert_allclose(skin.basis.T @ skin.basis, np.eye(4), atol=1e-12)
+    basis = skin.basis()
+    assert basis.shape == (9, 4)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(4), atol=1e-12)
     for wrong, sentence in (
         ({"nodes": np.ones((3, 2))}, r"skin, nodes: found shape \(3, 2\); expected \(3, 3\)"),
         ({"triangles": [[0, 1, 3]]}, "skin, triangles: found nodes 0 to 3 of 3"),

@@ -9,7 +9,7 @@ from slipstick.errors import InputError
 from slipstick.faults import SMALLEST, number, numbers, wrong
 from slipstick.fem.elements import FACES
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.typing import BoolArray, IntArray
+from slipstick.typing import Array, BoolArray, IntArray
 
 SKIN_NODES = 1500
 """So many show the shape of a body; the modes at them are stored with it."""
@@ -90,17 +90,29 @@ def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, de
     return surface
 
 
-def skin_of(mesh: Mesh, most: int = SKIN_NODES) -> tuple[IntArray, IntArray]:
+def skin_of(
+    mesh: Mesh, most: int = SKIN_NODES, fine: IntArray | None = None, most_fine: int = 0
+) -> tuple[IntArray, IntArray]:
     """The boundary as triangles to be seen: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
 
-    The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them.
+    The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them; where that
+    leaves fewer than ``most_fine`` of the nodes ``fine`` of the mesh, these have a finer grid of their own.
     """
     triangles = _triangles(mesh)
     nodes = np.unique(triangles)
-    if len(nodes) > most:
-        triangles = _merged(mesh, nodes, triangles, most)
-        nodes = np.unique(triangles)
-    return nodes, np.searchsorted(nodes, triangles)
+    places, triangles = mesh.nodes[nodes], np.searchsorted(nodes, triangles)
+    leader = _leaders(places, most)
+    on = np.zeros(len(nodes), dtype=bool) if fine is None else np.isin(nodes, fine)
+    if len(np.unique(leader[on])) < min(most_fine, int(on.sum())):
+        for part, limit in ((on, most_fine), (~on, most)):
+            leader[part] = np.flatnonzero(part)[_leaders(places[part], limit)]
+    kept, triangles = _merged(triangles, leader)
+    return nodes[kept], triangles
+
+
+def thinned(places: Array, triangles: IntArray, most: int) -> tuple[IntArray, IntArray]:
+    """At most so many of the nodes (n, 3) of a surface, by place, and triangles between them, as of ``skin_of``."""
+    return _merged(triangles, _leaders(places, most))
 
 
 def _triangles(mesh: Mesh) -> IntArray:
@@ -111,9 +123,10 @@ def _triangles(mesh: Mesh) -> IntArray:
     return np.concatenate(parts)
 
 
-def _merged(mesh: Mesh, nodes: IntArray, triangles: IntArray, most: int) -> IntArray:
-    """Triangles between the first nodes of the cells of a grid; what collapses is left out."""
-    places = mesh.nodes[nodes]
+def _leaders(places: Array, most: int) -> IntArray:
+    """Which node stands for each (n,): itself, or with more than ``most`` the first in its cell of a grid."""
+    if len(places) <= most:
+        return np.arange(len(places))
     low, extent = places.min(axis=0), float(np.ptp(places, axis=0).max())
     cells = 4096
     while True:
@@ -122,10 +135,16 @@ def _merged(mesh: Mesh, nodes: IntArray, triangles: IntArray, most: int) -> IntA
         if len(first) <= most or cells == 1:
             break
         cells = max(1, int(0.85 * cells))
-    leader = np.zeros(mesh.n_nodes, dtype=np.int64)
-    leader[nodes] = nodes[first][inverse.ravel()]
+    return np.asarray(first[inverse.ravel()], dtype=np.int64)
+
+
+def _merged(triangles: IntArray, leader: IntArray) -> tuple[IntArray, IntArray]:
+    """Nodes that stand for others, and the triangles between them; what collapses is left out."""
     moved = leader[triangles]
-    whole = (moved[:, 0] != moved[:, 1]) & (moved[:, 1] != moved[:, 2]) & (moved[:, 0] != moved[:, 2])
-    moved = moved[whole]
-    _, once = np.unique(np.sort(moved, axis=1), axis=0, return_index=True)
-    return moved[np.sort(once)]
+    if not np.array_equal(leader, np.arange(len(leader))):
+        whole = (moved[:, 0] != moved[:, 1]) & (moved[:, 1] != moved[:, 2]) & (moved[:, 0] != moved[:, 2])
+        moved = moved[whole]
+        _, once = np.unique(np.sort(moved, axis=1), axis=0, return_index=True)
+        moved = moved[np.sort(once)]
+    kept = np.unique(moved)
+    return kept, np.searchsorted(kept, moved)
