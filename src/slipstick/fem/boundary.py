@@ -101,18 +101,19 @@ def skin_of(
     triangles = _triangles(mesh)
     nodes = np.unique(triangles)
     places, triangles = mesh.nodes[nodes], np.searchsorted(nodes, triangles)
-    leader = _leaders(places, most)
+    sides = _sides(places, triangles)
+    leader = _leaders(places, sides, most)
     on = np.zeros(len(nodes), dtype=bool) if fine is None else np.isin(nodes, fine)
     if len(np.unique(leader[on])) < min(most_fine, int(on.sum())):
         for part, limit in ((on, most_fine), (~on, most)):
-            leader[part] = np.flatnonzero(part)[_leaders(places[part], limit)]
+            leader[part] = np.flatnonzero(part)[_leaders(places[part], sides[part], limit)]
     kept, triangles = _merged(triangles, leader)
     return nodes[kept], triangles
 
 
 def thinned(places: Array, triangles: IntArray, most: int) -> tuple[IntArray, IntArray]:
     """At most so many of the nodes (n, 3) of a surface, by place, and triangles between them, as of ``skin_of``."""
-    return _merged(triangles, _leaders(places, most))
+    return _merged(triangles, _leaders(places, _sides(places, triangles), most))
 
 
 def _triangles(mesh: Mesh) -> IntArray:
@@ -123,15 +124,27 @@ def _triangles(mesh: Mesh) -> IntArray:
     return np.concatenate(parts)
 
 
-def _leaders(places: Array, most: int) -> IntArray:
-    """Which node stands for each (n,): itself, or with more than ``most`` the first in its cell of a grid."""
+def _sides(places: Array, triangles: IntArray) -> IntArray:
+    """Which of six ways the surface looks at each node (n,): both sides of a thin body stay apart."""
+    corners, normals = places[triangles], np.zeros_like(places)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    for corner in range(3):
+        np.add.at(normals, triangles[:, corner], across)
+    along = np.abs(normals).argmax(axis=1)
+    return np.asarray(2 * along + (normals[np.arange(len(normals)), along] < 0.0))
+
+
+def _leaders(places: Array, sides: IntArray, most: int) -> IntArray:
+    """Which node stands for each (n,): itself, or with more than ``most`` the first in its cell of a grid that looks
+    the same way."""
     if len(places) <= most:
         return np.arange(len(places))
     low, extent = places.min(axis=0), float(np.ptp(places, axis=0).max())
     cells = 4096
     while True:
         grid = np.floor((places - low) / (extent / cells)).astype(np.int64)
-        _, first, inverse = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+        cell = grid if cells == 1 else np.column_stack([grid, sides])
+        _, first, inverse = np.unique(cell, axis=0, return_index=True, return_inverse=True)
         if len(first) <= most or cells == 1:
             break
         cells = max(1, int(0.85 * cells))
