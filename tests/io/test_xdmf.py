@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from helpers import reports
-from helpers.blocks import block, branch, stressed
+from helpers.blocks import block, branch, pressed, stressed
 from helpers.faults import raises_fault
 
 import slipstick as ss
@@ -89,6 +89,34 @@ def test_states_and_wear_on_the_surface(tmp_path: Path) -> None:
         np.testing.assert_allclose(data["worn_depth"][nodes], worn.dataset.worn_depth[-1], rtol=1e-5)
     with pytest.raises(ss.InputError, match="not of wear"):
         made.save_wear(tmp_path / "n.xdmf")
+
+
+def test_a_surface_whose_residuals_are_solved_for(tmp_path: Path) -> None:
+    """The same file as of the written kind: motion, states, forces over the period, shares, dissipation."""
+    meshio = pytest.importorskip("meshio")
+    made, read = pressed("written"), []
+    for kind in ("written", "solved"):
+        with meshio.xdmf.TimeSeriesReader(
+            str(pressed(kind).save_shape(tmp_path / f"{kind}.xdmf", 1, frames=6))
+        ) as file:
+            points, _ = file.read_points_cells()
+            read.append([file.read_data(step)[1] for step in range(6)])
+    for one, other in zip(*read, strict=True):
+        assert set(one) == set(other)
+        for name, values in one.items():
+            close = 1e-5 if name == "displacement" else 0.0  # six digits are written
+            np.testing.assert_allclose(other[name], values, rtol=0, atol=close * np.abs(values).max())
+    nodes = contact_nodes(made.problem)
+    shown = nearest_contacts(made.problem.structure.skin, contact_places(made.problem))[nodes]
+    for step, data in enumerate(read[1]):
+        H = made.harmonics.H_minus(step / 6 * 2 * np.pi)
+        for name in ("normal_force", "friction_force"):
+            truth = (made.dataset[name].values[1] @ H)[shown]
+            np.testing.assert_allclose(data[name][nodes], truth, rtol=1e-5, atol=1e-5 * np.abs(truth).max())
+        for name in ("slip_fraction", "separation_fraction", "dissipated_power"):
+            np.testing.assert_allclose(data[name][nodes], made.dataset[name].values[1][shown], rtol=1e-5, atol=1e-12)
+    assert {1, 2, 3} <= {int(state) for data in read[1] for state in data["contact_state"][nodes]}
+    assert points.shape == made.problem.structure.skin.nodes.shape
 
 
 def test_stressed_elements_are_drawn(tmp_path: Path) -> None:
