@@ -97,6 +97,20 @@ def test_both_sides_of_a_thin_plate_stay() -> None:
     assert thinned(mesh.nodes[nodes], triangles, 80)[0].size <= 80
 
 
+@pytest.mark.parametrize("element", ["hex20", "tet10", "wedge15"])
+def test_nodes_between_corners_are_seen_where_contacts_need_them(element: str) -> None:
+    mesh = box((2.0, 1.0, 0.5), (4, 2, 1), element)
+    below = mesh.surface("z0").nodes
+    nodes, triangles = skin_of(mesh, fine=below, most_fine=1000)
+    assert set(below) <= set(nodes)
+    assert volume(mesh.nodes[nodes], triangles) == pytest.approx(1.0)
+    assert area_towards(mesh.nodes[nodes], triangles, 2) == pytest.approx((2.0, 2.0))
+    corners = skin_of(mesh)[0]
+    assert len(nodes) == len(corners) + np.isin(below, corners, invert=True).sum()
+    for one, other in zip(skin_of(mesh, fine=below, most_fine=5), skin_of(mesh), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_a_skin_is_finer_where_contacts_lie() -> None:
     """As fine as it has to be there, and as coarse as before elsewhere; whole where that is fine enough."""
     mesh = box((2.0, 1.0, 0.1), (40, 20, 2), "hex8")

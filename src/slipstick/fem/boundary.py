@@ -96,9 +96,12 @@ def skin_of(
     """The boundary as triangles to be seen: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
 
     The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them; where that
-    leaves fewer than ``most_fine`` of the nodes ``fine`` of the mesh, these have a finer grid of their own.
+    leaves fewer than ``most_fine`` of the nodes ``fine`` of the mesh, these have a finer grid of their own, with the
+    nodes between corners where the corners are not as many.
     """
     triangles = _triangles(mesh)
+    if fine is not None and np.isin(fine, triangles).sum() < min(most_fine, len(fine)):
+        triangles = _triangles(mesh, fine)
     nodes = np.unique(triangles)
     places, triangles = mesh.nodes[nodes], np.searchsorted(nodes, triangles)
     sides = _sides(places, triangles)
@@ -116,11 +119,18 @@ def thinned(places: Array, triangles: IntArray, most: int) -> tuple[IntArray, In
     return _merged(triangles, _leaders(places, _sides(places, triangles), most))
 
 
-def _triangles(mesh: Mesh) -> IntArray:
+def _triangles(mesh: Mesh, split: IntArray | None = None) -> IntArray:
+    """Of all faces between their corners; between all their nodes of those that lie on nodes to ``split``."""
     parts = [np.empty((0, 3), dtype=np.int64)]
     for kind, faces in boundary(mesh).faces.items():
-        corners = faces[:, : FACES[kind].n_corners]
-        parts += [corners[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
+        n = FACES[kind].n_corners
+        whole = np.zeros(len(faces), dtype=bool) if split is None else np.isin(faces, split).all(axis=1)
+        whole &= faces.shape[1] == 2 * n
+        corners, around = faces[~whole, :n], faces[whole]
+        parts += [corners[:, [0, i, i + 1]] for i in range(1, n - 1)]
+        if whole.any():
+            parts += [around[:, [n + (k - 1) % n, k, n + k]] for k in range(n)]  # node n + k follows corner k
+            parts += [around[:, [n, n + i, n + i + 1]] for i in range(1, n - 1)]
     return np.concatenate(parts)
 
 

@@ -78,8 +78,9 @@ class ContactModel:
         return {"keep": self.directions.tocsc(), **named, "skin": skin}
 
 
-_NODES_A_CONTACT, _MOST_AT_CONTACTS = 2, 30_000
-"""Of the skin on the surface where contacts lie: so many show each, and so many are there at most."""
+_NODES_A_CONTACT, _MOST_AT_CONTACTS = 4, 45_000
+"""Of the skin on the surface where contacts lie: so many show each where the mesh has them, and so many are there at
+most."""
 
 
 def skin_rows(
