@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.blocks import block, branch, pressed, pressed_plate, solved_whole, with_structure
@@ -122,6 +124,18 @@ def test_contacts_lie_where_they_were_put() -> None:
     shown = nearest_contacts(skin, places)
     np.testing.assert_allclose(apart[shown >= 0, shown[shown >= 0]], apart[shown >= 0].min(axis=1), atol=1e-12)
     assert (shown[nodes] >= 0).all()
+
+
+def test_contacts_of_earlier_results_are_where_the_surface_moves_alike() -> None:
+    """A skin that knows no places."""
+    problem = branch().problem
+    assert problem is not None
+    skin = problem.structure.skin
+    structure = problem.structure.changed(loss_factor=0.02)
+    structure.skin = replace(skin, places=None)
+    unknown = replace(problem, structure=structure, told=None)
+    np.testing.assert_array_equal(contact_nodes(unknown), contact_nodes(problem))
+    np.testing.assert_array_equal(contact_places(unknown), skin.nodes[contact_nodes(problem)])
 
 
 def test_contacts_between_places_that_lie_apart_have_none() -> None:
