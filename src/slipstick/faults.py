@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -339,6 +340,31 @@ def several(name: Name, value: object, kind: type[T], expected: str) -> tuple[T,
 def names(name: Name, value: object, expected: str = "the name of a dof") -> tuple[str, ...]:
     """Texts; one alone is taken too."""
     return tuple(str(item) for item in several(name, value, str, expected))
+
+
+_ALIKE, _NAMED = 5, 3
+_OF_CONTACT, _NUMBERS = re.compile(r"contact '(.+?)': "), re.compile(r"[-+]?\d[\d.e+-]*")
+
+
+def few_alike(sentences: Iterable[str]) -> list[str]:
+    """Sentences, of which more than five that differ in the contact and in numbers alone are one.
+
+    >>> few_alike(f"contact 'c{k}': the gap {k}.5 is open" for k in range(1, 101))
+    ["contact 'c1': the gap 1.5 is open; likewise 99 more contacts: 'c2', 'c3', 'c4', ..."]
+    """
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for sentence in dict.fromkeys(sentences):
+        found = _OF_CONTACT.match(sentence)
+        key = sentence if found is None else _NUMBERS.sub("#", f"contact: {sentence[found.end() :]}")
+        groups.setdefault(key, []).append(("" if found is None else found[1], sentence))
+    out = []
+    for (_, first), *others in groups.values():
+        if len(others) < _ALIKE:
+            out += [first, *(sentence for _, sentence in others)]
+        else:
+            some = ", ".join(f"'{name}'" for name, _ in others[:_NAMED])
+            out.append(f"{first}; likewise {len(others)} more contacts: {some}, ...")
+    return out
 
 
 def warn(sentences: Iterable[str]) -> None:

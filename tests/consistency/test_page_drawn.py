@@ -755,16 +755,16 @@ def test_worn_depth_is_a_bar_for_each_contact_and_a_colour_of_the_body() -> None
     script = """
       const { panels, body } = app, view = () => window.slipstick.view();
       const shown = () => ({ bars: lines(panels.worn.plot), scale: panels.worn.plot.uplot.scales.y,
-        note: panels.worn.note.textContent, depths: [...body.depths] });
+        note: panels.worn.note.textContent, depths: [...body.values] });
       const last = { point: view().point, turn: view().turn, ...shown(), said: body.note.textContent };
       app.set({ point: 1 });
       const second = shown();
       click(button($("body"), "motion"));
-      return { last, second, moving: [body.depths, body.note.textContent, location.hash] }"""
+      return { last, second, moving: [body.values, body.note.textContent, location.hash] }"""
     found, made = drawn(script, worn()), blocks.worn()
     depth, load = made.dataset.worn_depth.values, made.dataset.normal_load.values
     assert found["last"]["point"] == len(made) - 1
-    assert found["last"]["turn"] == worn()["shape"]["worn"]["turn"]
+    assert found["last"]["turn"] == worn()["shape"]["on"]["turn"]
     for point, shown in ((len(made) - 1, found["last"]), (1, found["second"])):
         contact = re.match(r"(c\d) · worn depth (\S+?)(?: | · )", shown["note"])
         assert contact is not None
@@ -776,7 +776,7 @@ def test_worn_depth_is_a_bar_for_each_contact_and_a_colour_of_the_body() -> None
         assert shown["scale"]["min"] == 0.0
         assert depth.max() < shown["scale"]["max"] < 1.1 * depth.max()
         near(number(re.search(r"normal load (\S+)", shown["note"])[1]), load[point, c])  # type: ignore[index]
-        assert sorted(set(shown["depths"])) == sorted(set(depth[point]))
+        np.testing.assert_allclose(sorted(set(shown["depths"])), sorted(set(depth[point])), atol=1e-5 * depth.max())
     assert number(re.search(r"worn depth 0(\S+?)(?:phase|$)", found["last"]["said"])[1]) == pytest.approx(  # type: ignore[index]
         depth.max(), rel=1e-3
     )
@@ -786,7 +786,34 @@ def test_worn_depth_is_a_bar_for_each_contact_and_a_colour_of_the_body() -> None
 
 
 def test_there_are_no_bars_where_nothing_wears() -> None:
-    assert drawn('return [app.panels.worn.card.hidden, button($("body"), "motion") ?? null]', shaped()) == [True, None]
+    script = 'return [app.panels.worn.card.hidden, button($("body"), "worn depth") ?? null]'
+    assert drawn(script, shaped()) == [True, None]
+
+
+def test_contacts_colour_the_body_and_are_looked_at() -> None:
+    """Motion to begin with; the force of each contact round it, on the scale of the branch, from where it is seen."""
+    script = """
+      const body = app.body, buttons = () => $("body").querySelectorAll("button");
+      const pressed = () => buttons().find((b) => b.attributes["aria-pressed"] === "true").textContent;
+      const first = [pressed(), body.values, window.slipstick.view().turn];
+      app.set({ point: 2 });
+      click(button($("body"), "mean normal force"));
+      const force = [pressed(), [...body.values], window.slipstick.view().turn, body.note.textContent, location.hash];
+      app.set({ turn: [5, 6] });
+      click(button($("body"), "motion"));
+      click(button($("body"), "dissipated power"));
+      return { first, force, last: [pressed(), [...body.values], window.slipstick.view().turn] }"""
+    found, made = drawn(script, shaped()), blocks.branch()
+    assert found["first"] == ["motion", None, [-35, 20]]
+    force, power = made.dataset.normal_force.values[:, :, 0], made.dataset.dissipated_power.values
+    pressed, values, turn, note, address = found["force"]
+    assert (pressed, turn) == ("mean normal force", shaped()["shape"]["on"]["turn"])
+    assert "colour=normal_force" in address
+    np.testing.assert_allclose(sorted(set(values) - {0.0}), sorted(force[2]), atol=1e-5 * force.max())
+    assert number(re.search(r"mean normal force 0(\S+?)(?:phase|$)", note)[1]) == pytest.approx(force.max(), rel=1e-3)  # type: ignore[index]
+    pressed, values, turn = found["last"]
+    assert (pressed, turn) == ("dissipated power", [5, 6])
+    np.testing.assert_allclose(sorted(set(values) - {0.0}), sorted(power[2]), atol=1e-5 * power.max())
 
 
 def test_the_eye_sees_the_body_turned_and_not_distorted() -> None:

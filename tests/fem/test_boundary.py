@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.fem.boundary import all_faces, boundary, skin_of, surface_towards, surface_where
+from slipstick.fem.boundary import all_faces, boundary, skin_of, surface_towards, surface_where, thinned
 from slipstick.fem.box import box
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.loads import area
@@ -80,3 +80,47 @@ def test_a_fine_skin_is_made_coarser() -> None:
     assert set(np.unique(coarse[1])) == set(range(len(coarse[0])))
     assert volume(mesh.nodes[coarse[0]], coarse[1]) == pytest.approx(1.0, rel=0.3)
     assert len(skin_of(mesh, 1)[1]) == 0
+
+
+def area_towards(nodes: np.ndarray, triangles: np.ndarray, axis: int) -> tuple[float, float]:
+    """Area that looks along an axis, and against it."""
+    a, b, c = (nodes[triangles[:, k]] for k in range(3))
+    across = 0.5 * np.cross(b - a, c - a)[:, axis]
+    return float(across[across > 0].sum()), float(-across[across < 0].sum())
+
+
+def test_both_sides_of_a_thin_plate_stay() -> None:
+    mesh = box((2.0, 1.0, 0.004), (40, 20, 1), "hex8")
+    nodes, triangles = skin_of(mesh, 300)
+    assert 100 < len(nodes) <= 300
+    assert area_towards(mesh.nodes[nodes], triangles, 2) == pytest.approx((2.0, 2.0), rel=0.15)
+    assert thinned(mesh.nodes[nodes], triangles, 80)[0].size <= 80
+
+
+@pytest.mark.parametrize("element", ["hex20", "tet10", "wedge15"])
+def test_nodes_between_corners_are_seen_where_contacts_need_them(element: str) -> None:
+    mesh = box((2.0, 1.0, 0.5), (4, 2, 1), element)
+    below = mesh.surface("z0").nodes
+    nodes, triangles = skin_of(mesh, fine=below, most_fine=1000)
+    assert set(below) <= set(nodes)
+    assert volume(mesh.nodes[nodes], triangles) == pytest.approx(1.0)
+    assert area_towards(mesh.nodes[nodes], triangles, 2) == pytest.approx((2.0, 2.0))
+    corners = skin_of(mesh)[0]
+    assert len(nodes) == len(corners) + np.isin(below, corners, invert=True).sum()
+    for one, other in zip(skin_of(mesh, fine=below, most_fine=5), skin_of(mesh), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_skin_is_finer_where_contacts_lie() -> None:
+    """As fine as it has to be there, and as coarse as before elsewhere; whole where that is fine enough."""
+    mesh = box((2.0, 1.0, 0.1), (40, 20, 2), "hex8")
+    below = mesh.surface("z0").nodes
+    nodes, triangles = skin_of(mesh, 200, below, 10_000)
+    assert set(below) <= set(nodes)
+    assert len(nodes) <= len(below) + 200
+    assert area_towards(mesh.nodes[nodes], triangles, 2) == pytest.approx((2.0, 2.0), rel=0.15)
+    some, _ = skin_of(mesh, 200, below, 400)
+    assert 200 < np.isin(some, below).sum() <= 400
+    coarse = skin_of(mesh, 200)
+    for one, other in zip(skin_of(mesh, 200, below, 20), coarse, strict=True):
+        np.testing.assert_array_equal(one, other)

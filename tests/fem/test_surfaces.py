@@ -5,6 +5,7 @@ import pytest
 from helpers.faults import raises_fault
 from helpers.meshes import nodal_normals
 
+from slipstick.fem import surfaces
 from slipstick.fem.boundary import boundary
 from slipstick.fem.box import box
 from slipstick.fem.elements import ELEMENTS
@@ -126,3 +127,36 @@ def test_patch_compliance_converges_and_point_compliance_does_not():
     assert abs(patch[2] - patch[1]) < 0.1 * abs(patch[1] - patch[0])
     assert point[1] > 1.2 * point[0]
     assert point[2] > 1.4 * point[1]
+
+
+def test_the_nearest_of_many_as_by_brute_force():
+    """Of those equally near, of which a grid has many, the first; and contact nodes each once."""
+    x, y = np.meshgrid(np.arange(14.0), np.arange(11.0))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    rng = np.random.default_rng(4)
+    between = points[::3] + np.array([0.5, 0.5, 0.0])
+    for centres in (between, points[rng.permutation(len(points))[:40]], points[:3], points[:1]):
+        whole = np.linalg.norm(points[:, None] - centres, axis=2)
+        np.testing.assert_array_equal(surfaces._owners(points, centres), whole.argmin(axis=1))
+        chosen = []
+        for k in range(len(centres)):
+            whole[chosen, k] = np.inf
+            chosen.append(int(whole[:, k].argmin()))
+        np.testing.assert_array_equal(surfaces._nearest_different(points, centres), chosen)
+    crowded = np.repeat(points[:1], 30, axis=0)
+    assert len(np.unique(surfaces._nearest_different(points, crowded))) == 30
+
+
+def test_patches_of_many_contacts_by_all_faces():
+    """The weights of each as integrals over the whole surface, of which only what lies in its radius counts."""
+    mesh = box((2.0, 1.0, 0.3), (8, 5, 1), "hex20")
+    surface = mesh.surface("z1")
+    patches = contact_patches(mesh, surface, spread_nodes(mesh, surface, 40))
+    for k in range(0, 40, 7):
+        weights = np.zeros(mesh.n_nodes)
+        for faces, values, places, areas, _ in surfaces._samples(mesh, surface):
+            apart = np.linalg.norm(places - patches.points.positions[k], axis=2)
+            np.add.at(weights, faces, (areas * np.maximum(1.0 - (apart / patches.radii[k]) ** 2, 0.0)) @ values)
+        found = patches.weights[:, [k]].toarray().ravel()
+        np.testing.assert_allclose(found, weights / weights.sum(), rtol=0, atol=1e-14)
+    assert patches.points.areas.sum() == pytest.approx(2.0)

@@ -82,6 +82,37 @@ def stressed(modes: int, parameter: bool = False, at: str = "elements") -> ss.Br
     return with_structure(branch(parameter), structure)
 
 
+@cache
+def pressed(residuals: str) -> ss.Branch:
+    """A plate on 100 contacts that slip and lift off, at three frequencies; its residuals written out, or solved for.
+
+    Points are those of the written kind.
+    """
+    model, contacts = pressed_plate(), [f"k{i}" for i in range(1, 101)]
+    strains = strain_rows(model.model, METAL, [3, 7, 40], "elements")
+    structure = reduce_model(
+        model.model.K, model.model.M, modes=30, loss_factor=LOSS, strains=strains, residuals=residuals, **model.request
+    ).structure
+    if residuals == "solved":
+        return with_structure(pressed("written"), structure)
+    law = ss.FrictionContact(kt=0.02, mu=0.3, kn=0.001, normal_load=0.0004)
+    pairs = [
+        ss.ContactPair(name=name, contact=law, tangential=f"c{i}x", normal=f"c{i}z")
+        for i, name in enumerate(contacts, start=1)
+    ]
+    loads = [ss.Load(shape="push", cos=0.003), ss.Load(dof="c5z", harmonic=2, sin=0.001)]
+    first = float(structure.natural_frequencies[0])
+    problem = ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(4), title="plate", outputs=["c1z"])
+    return ss.steady_response(problem, omega=first * np.array([0.8, 0.95, 1.1]), options={"jacobian": "iterative"})
+
+
+@cache
+def pressed_plate() -> ContactModel:
+    """Held at one end, with 100 contacts below and a pressure from above."""
+    mesh = box((2.0, 1.2, 0.1), (16, 10, 1), "hex20")
+    return contact_model(mesh, METAL, fixed="x0", surface="z0", contacts=100, pressures={"push": "z1"})
+
+
 def with_structure(made: ss.Branch, structure: ss.ModalStructure) -> ss.Branch:
     """A branch as it is, of another structure."""
     assert made.problem is not None

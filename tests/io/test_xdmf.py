@@ -8,18 +8,18 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from helpers import reports
-from helpers.blocks import block, branch, stressed
+from helpers.blocks import block, branch, pressed, stressed
 from helpers.faults import raises_fault
 
 import slipstick as ss
-from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts
+from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts
 
 
 def test_frames_are_the_motion_over_a_period(tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
     made = branch()
     path = made.save_shape(tmp_path / "shape.xdmf", 3, frames=8)
-    found, omega = deflection_of(made), float(made.dataset["omega"][3])
+    found, omega = deflection_of(made, points=[3]), float(made.dataset["omega"][3])
     with meshio.xdmf.TimeSeriesReader(str(path)) as reader:
         points, cells = reader.read_points_cells()
         np.testing.assert_allclose(points, found.skin.nodes, atol=1e-6)
@@ -28,7 +28,7 @@ def test_frames_are_the_motion_over_a_period(tmp_path: Path) -> None:
         for step in (0, 5):
             time, data, _ = reader.read_data(step)
             assert time == pytest.approx(step / 8 * 2 * np.pi / omega)
-            expected = found.at(3) @ made.harmonics.H_minus(omega * time)
+            expected = found.at(0) @ made.harmonics.H_minus(omega * time)
             np.testing.assert_allclose(data["displacement"], expected, atol=2e-5 * np.abs(expected).max())
 
 
@@ -55,9 +55,11 @@ def test_contacts_are_found_on_the_surface() -> None:
     at = problem.structure.skin.nodes
     for node, point in zip(nodes, block().points.positions, strict=True):
         assert np.linalg.norm(at[node] - point) == pytest.approx(np.linalg.norm(at - point, axis=1).min(), abs=1e-9)
-    shown = nearest_contacts(problem.structure.skin, nodes)
+    places = contact_places(problem)
+    np.testing.assert_allclose(places, block().points.positions, atol=1e-12)
+    shown = nearest_contacts(problem.structure.skin, places)
     assert shown[nodes].tolist() == [0, 1]
-    assert (nearest_contacts(problem.structure.skin, np.array([-1, -1])) == -1).all()
+    assert (nearest_contacts(problem.structure.skin, np.full((2, 3), np.nan)) == -1).all()
 
 
 def test_states_and_wear_on_the_surface(tmp_path: Path) -> None:
@@ -65,7 +67,7 @@ def test_states_and_wear_on_the_surface(tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
     made = branch()
     nodes = contact_nodes(made.problem)
-    shown = nearest_contacts(made.problem.structure.skin, nodes)
+    shown = nearest_contacts(made.problem.structure.skin, contact_places(made.problem))
     numbers = {"stick": 1, "slip": 2, "separation": 3}
     with meshio.xdmf.TimeSeriesReader(str(made.save_shape(tmp_path / "s.xdmf", 3, frames=8))) as reader:
         reader.read_points_cells()
@@ -87,6 +89,34 @@ def test_states_and_wear_on_the_surface(tmp_path: Path) -> None:
         np.testing.assert_allclose(data["worn_depth"][nodes], worn.dataset.worn_depth[-1], rtol=1e-5)
     with pytest.raises(ss.InputError, match="not of wear"):
         made.save_wear(tmp_path / "n.xdmf")
+
+
+def test_a_surface_whose_residuals_are_solved_for(tmp_path: Path) -> None:
+    """The same file as of the written kind: motion, states, forces over the period, shares, dissipation."""
+    meshio = pytest.importorskip("meshio")
+    made, read = pressed("written"), []
+    for kind in ("written", "solved"):
+        with meshio.xdmf.TimeSeriesReader(
+            str(pressed(kind).save_shape(tmp_path / f"{kind}.xdmf", 1, frames=6))
+        ) as file:
+            points, _ = file.read_points_cells()
+            read.append([file.read_data(step)[1] for step in range(6)])
+    for one, other in zip(*read, strict=True):
+        assert set(one) == set(other)
+        for name, values in one.items():
+            close = 1e-5 if name == "displacement" else 0.0  # six digits are written
+            np.testing.assert_allclose(other[name], values, rtol=0, atol=close * np.abs(values).max())
+    nodes = contact_nodes(made.problem)
+    shown = nearest_contacts(made.problem.structure.skin, contact_places(made.problem))[nodes]
+    for step, data in enumerate(read[1]):
+        H = made.harmonics.H_minus(step / 6 * 2 * np.pi)
+        for name in ("normal_force", "friction_force"):
+            truth = (made.dataset[name].values[1] @ H)[shown]
+            np.testing.assert_allclose(data[name][nodes], truth, rtol=1e-5, atol=1e-5 * np.abs(truth).max())
+        for name in ("slip_fraction", "separation_fraction", "dissipated_power"):
+            np.testing.assert_allclose(data[name][nodes], made.dataset[name].values[1][shown], rtol=1e-5, atol=1e-12)
+    assert {1, 2, 3} <= {int(state) for data in read[1] for state in data["contact_state"][nodes]}
+    assert points.shape == made.problem.structure.skin.nodes.shape
 
 
 def test_stressed_elements_are_drawn(tmp_path: Path) -> None:

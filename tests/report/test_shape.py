@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers.blocks import block, branch, worn
+from helpers.blocks import block, branch, pressed, worn
 from helpers.reports import branch as masses
 from helpers.reports import decoded, decoded_coefficients
 
+from slipstick.report import content
 from slipstick.report.content import _looking_at, shape_of
 from slipstick.results.deflection import deflection_of, outward
 
@@ -37,17 +38,23 @@ def test_worn_depth_lies_round_the_contacts() -> None:
     made = worn()
     found = shape_of(made)
     assert found is not None
-    nodes, contact = decoded(found["nodes"]).reshape(-1, 3), decoded(found["worn"]["contact"])
+    nodes, contact = decoded(found["nodes"]).reshape(-1, 3), decoded(found["on"]["contact"])
     apart = np.linalg.norm(nodes[:, None] - block().points.positions, axis=2)
     nearest = contact[apart.argmin(axis=0)]
     assert nearest.tolist() == [1, 2]
     assert ((contact == 1) <= (apart[:, 0] <= apart[:, 1] + 1e-6)).all()
-    depth = decoded(found["worn"]["depth"]).reshape(len(made), 2)
-    np.testing.assert_array_equal(depth, made.dataset.worn_depth)
-    yaw, pitch = np.radians(found["worn"]["turn"])
+    of = {one["key"]: one for one in found["on"]["of"]}
+    assert list(of) == ["worn_depth", "normal_load", "slip_fraction", "separation_fraction", "dissipated_power"]
+    for key, one in of.items():
+        values, truth = decoded(one["values"]).reshape(len(made), 2) * one["most"] / 65535, made.dataset[key]
+        np.testing.assert_allclose(values, truth, atol=1e-5 * float(truth.max()))
+    yaw, pitch = np.radians(found["on"]["turn"])
     eye = [-np.cos(pitch) * np.sin(yaw), -np.cos(pitch) * np.cos(yaw), np.sin(pitch)]
     assert eye[2] > 0.8  # the contacts lie on the top
-    assert "worn" not in (shape_of(branch()) or {})
+    plain = shape_of(branch())
+    assert plain is not None
+    assert plain["on"]["of"][0]["key"] == "normal_force"
+    assert plain["less"] == found["less"] == ""
 
 
 @pytest.mark.parametrize("y", [0.0, 0.2])
@@ -67,3 +74,31 @@ def test_a_surface_is_looked_at() -> None:
         yaw, pitch = np.radians(_looking_at(normal))
         eye = [-np.cos(pitch) * np.sin(yaw), -np.cos(pitch) * np.cos(yaw), np.sin(pitch)]
         assert np.dot(eye, normal) > 0.7
+
+
+def test_a_page_shows_some_of_a_fine_surface_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of both kinds of residuals the same; nodes and contacts that are shown are those of the whole."""
+    made = pressed("written")
+    whole, skin = shape_of(made), made.problem.structure.skin  # type: ignore[union-attr]
+    assert whole is not None
+    assert whole["less"] == ""
+    assert whole["on"]["shown"] == whole["on"]["count"] == 100
+    monkeypatch.setattr(content, "MOST_SHAPE_NODES", 80)
+    few, solved = shape_of(made), shape_of(pressed("solved"))
+    assert few is not None
+    assert solved is not None
+    nodes = decoded(few["nodes"]).reshape(-1, 3)
+    assert len(nodes) <= 80
+    shown = few["on"]["shown"]
+    assert (
+        f"{len(nodes)} of {len(skin.nodes)} nodes of the surface and {shown} of 100 contacts are shown" in few["less"]
+    )
+    assert shown < 100
+    assert decoded(few["on"]["contact"]).max() == shown
+    motion = [
+        np.einsum("kn,kl->nl", decoded(one["fields"]), decoded_coefficients(one["coefficients"])[1])
+        for one in (few, solved)
+    ]
+    np.testing.assert_allclose(motion[1], motion[0], rtol=0, atol=2e-3 * np.abs(motion[0]).max())
+    for one, other in zip(few["on"]["of"], solved["on"]["of"], strict=True):
+        assert one == other

@@ -71,3 +71,12 @@ def test_requested_values_that_are_passed_over_are_named():
     assert said.startswith("at 3, 3.75, 8.5 rad/s a point was requested, but ")
     (said,) = result_warnings("p", {"parameter": values["omega"], **values}, [], requested=[3.0])
     assert said.startswith("at 3 (p) a point was requested")
+
+
+def test_many_contacts_that_never_acted_are_one_sentence() -> None:
+    values = {"omega": np.array([1.0]), "truncation": np.array([0.0]), "separation_fraction": np.ones((1, 200))}
+    (sentence,) = result_warnings("omega", values, [f"c{k}" for k in range(200)])
+    assert sentence.startswith("contact 'c0': it was open at every point")
+    assert sentence.endswith("; likewise 199 more contacts: 'c1', 'c2', 'c3', ...")
+    values["separation_fraction"][0, 4:] = 0.5
+    assert len(result_warnings("omega", values, [f"c{k}" for k in range(200)])) == 4

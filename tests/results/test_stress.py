@@ -246,8 +246,6 @@ def test_models_without_elements_say_so() -> None:
         ss.reduced_body(model, keep=["n5x"], modes=2, stress="all", stress_at="faces")  # type: ignore[arg-type]
     with raises_fault("stress", found="[]"):
         ss.reduced_body(model, keep=["n5x"], modes=2, stress=[])
-    with raises_fault("residuals", found="'solved'"):
-        ss.reduced_body(model, keep=["n5x"], modes=2, stress="all", residuals="solved")
 
 
 def test_the_stress_of_rotation_is_not_in_it() -> None:

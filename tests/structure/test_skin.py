@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
+from scipy import sparse
 
 import slipstick as ss
 from slipstick.structure.modal import LoadShape
@@ -19,8 +20,9 @@ def arrays(**others: Any) -> dict[str, Any]:
 
 def test_shapes_and_places_are_checked() -> None:
     skin = Skin(**arrays(loads={"p": np.ones(9)}))
-    assert skin.basis.shape == (9, 4)
-    np.testing.assert_allclose(skin.basis.T @ skin.basis, np.eye(4), atol=1e-12)
+    basis = skin.basis()
+    assert basis.shape == (9, 4)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(4), atol=1e-12)
     for wrong, sentence in (
         ({"nodes": np.ones((3, 2))}, r"skin, nodes: found shape \(3, 2\); expected \(3, 3\)"),
         ({"triangles": [[0, 1, 3]]}, "skin, triangles: found nodes 0 to 3 of 3"),
@@ -29,6 +31,11 @@ def test_shapes_and_places_are_checked() -> None:
         ({"static": np.full((9, 1), np.nan)}, "skin, static: some entries are not finite"),
         ({"loads": {"p": np.ones(3)}}, "skin, loads, p: found shape"),
         ({"nodes": "a"}, "skin, nodes: found 'a'; expected real numbers"),
+        ({"static": None}, "skin, static is missing; give static, or rows of a full model"),
+        ({"static": None, "rows": np.ones((5, 9))}, "skin, rows: found ndarray"),
+        ({"static": None, "rows": sparse.eye_array(8)}, r"skin, rows: found shape \(8, 8\)"),
+        ({"places": np.ones((1, 2))}, r"skin, places: found float64 of shape \(1, 2\)"),
+        ({"places": [["a", "b", "c"]]}, "skin, places: found <U1"),
     ):
         with pytest.raises(ss.InputError, match=sentence):
             Skin(**arrays(**wrong))
@@ -41,6 +48,22 @@ def test_a_skin_of_another_structure() -> None:
         ss.ModalStructure(**modal, skin=Skin(**arrays(modes=np.ones((9, 3)))))
     with raises_fault("skin", found="3", expected="a structure.skin.Skin, or None"):
         ss.ModalStructure(**modal, skin=3)
+    with raises_fault("skin", "places", found="shape (2, 3)", expected="(1, 3)"):
+        ss.ModalStructure(**modal, skin=Skin(**arrays(places=np.ones((2, 3)))))
+    with raises_fault("skin", "rows", found="5 dofs", expected="static responses"):
+        ss.ModalStructure(**modal, skin=Skin(**arrays(static=None, rows=sparse.eye_array(5, 9))))
+
+
+def test_what_an_equal_skin_is_made_from() -> None:
+    """Earlier versions read a skin that knows no more than theirs."""
+    assert set(Skin(**arrays()).arguments) == {"nodes", "triangles", "modes", "static", "loads"}
+    solved = Skin(**arrays(static=None, rows=sparse.eye_array(5, 9, format="csr"), places=[[np.nan, 0, 1]]))
+    again = Skin(**solved.arguments)
+    assert again.static is None
+    np.testing.assert_array_equal(again.places, [[np.nan, 0, 1]])
+    part = solved.part(np.array([2, 0]), np.zeros((0, 3), dtype=int))
+    np.testing.assert_array_equal(part.nodes, np.eye(3)[[2, 0]])
+    assert part.rows.toarray().tolist() == solved.rows.toarray()[:, [6, 7, 8, 0, 1, 2]].tolist()
 
 
 def test_a_node_that_is_a_dof_moves_as_the_dof() -> None:

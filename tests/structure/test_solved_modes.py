@@ -115,7 +115,7 @@ def test_columns_solved_in_parts(solved: Any, monkeypatch: pytest.MonkeyPatch) -
     B, rng = solved.project(ports(solved), ports(solved)), np.random.default_rng(8)
     forces, second = rng.standard_normal((len(solved.dofs), 8)), np.arange(8) % 3 > 0
     whole = B._residuals.both(forces, second)
-    monkeypatch.setattr(residuals, "_SOLVED", 3)
+    monkeypatch.setattr(residuals, "SOLVED", 3)
     B._residuals._known = None
     close(B._residuals.both(forces, second), whole)
     assert not whole[1][:, ~second].any()

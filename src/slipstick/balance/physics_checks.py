@@ -13,6 +13,7 @@ from slipstick.balance.compliance import lossless
 from slipstick.balance.contacts import same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
+from slipstick.faults import few_alike
 from slipstick.structure.residuals import load_compliance, own_compliance
 from slipstick.typing import Array
 
@@ -74,7 +75,7 @@ def problem_warnings(
         sentences += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
         sentences += [*reduction_warnings(problem, omega)]
         sentences += _unit_warnings(problem, natural, low, high, static)
-    return list(dict.fromkeys(sentences))
+    return few_alike(sentences)
 
 
 def parameter_warnings(

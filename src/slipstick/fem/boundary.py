@@ -9,7 +9,7 @@ from slipstick.errors import InputError
 from slipstick.faults import SMALLEST, number, numbers, wrong
 from slipstick.fem.elements import FACES
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.typing import BoolArray, IntArray
+from slipstick.typing import Array, BoolArray, IntArray
 
 SKIN_NODES = 1500
 """So many show the shape of a body; the modes at them are stored with it."""
@@ -90,42 +90,84 @@ def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, de
     return surface
 
 
-def skin_of(mesh: Mesh, most: int = SKIN_NODES) -> tuple[IntArray, IntArray]:
+def skin_of(
+    mesh: Mesh, most: int = SKIN_NODES, fine: IntArray | None = None, most_fine: int = 0
+) -> tuple[IntArray, IntArray]:
     """The boundary as triangles to be seen: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
 
-    The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them.
+    The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them; where that
+    leaves fewer than ``most_fine`` of the nodes ``fine`` of the mesh, these have a finer grid of their own, with the
+    nodes between corners where the corners are not as many.
     """
     triangles = _triangles(mesh)
+    if fine is not None and np.isin(fine, triangles).sum() < min(most_fine, len(fine)):
+        triangles = _triangles(mesh, fine)
     nodes = np.unique(triangles)
-    if len(nodes) > most:
-        triangles = _merged(mesh, nodes, triangles, most)
-        nodes = np.unique(triangles)
-    return nodes, np.searchsorted(nodes, triangles)
+    places, triangles = mesh.nodes[nodes], np.searchsorted(nodes, triangles)
+    sides = _sides(places, triangles)
+    leader = _leaders(places, sides, most)
+    on = np.zeros(len(nodes), dtype=bool) if fine is None else np.isin(nodes, fine)
+    if len(np.unique(leader[on])) < min(most_fine, int(on.sum())):
+        for part, limit in ((on, most_fine), (~on, most)):
+            leader[part] = np.flatnonzero(part)[_leaders(places[part], sides[part], limit)]
+    kept, triangles = _merged(triangles, leader)
+    return nodes[kept], triangles
 
 
-def _triangles(mesh: Mesh) -> IntArray:
+def thinned(places: Array, triangles: IntArray, most: int) -> tuple[IntArray, IntArray]:
+    """At most so many of the nodes (n, 3) of a surface, by place, and triangles between them, as of ``skin_of``."""
+    return _merged(triangles, _leaders(places, _sides(places, triangles), most))
+
+
+def _triangles(mesh: Mesh, split: IntArray | None = None) -> IntArray:
+    """Of all faces between their corners; between all their nodes of those that lie on nodes to ``split``."""
     parts = [np.empty((0, 3), dtype=np.int64)]
     for kind, faces in boundary(mesh).faces.items():
-        corners = faces[:, : FACES[kind].n_corners]
-        parts += [corners[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
+        n = FACES[kind].n_corners
+        whole = np.zeros(len(faces), dtype=bool) if split is None else np.isin(faces, split).all(axis=1)
+        whole &= faces.shape[1] == 2 * n
+        corners, around = faces[~whole, :n], faces[whole]
+        parts += [corners[:, [0, i, i + 1]] for i in range(1, n - 1)]
+        if whole.any():
+            parts += [around[:, [n + (k - 1) % n, k, n + k]] for k in range(n)]  # node n + k follows corner k
+            parts += [around[:, [n, n + i, n + i + 1]] for i in range(1, n - 1)]
     return np.concatenate(parts)
 
 
-def _merged(mesh: Mesh, nodes: IntArray, triangles: IntArray, most: int) -> IntArray:
-    """Triangles between the first nodes of the cells of a grid; what collapses is left out."""
-    places = mesh.nodes[nodes]
+def _sides(places: Array, triangles: IntArray) -> IntArray:
+    """Which of six ways the surface looks at each node (n,): both sides of a thin body stay apart."""
+    corners, normals = places[triangles], np.zeros_like(places)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    for corner in range(3):
+        np.add.at(normals, triangles[:, corner], across)
+    along = np.abs(normals).argmax(axis=1)
+    return np.asarray(2 * along + (normals[np.arange(len(normals)), along] < 0.0))
+
+
+def _leaders(places: Array, sides: IntArray, most: int) -> IntArray:
+    """Which node stands for each (n,): itself, or with more than ``most`` the first in its cell of a grid that looks
+    the same way."""
+    if len(places) <= most:
+        return np.arange(len(places))
     low, extent = places.min(axis=0), float(np.ptp(places, axis=0).max())
     cells = 4096
     while True:
         grid = np.floor((places - low) / (extent / cells)).astype(np.int64)
-        _, first, inverse = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+        cell = grid if cells == 1 else np.column_stack([grid, sides])
+        _, first, inverse = np.unique(cell, axis=0, return_index=True, return_inverse=True)
         if len(first) <= most or cells == 1:
             break
         cells = max(1, int(0.85 * cells))
-    leader = np.zeros(mesh.n_nodes, dtype=np.int64)
-    leader[nodes] = nodes[first][inverse.ravel()]
+    return np.asarray(first[inverse.ravel()], dtype=np.int64)
+
+
+def _merged(triangles: IntArray, leader: IntArray) -> tuple[IntArray, IntArray]:
+    """Nodes that stand for others, and the triangles between them; what collapses is left out."""
     moved = leader[triangles]
-    whole = (moved[:, 0] != moved[:, 1]) & (moved[:, 1] != moved[:, 2]) & (moved[:, 0] != moved[:, 2])
-    moved = moved[whole]
-    _, once = np.unique(np.sort(moved, axis=1), axis=0, return_index=True)
-    return moved[np.sort(once)]
+    if not np.array_equal(leader, np.arange(len(leader))):
+        whole = (moved[:, 0] != moved[:, 1]) & (moved[:, 1] != moved[:, 2]) & (moved[:, 0] != moved[:, 2])
+        moved = moved[whole]
+        _, once = np.unique(np.sort(moved, axis=1), axis=0, return_index=True)
+        moved = moved[np.sort(once)]
+    kept = np.unique(moved)
+    return kept, np.searchsorted(kept, moved)

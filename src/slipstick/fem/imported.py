@@ -171,6 +171,17 @@ class ImportedModel:
                 parts.append(csr_array(([1.0], ([0], [self.index(dof)])), shape=(1, self.n_dofs)))
         return csc_array(vstack(parts).T) if parts else csc_array((self.n_dofs, 0))
 
+    def dof_positions(self, dofs: Sequence[str]) -> Array:
+        """Where the nodes of dofs are (n, 3), nan where it is not known; raises InputError as ``directions`` does."""
+        known = dict(zip(self.node_ids.tolist(), self.coordinates, strict=True))
+        labels = [
+            self.dependent[self._dependent_rows[dof], 0]
+            if dof in self._dependent_rows
+            else self.dof_nodes[self.index(dof)]
+            for dof in dofs
+        ]
+        return np.array([known.get(int(label), np.full(3, np.nan)) for label in labels]).reshape(-1, 3)
+
     def translation(self, axis: str) -> Array:
         """The unit motion (n,) of the whole model along "x", "y" or "z".
 

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, hstack
+from scipy.sparse import csc_array
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.contact_points import ContactPoints
@@ -22,6 +24,9 @@ from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.quadrature import Rule, gauss
 from slipstick.typing import Array, IntArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 _PATCH_POINTS = 8
 
@@ -76,8 +81,10 @@ def spread_nodes(mesh: Mesh, surface: Surface, count: int) -> IntArray:
     points, shares = mesh.nodes[nodes], area_weights(mesh, surface)[nodes]
     centres = points[_farthest(points, shares, count)]
     for _ in range(100):
-        owner = _distances(points, centres).argmin(axis=1)
-        moved = np.stack([np.average(points[owner == k], axis=0, weights=shares[owner == k]) for k in range(count)])
+        owner = _owners(points, centres)
+        order = np.argsort(owner, kind="stable")
+        parts = np.split(order, np.cumsum(np.bincount(owner, minlength=count))[:-1])
+        moved = np.stack([np.average(points[part], axis=0, weights=shares[part]) for part in parts])
         change = np.abs(moved - centres).max()
         centres = moved
         if change < 1e-9 * np.ptp(points):
@@ -95,17 +102,36 @@ def _farthest(points: Array, shares: Array, count: int) -> list[int]:
     return chosen
 
 
-def _distances(points: Array, centres: Array) -> Array:
-    return np.linalg.norm(points[:, None, :] - centres[None, :, :], axis=2)
+_CANDIDATES = 16
+"""Nearest ones among which the nearest is sought: on grids several are equally near, and the first of these counts."""
+
+
+def _candidates(points: Array, centres: Array, count: int) -> tuple[IntArray, Array]:
+    """So many of the centres nearest to each point (n, count), ascending, and their distances."""
+    from scipy.spatial import KDTree
+
+    near = np.sort(KDTree(centres).query(points, k=np.arange(1, min(count, len(centres)) + 1))[1], axis=1)
+    return near, np.linalg.norm(points[:, None, :] - centres[near], axis=2)
+
+
+def _owners(points: Array, centres: Array) -> IntArray:
+    """The centre nearest to each point (n,), the first of those equally near."""
+    near, distance = _candidates(points, centres, _CANDIDATES)
+    return np.asarray(near[np.arange(len(points)), distance.argmin(axis=1)])
 
 
 def _nearest_different(points: Array, centres: Array) -> IntArray:
-    distance = _distances(points, centres)
-    chosen: list[int] = []
+    """For each centre the nearest point that is not another's already."""
+    near, distance = _candidates(centres, points, _CANDIDATES)
+    free = np.ones(len(points), dtype=bool)
+    chosen = np.zeros(len(centres), dtype=np.int64)
     for k in range(len(centres)):
-        distance[chosen, k] = np.inf
-        chosen.append(int(distance[:, k].argmin()))
-    return np.array(chosen, dtype=np.int64)
+        here, apart = near[k], distance[k]
+        if not free[here].any():
+            here, apart = np.arange(len(points)), np.linalg.norm(points - centres[k], axis=1)
+        best = here[np.where(free[here], apart, np.inf).argmin()]
+        free[best], chosen[k] = False, best
+    return chosen
 
 
 def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float | None = None) -> ContactPatches:
@@ -126,16 +152,18 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
         If a node is not on the surface, is given twice, or the patch does not meet enough of the surface.
     """
     nodes, positions = _located(mesh, surface, np.asarray(at))
-    owned = np.zeros(len(nodes))
-    for _, _, places, areas, _ in _samples(mesh, surface):
-        owner = _distances(places.reshape(-1, 3), positions).argmin(axis=1)
-        owned += np.bincount(owner, areas.ravel(), minlength=len(nodes))
+    samples, owned = [_Sampled(*part) for part in _samples(mesh, surface)], np.zeros(len(nodes))
+    for part in samples:
+        owner = _owners(part.points.reshape(-1, 3), positions)
+        owned += np.bincount(owner, part.areas.ravel(), minlength=len(nodes))
     radii = np.sqrt(owned / (2.0 * np.pi)) if radius is None else np.full(len(nodes), float(radius))
     columns, normals = [], np.zeros((len(nodes), 3))
     for k, (position, r) in enumerate(zip(positions, radii, strict=True)):
-        column, normals[k] = _patch(mesh, surface, position, r)
-        columns.append(csc_array(column[:, None]))
-    weights = csc_array(hstack(columns))
+        at, values, normals[k] = _patch(samples, position, r)
+        columns.append((at, values))
+    ends = np.cumsum([0, *(len(at) for at, _ in columns)])
+    rows, values = (np.concatenate(parts) for parts in zip(*columns, strict=True))
+    weights = csc_array((values, rows, ends), shape=(mesh.n_nodes, len(nodes)))
     points = ContactPoints(positions=positions, normals=normals, areas=owned)
     return ContactPatches(points=points, nodes=nodes, weights=weights, radii=radii)
 
@@ -144,7 +172,7 @@ def _located(mesh: Mesh, surface: Surface, at: IntArray) -> tuple[IntArray, Arra
     """Contact nodes and positions; positions are taken to their nearest node for the name."""
     if at.ndim == 2 and at.shape[1] == 3 and len(at):
         positions = at.astype(float)
-        return surface.nodes[_distances(mesh.nodes[surface.nodes], positions).argmin(axis=0)], positions
+        return surface.nodes[_owners(positions, mesh.nodes[surface.nodes])], positions
     if at.ndim > 1 or not np.issubdtype(at.dtype, np.integer) or not at.size:
         raise InputError(
             Fault(
@@ -163,13 +191,16 @@ def _located(mesh: Mesh, surface: Surface, at: IntArray) -> tuple[IntArray, Arra
     return nodes, mesh.nodes[nodes]
 
 
-def _patch(mesh: Mesh, surface: Surface, position: Array, radius: float) -> tuple[Array, Array]:
-    weights, normal, total = np.zeros(mesh.n_nodes), np.zeros(3), 0.0
-    for faces, values, points, areas, normals in _samples(mesh, surface):
-        near = np.linalg.norm(points - position, axis=2)
-        density = areas * np.maximum(1.0 - (near / radius) ** 2, 0.0)
-        np.add.at(weights, faces, density @ values)
-        normal += np.einsum("mq,mqa->a", density, normals)
+def _patch(samples: list[_Sampled], position: Array, radius: float) -> tuple[IntArray, Array, Array]:
+    """Nodes of a patch, ascending, their weights, and its normal."""
+    corners, parts, normal, total = [np.empty(0, dtype=np.int64)], [np.empty(0)], np.zeros(3), 0.0
+    for part in samples:
+        here = part.near(position, radius)
+        apart = np.linalg.norm(part.points[here] - position, axis=2)
+        density = part.areas[here] * np.maximum(1.0 - (apart / radius) ** 2, 0.0)
+        corners.append(part.faces[here].ravel())
+        parts.append((density @ part.values).ravel())
+        normal += np.einsum("mq,mqa->a", density, part.normals[here])
         total += density.sum()
     if not total > 0.05 * radius**2:
         raise InputError(
@@ -179,7 +210,34 @@ def _patch(mesh: Mesh, surface: Surface, position: Array, radius: float) -> tupl
                 remedy="enlarge it, or move the contact",
             )
         )
-    return weights / total, normal / np.linalg.norm(normal)
+    nodes, place = np.unique(np.concatenate(corners), return_inverse=True)
+    weights = np.bincount(place, np.concatenate(parts), minlength=len(nodes))
+    there = weights != 0.0
+    return nodes[there], weights[there] / total, normal / np.linalg.norm(normal)
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    """Faces of one type (m, corners), shape values (q, corners), points, areas and normals of a dense rule."""
+
+    faces: IntArray
+    values: Array
+    points: Array
+    areas: Array
+    normals: Array
+
+    @cached_property
+    def _centres(self) -> tuple[KDTree, float]:
+        """Means of the points of each face, and how far from it one of them lies at most."""
+        from scipy.spatial import KDTree
+
+        centres = self.points.mean(axis=1)
+        return KDTree(centres), float(np.linalg.norm(self.points - centres[:, None], axis=2).max(initial=0.0))
+
+    def near(self, position: Array, radius: float) -> IntArray:
+        """Faces of which a point may lie within a radius of a position, ascending."""
+        tree, reach = self._centres
+        return np.sort(np.asarray(tree.query_ball_point(position, (radius + reach) * 1.0001), dtype=np.int64))
 
 
 def _samples(mesh: Mesh, surface: Surface) -> Iterator[tuple[IntArray, Array, Array, Array, Array]]:

@@ -30,31 +30,36 @@ def write_shape(branch: Branch, path: str | Path, point: int, *, frames: int = 3
     """Write the motion of a body's surface at a point of a branch as XDMF with times in units of time; the path.
 
     In ParaView: open it, add the filter "Warp By Vector", play. Nodes round each contact, where it lies on the surface,
-    show its ``contact_state`` (1 stick, 2 slip, 3 separation, 4 unknown, 0 no contact), ``dissipated_power`` and
-    ``worn_depth`` where there is one.
+    show its ``contact_state`` (1 stick, 2 slip, 3 separation, 4 unknown, 0 no contact) and its forces, such as
+    ``normal_force`` and ``friction_force``, at each time, ``slip_fraction`` and ``separation_fraction`` of the period,
+    ``dissipated_power``, and ``worn_depth`` where there is one.
 
     Raises
     ------
     InputError
         If the file cannot be written, the surface is not known, or there is no such point.
     """
-    from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts
+    from slipstick.results.deflection import contact_places, deflection_of, nearest_contacts
 
     target = path_of("shape", path, "the path of a file such as shape.xdmf")
     frames = whole("shape frames", frames, 1, MOST_FRAMES)
     d = branch.point(point)
     omega = float(d["omega"])
-    deflection = deflection_of(branch)
+    at = int(d["point"])
+    deflection = deflection_of(branch, points=[at])
     tau = np.arange(frames) * (2.0 * np.pi / frames)
-    motion = np.einsum("ndl,tl->tnd", deflection.at(int(d["point"])), branch.harmonics.H_minus(tau))
+    H, displacement = branch.harmonics.H_minus(tau), deflection.at(0)
     title = str(branch.dataset.attrs.get("title", "")) or "shape"
     assert branch.problem is not None
-    shown = nearest_contacts(deflection.skin, contact_nodes(branch.problem))
-    still = {name: _at_nodes(d[name].values, shown) for name in (POWER, WORN) if name in d and (shown >= 0).any()}
-    states = _states(branch, int(d["point"]), tau) if (shown >= 0).any() else None
+    shown = nearest_contacts(deflection.skin, contact_places(branch.problem))
+    still: dict[str, AnyArray] = {}
+    moving: dict[str, AnyArray] = {}
+    if (shown >= 0).any():
+        still = {name: _at_nodes(d[name].values, shown) for name in (POWER, *SHARES, WORN) if name in d}
+        moving = {STATE: _states(branch, at, tau), **{name: H @ d[name].values.T for name in _forces(branch)}}
     frames_of = (
-        {"displacement": x, **({} if states is None else {STATE: _at_nodes(states[k], shown)}), **still}
-        for k, x in enumerate(motion)
+        {"displacement": displacement @ h, **{name: _at_nodes(of[k], shown) for name, of in moving.items()}, **still}
+        for k, h in enumerate(H)
     )
     _written(
         target, _lines(title, deflection.skin.nodes, _triangles(deflection.skin.triangles), tau / omega, frames_of)
@@ -63,8 +68,15 @@ def write_shape(branch: Branch, path: str | Path, point: int, *, frames: int = 3
 
 
 STATE, POWER, WORN = "contact_state", "dissipated_power", "worn_depth"
+SHARES = ("slip_fraction", "separation_fraction")
 _NUMBERS = {"stick": 1, "slip": 2, "separation": 3}
 _UNKNOWN = 4
+
+
+def _forces(branch: Branch) -> list[str]:
+    """Names of the forces of contacts in results, (point, contact, coefficient)."""
+    of_contacts = ("point", "contact", "coefficient")
+    return [str(name) for name, v in branch.dataset.items() if str(name).endswith("_force") and v.dims == of_contacts]
 
 
 def _states(branch: Branch, point: int, tau: AnyArray) -> AnyArray:
@@ -97,7 +109,7 @@ def write_wear(branch: Branch, path: str | Path) -> Path:
     InputError
         If the file cannot be written, the results are not of wear, the surface is not known, or no contact lies on it.
     """
-    from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts
+    from slipstick.results.deflection import contact_places, deflection_of, nearest_contacts
 
     target = path_of("wear", path, "the path of a file such as wear.xdmf")
     data = branch.dataset
@@ -105,9 +117,9 @@ def write_wear(branch: Branch, path: str | Path) -> Path:
         raise InputError("these results are not of wear over cycles; give those of ss.wear")
     deflection = deflection_of(branch)
     assert branch.problem is not None
-    shown = nearest_contacts(deflection.skin, contact_nodes(branch.problem))
+    shown = nearest_contacts(deflection.skin, contact_places(branch.problem))
     if not (shown >= 0).any():
-        raise InputError("no contact lies on the surface of the body: no node of it moves as a contact does")
+        raise InputError("no contact lies on the surface of the body: none has its place near a node of it")
     names = [name for name in (WORN, "normal_load", POWER) if name in data]
     first = branch.harmonics.index(1, "c") if 1 in branch.harmonics.orders else 0
     frames = (
@@ -149,10 +161,9 @@ def _triangles(triangles: AnyArray) -> str:
 
 
 def _written(target: Path, lines: Iterator[str]) -> None:
-    text = "\n".join(lines)
     try:
-        with replacing(target) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        with replacing(target) as temporary, temporary.open("w", encoding="utf-8") as file:
+            file.writelines(f"{line}\n" for line in lines)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{target}: the shape cannot be written ({reason}); choose another place") from None

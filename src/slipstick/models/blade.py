@@ -208,6 +208,7 @@ def _computed(
         modes=setup.modes,
         reach=setup.up_to or 0.0,
         strains=_strain_rows(setup, whole),
+        residuals="written",
         solver=solver,
         listener=listener,
         **whole.request,
@@ -235,7 +236,7 @@ def _body(
         dofs=points.dofs,
         loss_factor=loss_factor,
         load_shapes={"pressure": LoadShape(**{name: arrays[name] for name in _LOAD})},
-        skin=_skin(arrays),
+        skin=_skin(arrays, points),
         strains=_strains(setup, arrays) if setup.stress else None,
     )
     return ReducedBody(
@@ -256,9 +257,12 @@ def _skin_arrays(skin: Skin | None) -> dict[str, Any]:
     return {f"skin_{name}": value for name, value in (shown | {"pressure": skin.loads["pressure"]}).items()}
 
 
-def _skin(arrays: Mapping[str, Any]) -> Skin:
+def _skin(arrays: Mapping[str, Any], points: ContactPoints) -> Skin:
     nodes, triangles, modes, static, pressure = (arrays[name] for name in _SKIN)
-    return Skin(nodes=nodes, triangles=triangles, modes=modes, static=static, loads={"pressure": pressure})
+    return Skin(
+        nodes=nodes, triangles=triangles, modes=modes, static=static, loads={"pressure": pressure},
+        places=np.repeat(points.positions, 3, axis=0),
+    )  # fmt: skip
 
 
 def _strain_rows(setup: BladeModel, whole: ContactModel) -> StrainRows | None:

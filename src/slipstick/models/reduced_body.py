@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -164,7 +164,7 @@ def reduced_body(
     stress, stress_at
         Elements whose strain and stress are wanted of the results (``branch.stress``): "all", or their numbers, names
         of element sets, or of surfaces they have a face on; at their centroids ("elements") or their "nodes". They
-        need the mesh and its materials, and residuals that are "written", as "auto" then takes them.
+        need the mesh and its materials.
     cache
         Folder in which reductions are kept; the same model and options are read from there.
 
@@ -204,7 +204,9 @@ def reduced_body(
     strains = None if elements is None else _strains(model, elements, stress_at)
     body = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = (
-        {**_kept(model, wanted.keep), "skin": _seen(model)} if body is None else _with_kept(body, model, wanted.keep)
+        {**_kept(model, wanted.keep), "skin": _seen(model, wanted.keep)}
+        if body is None
+        else _with_kept(body, model, wanted.keep)
     )
     request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
@@ -388,10 +390,10 @@ def _contact_nodes(wanted: int | Reals, mesh: Mesh) -> Any:
     return node_indices(mesh.labels, np.array(labels), "contacts")
 
 
-def _seen(model: ImportedModel) -> SkinRows | None:
+def _seen(model: ImportedModel, keep: Sequence[str]) -> SkinRows | None:
     """The skin of a model that brought the mesh of its matrices."""
     try:
-        return None if model.mesh is None else skin_rows(of_import(model))
+        return None if model.mesh is None else skin_rows(of_import(model), model.dof_positions(keep))
     except InputError:  # rotations, or another mesh: it can be computed, and not seen
         return None
 
@@ -440,7 +442,10 @@ def _with_kept(whole: ContactModel, model: ImportedModel, keep: Sequence[str]) -
     from scipy.sparse import csc_array, hstack
 
     directions = csc_array(hstack([whole.directions, model.directions(keep)]))
-    return {**whole.request, "keep": directions, "names": (*whole.points.dofs, *keep)}
+    request = whole.request
+    places = np.concatenate([request["skin"].places, model.dof_positions(keep)])
+    skin = replace(request["skin"], places=places)
+    return {**request, "keep": directions, "names": (*whole.points.dofs, *keep), "skin": skin}
 
 
 _ROUNDING = 1e-12

@@ -41,6 +41,8 @@ class ContactModel:
     ----------
     model
         Constrained stiffness and mass.
+    surface
+        Where the contacts lie.
     patches
         Contact points, and where force and heat of each are spread.
     loads
@@ -48,6 +50,7 @@ class ContactModel:
     """
 
     model: ElasticModel
+    surface: Surface
     patches: ContactPatches
     loads: Mapping[str, Array]
 
@@ -70,13 +73,27 @@ class ContactModel:
     def request(self) -> dict[str, Any]:
         """Keywords ``keep``, ``names``, ``load_shapes`` and ``skin`` for ``reduce_model``."""
         named = {"names": self.points.dofs, "load_shapes": dict(self.loads)}
-        return {"keep": self.directions.tocsc(), **named, "skin": skin_rows(self.model)}
+        places = np.repeat(self.points.positions, 3, axis=0)
+        skin = skin_rows(self.model, places, self.surface.nodes, self.points.count)
+        return {"keep": self.directions.tocsc(), **named, "skin": skin}
 
 
-def skin_rows(model: ElasticModel) -> SkinRows:
-    """The surface of a body, with its dofs: what shows its shape."""
-    nodes, triangles = skin_of(model.mesh)
-    return SkinRows(nodes=model.mesh.nodes[nodes], triangles=triangles, rows=model.rows_of(nodes))
+_NODES_A_CONTACT, _MOST_AT_CONTACTS = 4, 45_000
+"""Of the skin on the surface where contacts lie: so many show each where the mesh has them, and so many are there at
+most."""
+
+
+def skin_rows(
+    model: ElasticModel, places: Array | None = None, surface: IntArray | None = None, contacts: int = 0
+) -> SkinRows:
+    """The surface of a body, with its dofs: what shows its shape, and the contacts on the nodes of a ``surface``.
+
+    ``places`` (n_keep, 3) are those of what is kept.
+    """
+    nodes, triangles = skin_of(model.mesh, fine=surface, most_fine=min(_NODES_A_CONTACT * contacts, _MOST_AT_CONTACTS))
+    return SkinRows(
+        nodes=model.mesh.nodes[nodes], triangles=triangles, rows=model.rows_of(nodes), places=places
+    )  # fmt: skip
 
 
 def strain_rows(model: ElasticModel, materials: Materials, stress: Any, at: str) -> StrainRows:
@@ -134,6 +151,7 @@ def with_contacts(
     points = replace(patches.points, influence=_influence(model, patches, films or {}, cold, solve))
     return ContactModel(
         model=model,
+        surface=where,
         patches=replace(patches, points=points),
         loads={name: model.restrict(load) for name, load in loads.items()},
     )

@@ -20,7 +20,7 @@ from slipstick.plots.quantities import (
     with_unit,
 )
 from slipstick.plots.style import legend, new_figure, short, styled, titled
-from slipstick.results.deflection import contact_nodes, nearest_contacts, outward
+from slipstick.results.deflection import contact_nodes, contact_places, nearest_contacts, outward
 from slipstick.typing import Array, IntArray, Names, Points
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def _seen(branch: OneBranch) -> _Seen | None:
     if skin is None:
         return None
     nodes = contact_nodes(problem)
-    shown = nearest_contacts(skin, nodes)[skin.triangles]
+    shown = nearest_contacts(skin, contact_places(problem))[skin.triangles]
     placed = nodes[nodes >= 0]
     normals, mean = outward(problem, nodes)
     if not mean.any():

@@ -9,11 +9,12 @@ import numpy as np
 
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
+from slipstick.fem.boundary import thinned
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, planar_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.results.deflection import contact_nodes, deflection_of, nearest_contacts, outward
+from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
@@ -260,36 +261,79 @@ def what_matters(branch: Branch, kept: Indices, tolerances: Mapping[str, float])
 UNSEEN = 1e-3
 """Relative to the largest motion: less is not seen."""
 
+MOST_SHAPE_NODES = 1500
+"""Of a surface, and so many contacts on it at most: a page has their motion at every point."""
+
 
 def shape_of(branch: Branch) -> dict[str, Any] | None:
     """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
-    structure = getattr(branch.problem, "structure", None)
-    if getattr(structure, "skin", None) is None or not len(branch):
+    structure: Any = getattr(branch.problem, "structure", None)
+    skin: Skin | None = getattr(structure, "skin", None)
+    if skin is None or not len(branch):
         return None
-    deflection = deflection_of(branch, small=UNSEEN)
-    worn = _worn_on(branch)
+    few = len(skin.nodes) > MOST_SHAPE_NODES
+    coarse = thinned(skin.nodes, skin.triangles, MOST_SHAPE_NODES) if few else None
+    deflection = deflection_of(branch, small=UNSEEN, coarse=coarse)
+    on = _on_surface(branch, deflection.skin)
     size = float(np.abs(deflection.fields).max()) or 1.0
     return {
         "nodes": packed(deflection.skin.nodes, "f4"),
         "triangles": packed(deflection.skin.triangles, "u2"),
         "fields": packed(deflection.fields.T / size, "f4"),
         "coefficients": fixed(deflection.coefficients * size, 3),
-        **({} if worn is None else {"worn": worn}),
+        "less": _left_out(deflection.skin, skin, on),
+        **({} if on is None else {"on": on}),
     }
 
 
-def _worn_on(branch: Branch) -> dict[str, Any] | None:
-    """Contact shown at each node of the surface, counted from 1, 0 for none, and worn depth of all contacts."""
-    if analysis_of(branch.table) != "wear" or "worn_depth" not in branch.table or branch.problem is None:
+def _left_out(shown: Skin, skin: Skin, on: dict[str, Any] | None) -> str:
+    """What is not shown of a surface, in words; empty where that is nothing."""
+    if len(shown.nodes) == len(skin.nodes):
+        return ""
+    of = f" and {on['shown']} of {on['count']} contacts" if on is not None and on["shown"] < on["count"] else ""
+    return f"{len(shown.nodes)} of {len(skin.nodes)} nodes of the surface{of} are shown; save_shape writes all"
+
+
+ON_SURFACE = {
+    "worn_depth": "worn depth",
+    "normal_load": "mean normal force",
+    "normal_force": "mean normal force",
+    "slip_fraction": "slip, share of the period",
+    "separation_fraction": "separation, share of the period",
+    "dissipated_power": "dissipated power",
+}
+"""Quantities of contacts that colour a surface; of a force its mean."""
+
+
+def _on_surface(branch: Branch, skin: Skin) -> dict[str, Any] | None:
+    """Contact shown at each node of a surface, counted from 1, 0 for none, and what they do at every point.
+
+    Quantities are in steps of the 65535th part of their largest value anywhere.
+    """
+    assert branch.problem is not None
+    shown = nearest_contacts(skin, contact_places(branch.problem))
+    kept, place = np.unique(shown[shown >= 0], return_inverse=True)
+    if not kept.size:
         return None
-    skin: Skin = branch.problem.structure.skin  # type: ignore[attr-defined]
-    nodes = contact_nodes(branch.problem)
-    shown = nearest_contacts(skin, nodes)
-    if not (shown >= 0).any():
+    contact = np.zeros(len(shown), dtype=int)
+    contact[shown >= 0] = place + 1
+    turn = _looking_at(outward(branch.problem, contact_nodes(branch.problem))[1])
+    of = [one for name in ON_SURFACE if (one := _at_contacts(branch.table, name, kept)) is not None]
+    count = branch.table.sizes["contact"]
+    return {"contact": packed(contact, "u2"), "turn": turn, "of": of, "shown": len(kept), "count": count}
+
+
+def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, Any] | None:
+    """A quantity of the contacts kept, (point, contact); None where it is not there, or zero."""
+    if name not in dataset or (name == "normal_force" and "normal_load" in dataset):
         return None
-    depth = np.nan_to_num(branch.table["worn_depth"].to_numpy())
-    turn = _looking_at(outward(branch.problem, nodes)[1])
-    return {"contact": packed(shown + 1, "u2"), "depth": packed(depth, "f8"), "turn": turn}
+    values = np.nan_to_num(dataset[name].to_numpy()[:, kept], posinf=0.0, neginf=0.0)
+    values = np.maximum(values[..., 0] if values.ndim == 3 else values, 0.0)
+    most = float(values.max(initial=0.0))
+    if not most > 0.0:
+        return None
+    said = {"key": name, "label": ON_SURFACE[name], "after": meaning(dataset, name)["after"]}
+    return {**said, "most": most, "values": packed(np.rint(values / most * 65535.0), "u2")}
 
 
 _FROM_ABOVE, _ASIDE = 60.0, -35.0

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy import sparse
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.batches import Batch, Port
 from slipstick.errors import InputError
 from slipstick.results.truncation import moved
 from slipstick.structure.skin import Recovered, Skin
@@ -42,8 +42,12 @@ class Deflection:
         return fields
 
 
-def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:
-    """The motion of the surface at every point of a branch; shapes that add less than ``small`` are left out.
+def deflection_of(
+    branch: Branch, *, small: float = LEFT_OUT, points: Sequence[int] | None = None, coarse: Coarse | None = None
+) -> Deflection:
+    """The motion of the surface at points of a branch, by default all; of a ``coarse`` one where that is given.
+
+    Shapes that add less than ``small`` are left out.
 
     Raises
     ------
@@ -52,14 +56,19 @@ def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:
     """
     if branch.problem is None:
         raise InputError(f"the problem of this branch is not known: {branch.without}")
-    skin = getattr(branch.problem.structure, "skin", None)
-    if skin is None:
+    structure: Any = branch.problem.structure
+    if getattr(structure, "skin", None) is None:
         raise InputError("the structure of this branch has no surface to be seen; a model with a mesh has one")
-    basis = skin.basis
-    motion = np.concatenate([
-        recovered_motion(balance, skin.along(basis, balance.problem.structure), data)
-        for balance, data in parts_of(branch, range(len(branch)))
-    ])  # fmt: skip
+    points = range(len(branch)) if points is None else points
+    skin, known = _seen(structure, coarse), None
+    if skin.static is None:
+        forces = force_fields(branch, points, _FORCES * small)
+        known = structure.left_out(skin.rows, skin.modes, forces)
+    basis, parts = skin.basis(None if known is None else known.static), []
+    for balance, data in parts_of(branch, points):
+        its: Any = balance.problem.structure
+        parts.append(recovered_motion(balance, _seen(its, coarse).along(basis, its, known), data))
+    motion = np.concatenate(parts)
     n, k, L = motion.shape
     shapes, sizes, _ = np.linalg.svd(motion.transpose(1, 0, 2).reshape(k, n * L), full_matrices=False)
     kept = max(1, int(np.sum(sizes > small * sizes[0])) if sizes.size else 1)
@@ -67,54 +76,160 @@ def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:
     return Deflection(skin=skin, fields=basis @ kept_shapes, coefficients=kept_shapes.T @ motion)
 
 
-_ALIKE = 0.3
-"""What the motion of the node where a contact lies leaves of the square of its own, at most: contacts are patches."""
+Coarse = tuple[IntArray, IntArray]
+"""Some nodes of a surface (n,), by place, and triangles (t, 3) between them."""
+
+
+def _seen(structure: Any, coarse: Coarse | None) -> Skin:
+    skin: Skin = structure.skin
+    return skin if coarse is None else skin.part(*coarse)
+
+
+_FORCES = 0.1
+"""Of what is left out of the motion: what is left out of the forces whose own answer is solved for."""
+
+_TOGETHER = 4_000_000
+"""Forces on dofs taken together: 32 MB."""
+
+
+def force_fields(branch: Branch, points: Sequence[int], small: float) -> Array:
+    """Orthonormal fields of forces on the dofs (n_dofs, k) that hold those of the points and the loads.
+
+    Fields that add less than ``small`` of the largest force are left out.
+    """
+    largest, fields = 0.0, np.empty((0, 0))
+    step = max(1, _TOGETHER // max(1, len(branch.problem.structure.dofs) * branch.harmonics.size))  # type: ignore[union-attr]
+    for first in range(0, len(points), step):
+        for balance, data in parts_of(branch, points[first : first + step]):
+            vectors = balance.problem.load_columns.vectors
+            force = np.concatenate(list(_forces(balance, data)), axis=1)
+            forces = np.column_stack([vectors, balance.directions @ force]).astype(float)
+            sizes = np.linalg.norm(forces, axis=0)
+            sizes[: vectors.shape[1]], largest = 0.0, max(largest, float(sizes[vectors.shape[1] :].max(initial=0.0)))
+            scale = largest or 1.0
+            forces[:, : vectors.shape[1]] *= scale / np.maximum(np.linalg.norm(vectors, axis=0), 1e-300)
+            fields = np.zeros((len(forces), 0)) if not fields.size else fields
+            for _ in range(2):  # to rounding
+                forces -= fields @ (fields.T @ forces)
+            new, sizes, _ = np.linalg.svd(forces, full_matrices=False)
+            fields = np.hstack([fields, new[:, sizes > max(small, _ROUNDING) * scale]])
+    return fields
+
+
+_ROUNDING = 1e-13
+
+
 _NEAR = 0.75
 """Nodes within this share of the distance between contacts show what is at a contact."""
 _ALONE = 0.05
-"""Of a single contact: within this share of the size of the body."""
+"""Within this share of the size of the body: nodes of a single contact, and the places that a contact has."""
+
+
+def contact_places(problem: Problem) -> Array:
+    """Where each contact lies (n_elements, 3), by the places of the dofs that its ports move with; nan: not known.
+
+    A contact between places that lie apart has none of its own. Where no place of a dof is known, as of results of
+    earlier versions, that of the node that moves as the contact does.
+    """
+    structure: Any = problem.structure
+    skin: Skin = structure.skin
+    if skin.places is None:
+        nodes = _alike_nodes(problem)
+        return np.where((nodes >= 0)[:, None], skin.nodes[nodes], np.nan)
+    balance, reach = Balance(problem), _ALONE * _size(skin)
+    share = abs(balance.directions)  # of each dof in each port, (n_dofs, n_ports)
+    of_elements = _elements_of_ports(balance)
+    used = sparse.csr_array(share) @ of_elements
+    total = np.asarray(used.sum(axis=0)).ravel()
+    known = np.asarray(np.isfinite(skin.places).all(axis=1))
+    places = np.where(known[:, None], skin.places, 0.0)
+    mean = (used.T @ places) / np.where(total > 0.0, total, 1.0)[:, None]
+    dof, element = used.nonzero()
+    apart = np.linalg.norm(places[dof] - mean[element], axis=1) > reach
+    unknown = np.unique(element[apart | ~known[dof]])
+    mean[unknown], mean[total == 0.0] = np.nan, np.nan
+    return np.asarray(mean)
 
 
 def contact_nodes(problem: Problem) -> IntArray:
-    """Node of the skin at which each contact lies (n_elements,); -1 where none moves as the contact does.
+    """Node of the skin next to each contact (n_elements,); -1 where there is none near."""
+    from scipy.spatial import KDTree
 
-    Problems know directions of contacts, no positions: the node is the one of whose motion in all modes, each over its
-    frequency, that of the contact is a projection, as nearly as any.
+    structure: Any = problem.structure
+    skin, places = structure.skin, contact_places(problem)
+    nodes, known = np.full(len(places), -1), np.isfinite(places).all(axis=1)
+    if known.any():
+        distance, nearest = KDTree(skin.nodes).query(places[known])
+        nodes[known] = np.where(distance <= _longest_edge(skin), nearest, -1)
+    return nodes
+
+
+def nearest_contacts(skin: Skin, places: Array) -> IntArray:
+    """Contact that each node of the skin shows (n_nodes,), -1 for none, of contacts at ``places`` (n_elements, 3)."""
+    from scipy.spatial import KDTree
+
+    out, placed = np.full(len(skin.nodes), -1), np.flatnonzero(np.isfinite(places).all(axis=1))
+    if not placed.size:
+        return out
+    at = places[placed]
+    tree, different = KDTree(at), np.unique(at, axis=0)
+    reach = _ALONE * _size(skin)
+    if len(different) > 1:
+        reach = _NEAR * float(np.median(KDTree(different).query(different, k=2)[0][:, 1]))
+    distance, place = tree.query(skin.nodes)
+    from_skin, nearest = KDTree(skin.nodes).query(at)
+    near = distance <= reach
+    near[nearest[from_skin <= _longest_edge(skin)]] = True  # however coarse the skin is
+    out[near] = placed[place[near]]
+    return out
+
+
+def _size(skin: Skin) -> float:
+    return float(np.linalg.norm(np.ptp(skin.nodes, axis=0)))
+
+
+def _longest_edge(skin: Skin) -> float:
+    """What lies on the skin is no further from a node of it."""
+    corners = skin.nodes[skin.triangles]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(initial=0.0))
+
+
+def _elements_of_ports(balance: Balance) -> Any:
+    """Sparse (n_ports, n_elements), one where a port is of an element."""
+    ports, elements = [], []
+    for batch in balance.batches:
+        numbers = np.arange(len(balance.problem.elements))[batch.elements]
+        for port in batch.ports:
+            ports.append(np.arange(balance.n_ports)[port.rows])
+            elements.append(numbers[port.members])
+    at = np.concatenate([*ports, []]).astype(int), np.concatenate([*elements, []]).astype(int)
+    return sparse.csr_array((np.ones(len(at[0])), at), shape=(balance.n_ports, len(balance.problem.elements)))
+
+
+_ALIKE = 0.3
+"""What the motion of the node where a contact lies leaves of the square of its own, at most: contacts are patches."""
+
+
+def _alike_nodes(problem: Problem) -> IntArray:
+    """Node of the skin that moves as each contact does (n_elements,); -1 where there is none.
+
+    The node is the one of whose motion in all modes, each over its frequency, that of the contact is a projection, as
+    nearly as any.
     """
     balance = Balance(problem)
     of_nodes, of_dofs = _over_frequencies(problem.structure)
     square = np.linalg.pinv(of_nodes @ of_nodes.swapaxes(1, 2), rcond=1e-9)
     nodes = np.full(len(problem.elements), -1)
-    for batch in balance.batches:
-        for element in range(batch.count):
-            rows = np.concatenate([_rows(balance, batch, port, element) for port in batch.ports])
-            motion = balance.directions[:, rows].T @ of_dofs
-            across = np.einsum("kr,ndr->nkd", motion, of_nodes)
-            whole = float(np.sum(motion**2))
-            left = whole - np.einsum("nkd,nde,nke->n", across, square, across)
-            best = int(np.argmin(left))
-            if whole > 0.0 and left[best] <= _ALIKE * whole:
-                nodes[np.arange(len(nodes))[batch.elements][element]] = best
+    motion, at = balance.directions.T @ of_dofs, _elements_of_ports(balance).tocsc()
+    for element in range(len(nodes)):
+        own = motion[at.indices[at.indptr[element] : at.indptr[element + 1]]]
+        across = (of_nodes @ own.T).swapaxes(1, 2)
+        whole = float(np.sum(own**2))
+        left = whole - ((across @ square) * across).sum(axis=(1, 2))
+        best = int(np.argmin(left))
+        if whole > 0.0 and left[best] <= _ALIKE * whole:
+            nodes[element] = best
     return nodes
-
-
-def nearest_contacts(skin: Skin, nodes: IntArray) -> IntArray:
-    """Contact that each node of the skin shows (n_nodes,), -1 for none, of contacts at ``nodes`` (n_elements,)."""
-    from scipy.spatial import KDTree
-
-    out, placed = np.full(len(skin.nodes), -1), np.flatnonzero(nodes >= 0)
-    if not placed.size:
-        return out
-    at = skin.nodes[nodes[placed]]
-    tree = KDTree(at)
-    reach = _ALONE * float(np.linalg.norm(np.ptp(skin.nodes, axis=0)))
-    if len(np.unique(at, axis=0)) > 1:
-        apart = KDTree(np.unique(at, axis=0)).query(np.unique(at, axis=0), k=2)[0][:, 1]
-        reach = _NEAR * float(np.median(apart))
-    distance, place = tree.query(skin.nodes)
-    near = distance <= reach
-    out[near] = placed[place[near]]
-    return out
 
 
 def outward(problem: Problem, nodes: IntArray) -> tuple[Array, Array]:
@@ -145,18 +260,13 @@ def _normal_directions(problem: Problem, nodes: IntArray) -> Array:
         if "normal" not in batch.law.force_names:
             continue
         port = batch.ports[batch.law.force_names.index("normal")]
-        for element, at in enumerate(np.arange(len(nodes))[batch.elements]):
-            rows = _rows(balance, batch, port, element)
-            if nodes[at] >= 0 and rows.size:
-                motion = (balance.directions[:, rows].T @ of_dofs)[0]
-                direction = np.linalg.lstsq(of_nodes[nodes[at]].T, motion, rcond=1e-9)[0]
+        elements = np.arange(len(nodes))[batch.elements][port.members]
+        motion = (balance.directions.T @ of_dofs)[np.arange(balance.n_ports)[port.rows]]
+        for at, own in zip(elements, motion, strict=True):
+            if nodes[at] >= 0:
+                direction = np.linalg.lstsq(of_nodes[nodes[at]].T, own, rcond=1e-9)[0]
                 out[at] = direction / (float(np.linalg.norm(direction)) or 1.0)
     return out
-
-
-def _rows(balance: Balance, batch: Batch, port: Port, element: int) -> IntArray:
-    """Row of one element of a batch among all ports, none where it has not this port."""
-    return np.arange(balance.n_ports)[port.rows][np.arange(batch.count)[port.members] == element]
 
 
 def _over_frequencies(structure: Any) -> tuple[Array, Array]:

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from slipstick.faults import few_alike
 from slipstick.results.schema import NEAR_FOLD, NEAR_PEAK
 from slipstick.results.stability import stability_sentences
 from slipstick.results.truncation import truncation_sentence
@@ -31,7 +32,7 @@ def result_warnings(
     missing = truncation_sentence(followed, at, values["truncation"], unit, asked)
     doubts = stability_sentences(followed, at, values, unit) if "stable" in values else ()
     return [
-        *_open(values, contacts),
+        *few_alike(_open(values, contacts)),
         *_near(followed, at, values, unit),
         *_passed_over(followed, at, values, unit, requested),
         *([missing] if missing else []),

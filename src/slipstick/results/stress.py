@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, one_or_listed, point_numbers, shown, whole
-from slipstick.results.deflection import parts_of, recovered_motion
+from slipstick.results.deflection import force_fields, parts_of, recovered_motion
 from slipstick.structure.strains import COMPONENTS, ELEMENTS, MOST_NUMBER, StrainPlaces, Strains
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray, Points
@@ -144,12 +144,13 @@ def _strain(branch: Branch, strains: Strains, numbers: list[int], chosen: IntArr
     """Coefficients (n_points, n_places, 6, L)."""
     rows = (6 * chosen[:, None] + np.arange(6)).ravel()
     L = branch.table.sizes["coefficient"]
-    step = max(1, _TOGETHER // (len(rows) * L))
-    parts = [
-        recovered_motion(balance, strains.of(balance.problem.structure, rows), data)  # type: ignore[arg-type]
-        for first in range(0, len(numbers), step)
-        for balance, data in parts_of(branch, numbers[first : first + step])
-    ]
+    step, parts = max(1, _TOGETHER // (len(rows) * L)), []
+    for first in range(0, len(numbers), step):
+        points = numbers[first : first + step]
+        forces = force_fields(branch, points, 0.0) if strains.static is None else None
+        for balance, data in parts_of(branch, points):
+            structure: Any = balance.problem.structure
+            parts.append(recovered_motion(balance, structure.strains.of(structure, rows, forces), data))
     return np.concatenate(parts or [np.empty((0, len(rows), L))]).reshape(-1, len(chosen), 6, L)
 
 

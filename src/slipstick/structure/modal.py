@@ -124,6 +124,9 @@ class ModalStructure:
     sparse_directions = True
     """Whether ``project`` takes sparse matrices of directions too."""
 
+    n_full: int | None = None
+    """Dofs of the full model that it solves with, None where it does not."""
+
     def __init__(
         self,
         *,
@@ -161,7 +164,7 @@ class ModalStructure:
         self.strains = None if strains is None else one("strains", strains, Strains, "a structure.strains.Strains")
         for part in (self.skin, self.strains):
             if part is not None:
-                faults += part.faults(self.omega.size, len(self._dofs), tuple(self.shapes))
+                faults += part.faults(self.omega.size, len(self._dofs), tuple(self.shapes), self.n_full)
         if faults:
             raise InputError(faults)
         self._take_compliance(*(None if part is None else real(part) for part in (static_compliance, second_residual)))
@@ -367,8 +370,14 @@ class ModalStructure:
 
         ``second`` is its second residual, where that is known.
         """
-        right = self.modal_parts(np.zeros((len(self._dofs), 0)), columns, shapes)[1]
-        return self._receptance(left, right, static, second)
+        return self._receptance(left, self._participations(columns, shapes), static, second)
+
+    def _participations(self, columns: ArrayLike, shapes: Sequence[str]) -> Array:
+        """Of the modes in directions (n_dofs, n_columns), and in load shapes, (n_columns + n_shapes, n_modes)."""
+        known_shapes(shapes, self.shapes)
+        c = any_directions("columns", columns, len(self._dofs))
+        loads = (np.asarray(self.shapes[name].participation, dtype=float) for name in shapes)
+        return np.vstack([c.T @ self.mode_shapes, *loads])
 
     @property
     def values(self) -> dict[str, float]:
@@ -449,12 +458,10 @@ class ModalStructure:
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
     ) -> tuple[Array, Array, Array, Array | None]:
         """Modes at the rows, participations of the columns, static and second compliance."""
-        known_shapes(shapes, self.shapes)
-        n = len(self._dofs)
+        right, n = self._participations(columns, shapes), len(self._dofs)
         r, c = any_directions("rows", rows, n), any_directions("columns", columns, n)
         chosen = [self.shapes[s] for s in shapes]
         left = r.T @ self.mode_shapes
-        right = np.vstack([c.T @ self.mode_shapes, *(np.asarray(s.participation, dtype=float) for s in chosen)])
         responses = [np.asarray(s.static_response, dtype=float) for s in chosen]
         static = r.T @ np.column_stack([self.static_compliance @ c, *responses])
         if self.second_residual is None and all(s.second_response is None for s in chosen):

@@ -233,8 +233,8 @@ class SolvedResiduals:
         left, right = (self._right[: self._n], self._left) if transposed else (self._left, self._right[: self._n])
         modal = right.T @ forces
         out = np.zeros((2, len(left), forces.shape[1]))
-        for begin in range(0, forces.shape[1], _SOLVED):
-            part, also = slice(begin, begin + _SOLVED), begin + np.flatnonzero(second[begin : begin + _SOLVED])
+        for begin in range(0, forces.shape[1], SOLVED):
+            part, also = slice(begin, begin + SOLVED), begin + np.flatnonzero(second[begin : begin + SOLVED])
             first, then = self._full.solutions(onto @ forces[:, part], second[part])
             out[0][:, part] = moved.T @ first - left @ (modal[:, part] / self._omega[:, None] ** 2)
             out[1][:, also] = moved.T @ then - left @ (modal[:, also] / self._omega[:, None] ** 4)
@@ -300,7 +300,7 @@ class SolvedResiduals:
 _TOGETHER = 32
 """Columns of a matrix that is written out at a time."""
 
-_SOLVED = 32
+SOLVED = 32
 """Columns solved at a time: more cost as much each, and memory."""
 
 

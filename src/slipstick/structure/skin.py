@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import array_faults, number_faults, real
 from slipstick.structure.protocol import Receptance
-from slipstick.typing import Array, IntArray, Matrix
+from slipstick.typing import Array, IntArray, Matrix, Sparse
 
 if TYPE_CHECKING:
     from slipstick.structure.modal import ModalStructure
 
-MOST_SKIN_NODES = 20_000
+MOST_SKIN_NODES = 50_000
 """More are not needed to see a shape."""
 
 
@@ -33,9 +33,14 @@ class Skin:
     modes
         Mass-normalised modes at the nodes (3 n, n_modes).
     static
-        Exact static displacement by unit forces on the kept dofs (3 n, n_dofs).
+        Exact static displacement by unit forces on the kept dofs (3 n, n_dofs); None: it is solved for with the full
+        model of the structure, for the forces that are asked for.
     loads
         Exact static displacement by each load shape (3 n,).
+    rows
+        What takes the motion out of that of the full model, sparse (n_full, 3 n); where ``static`` is None.
+    places
+        Where the dofs are (n_dofs, 3), nan where it is not known; None: of none.
 
     Raises
     ------
@@ -46,21 +51,30 @@ class Skin:
     nodes: Array
     triangles: IntArray
     modes: Array
-    static: Array
+    static: Array | None
     loads: Mapping[str, Array] = field(default_factory=dict)
+    rows: Sparse | None = None
+    places: Array | None = None
 
     def __post_init__(self) -> None:
-        arrays = {name: getattr(self, name) for name in ("nodes", "triangles", "modes", "static")} | dict(self.loads)
+        names = ("nodes", "triangles", "modes", *(() if self.static is None else ("static",)))
+        arrays = {name: getattr(self, name) for name in names} | dict(self.loads)
         wrong = [fault for name, value in arrays.items() for fault in number_faults(("skin", name), value)]
         if wrong:
             raise InputError(wrong)
-        nodes, modes, static = (real(value) for value in (self.nodes, self.modes, self.static))
+        nodes = real(self.nodes)
+        moved = {name: real(value) for name, value in arrays.items() if name in ("modes", "static")}
         count = len(nodes) if nodes.ndim else 0
         faults = array_faults(("skin", "nodes"), nodes, (count, 3))
         if count > MOST_SKIN_NODES:
             faults.append(Fault(("skin", "nodes"), found=str(count), expected=f"at most {MOST_SKIN_NODES}"))
-        for name, value in (("modes", modes), ("static", static)):
+        for name, value in moved.items():
             faults += array_faults(("skin", name), value, (3 * count, *value.shape[1:2]))
+        faults += solved_faults("skin", self.static, self.rows, 3 * count)
+        places = None if self.places is None else np.asarray(self.places)
+        if places is not None and (places.shape[1:] != (3,) or places.dtype.kind not in "fiu"):
+            found = f"{places.dtype} of shape {places.shape}"
+            faults.append(Fault(("skin", "places"), found=found, expected="real numbers (n_dofs, 3)"))
         loads = {str(name): real(value) for name, value in self.loads.items()}
         for name, value in loads.items():
             faults += array_faults(("skin", "loads", name), value, (3 * count,))
@@ -71,29 +85,79 @@ class Skin:
             faults.append(Fault(("skin", "triangles"), found=numbers))
         if faults:
             raise InputError(faults)
-        made: dict[str, Any] = {"modes": modes.astype(np.float32), "static": static.astype(np.float32)}
+        made: dict[str, Any] = {name: value.astype(np.float32) for name, value in moved.items()}
         made |= {"loads": {name: value.astype(np.float32) for name, value in loads.items()}}
+        made |= {} if places is None else {"places": places.astype(float)}
         for name, value in (made | {"nodes": nodes, "triangles": triangles.astype(np.int64)}).items():
             object.__setattr__(self, name, value)
 
-    def faults(self, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[Fault]:
-        """Why this is no skin of a structure with so many modes and dofs, and these load shapes."""
-        return rows_faults("skin", self, modes, dofs, shapes)
-
     @property
-    def basis(self) -> Array:
-        """Orthonormal columns (3 n, k) that hold every motion of the skin."""
-        columns = [self.modes, self.static, *(np.asarray(load)[:, None] for load in self.loads.values())]
+    def arguments(self) -> dict[str, Any]:
+        """What an equal skin is made from; what earlier versions do not know, only where it is there."""
+        known = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {name: value for name, value in known.items() if name not in ("rows", "places") or value is not None}
+
+    def faults(self, modes: int, dofs: int, shapes: tuple[str, ...], full: int | None = None) -> list[Fault]:
+        """Why this is no skin of a structure with so many modes and dofs, and these load shapes.
+
+        ``full`` is the size of the model that it solves with, None where it does not.
+        """
+        faults = rows_faults("skin", self, modes, dofs, shapes, full)
+        if self.places is not None and len(self.places) != dofs:
+            faults.append(Fault(("skin", "places"), found=f"shape {self.places.shape}", expected=f"({dofs}, 3)"))
+        return faults
+
+    def part(self, nodes: IntArray, triangles: IntArray) -> Skin:
+        """Some of the nodes, by place, and triangles (t, 3) between these, by place among the chosen."""
+        kept = (3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()
+        return Skin(
+            nodes=self.nodes[nodes], triangles=triangles, modes=self.modes[kept],
+            static=None if self.static is None else self.static[kept],
+            loads={name: load[kept] for name, load in self.loads.items()},
+            rows=None if self.rows is None else self.rows.tocsc()[:, kept], places=self.places,
+        )  # fmt: skip
+
+    def basis(self, solved: Array | None = None) -> Array:
+        """Orthonormal columns (3 n, k) that hold every motion of the skin; ``solved`` (3 n, any) in place of static."""
+        static = self.static if solved is None else solved
+        assert static is not None
+        columns = [self.modes, static, *(np.asarray(load)[:, None] for load in self.loads.values())]
         scaled = [np.asarray(c, dtype=float) / max(float(np.abs(c).max(initial=0.0)), 1e-300) for c in columns]
         return np.asarray(np.linalg.qr(np.hstack(scaled))[0])
 
-    def along(self, basis: Array, structure: ModalStructure) -> Recovered:
+    def along(self, basis: Array, structure: ModalStructure, known: SolvedFields | None = None) -> Recovered:
         """The structure whose receptance is to the ``k`` columns of a basis (3 n, k) of the motion of the skin.
 
-        How what the modes leave out grows with frequency is not known there.
+        ``known`` stands for what is static where this skin does not have it. How what the modes leave out grows with
+        frequency is not known there.
         """
         loads = {name: basis.T @ load for name, load in self.loads.items()}
-        return Recovered(structure=structure, modes=basis.T @ self.modes, static=basis.T @ self.static, loads=loads)
+        static = self.static if known is None else known.static
+        assert static is not None
+        return Recovered(
+            structure=structure, modes=basis.T @ self.modes, static=basis.T @ static, loads=loads,
+            forces=None if known is None else known.forces,
+        )  # fmt: skip
+
+
+def solved_faults(name: str, static: object, rows: Sparse | None, count: int) -> list[Fault]:
+    """Whether static responses are given, or in their place the ``count`` rows that they are solved for at."""
+    if static is None and rows is None:
+        return [Fault((name, "static"), "is missing", remedy="give static, or rows of a full model to solve with")]
+    if rows is not None and (not hasattr(rows, "tocsc") or rows.shape[1] != count):
+        found = f"shape {np.shape(rows)}" if hasattr(rows, "tocsc") else type(rows).__name__
+        return [Fault((name, "rows"), found=found, expected=f"a sparse matrix (n_full, {count})")]
+    return []
+
+
+class SolvedFields(NamedTuple):
+    """What the modes leave out at rows that are no dofs, under some fields of forces on the dofs."""
+
+    forces: Array
+    """Orthonormal (n_dofs, k)."""
+    static: Array
+    """By both residuals (n_rows, k)."""
+    second: Array | None = None
 
 
 class KnownRows(Protocol):
@@ -102,27 +166,38 @@ class KnownRows(Protocol):
     @property
     def modes(self) -> Array: ...  # noqa: D102
     @property
-    def static(self) -> Array: ...  # noqa: D102
+    def static(self) -> Array | None: ...  # noqa: D102
     @property
     def loads(self) -> Mapping[str, Array]: ...  # noqa: D102
+    @property
+    def rows(self) -> Sparse | None: ...  # noqa: D102
 
 
 R = TypeVar("R", bound=KnownRows)
 
 
-def rows_faults(name: str, rows: KnownRows, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[Fault]:
-    """Why these are no rows of a structure with so many modes and dofs, and these load shapes."""
-    sizes = (np.shape(rows.modes)[1], np.shape(rows.static)[1])
-    wrong = Fault(name, found=f"modes and dofs {sizes}", expected=f"{(modes, dofs)}")
-    missing = [Fault(name, f"it has no load shape '{shape}'") for shape in shapes if shape not in rows.loads]
-    return missing if sizes == (modes, dofs) else [wrong, *missing]
+def rows_faults(
+    name: str, rows: KnownRows, modes: int, dofs: int, shapes: tuple[str, ...], full: int | None
+) -> list[Fault]:
+    """Why these are no rows of a structure with so many modes and dofs, and these load shapes.
+
+    ``full`` is the size of the model that it solves with, None where it does not.
+    """
+    faults = [Fault(name, f"it has no load shape '{shape}'") for shape in shapes if shape not in rows.loads]
+    sizes = (np.shape(rows.modes)[1], dofs if rows.static is None else np.shape(rows.static)[1])
+    if sizes != (modes, dofs):
+        faults.insert(0, Fault(name, found=f"modes and dofs {sizes}", expected=f"{(modes, dofs)}"))
+    if rows.static is None and rows.rows is not None and rows.rows.shape[0] != full:
+        expected = "static responses" if full is None else f"{full}, those of the full model"
+        faults.append(Fault((name, "rows"), found=f"{rows.rows.shape[0]} dofs", expected=expected))
+    return faults
 
 
 def with_more(rows: R | None, more: Array, mode_shapes: Array, participation: Mapping[str, Array]) -> R | None:
     """Rows whose modes at rest give ``more`` (n_modes,) times their squares, as those of other frequencies do."""
     if rows is None:
         return None
-    static = rows.static + (rows.modes * more) @ mode_shapes.T
+    static = None if rows.static is None else rows.static + (rows.modes * more) @ mode_shapes.T
     loads = {name: load + rows.modes @ (more * participation[name]) for name, load in rows.loads.items()}
     return replace(rows, static=static, loads=loads)  # type: ignore[type-var]
 
@@ -137,6 +212,9 @@ class Recovered:
         Of its modes (n_rows, n_modes), of unit forces on its dofs (n_rows, n_dofs), of its load shapes (n_rows,).
     second, second_loads
         Second residuals of the last two, where they are known.
+    forces
+        Fields of forces on the dofs (n_dofs, k), orthonormal: ``static`` and ``second`` (n_rows, k) are then what the
+        modes leave out under these alone, and nothing else is left out; None: of unit forces.
     """
 
     structure: ModalStructure
@@ -145,12 +223,17 @@ class Recovered:
     loads: Mapping[str, Array]
     second: Array | None = None
     second_loads: Mapping[str, Array] = field(default_factory=dict)
+    forces: Array | None = None
     sparse_directions = True
 
     def project(self, rows: Matrix, columns: Matrix, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance from directions ``columns`` (n_dofs, n_columns) and loads; ``rows`` do not matter."""
         known: Any = columns  # dense or sparse
-        static = np.column_stack([self.static @ known, *(self.loads[name] for name in shapes)])
+        of_modes: Any = 0.0
+        if self.forces is not None:
+            of_modes = (self.modes / self.structure.omega**2) @ (self.structure.mode_shapes.T @ known)
+            known = self.forces.T @ known
+        static = np.column_stack([self.static @ known + of_modes, *(self.loads[name] for name in shapes)])
         second = None
         if self.second is not None:
             second = np.column_stack([self.second @ known, *(self.second_loads[name] for name in shapes)])

@@ -16,11 +16,13 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from slipstick.errors import Fault, InputError
-from slipstick.structure.checks import any_directions, known_shapes
+from slipstick.structure.checks import any_directions
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import Factors, ModalReceptance
-from slipstick.structure.residuals import FullModel, NearField, SolvedResiduals, SolvedStatic
+from slipstick.structure.residuals import SOLVED, FullModel, NearField, SolvedResiduals, SolvedStatic
+from slipstick.structure.skin import Skin, SolvedFields
+from slipstick.structure.strains import Strains
 from slipstick.structure.truncation import Truncation, load_arrays
 from slipstick.typing import Array, ComplexArray, IntArray, Reals
 
@@ -39,8 +41,8 @@ class SolvedModes(ModalStructure):
 
     Parameters
     ----------
-    omega, mode_shapes, dofs, loss_factor, damping_ratio, load_shapes, damping
-        As of a ``ModalStructure``.
+    omega, mode_shapes, dofs, loss_factor, damping_ratio, load_shapes, damping, skin, strains
+        As of a ``ModalStructure``; what is static of the last two may be left to the full model.
     full
         The full model, its ``directions`` those of the dofs.
     near, near_second
@@ -72,12 +74,15 @@ class SolvedModes(ModalStructure):
         damping_ratio: Reals = 0.0,
         load_shapes: Mapping[str, LoadShape] | None = None,
         damping: float = 1.0,
+        skin: Skin | None = None,
+        strains: Strains | None = None,
     ) -> None:
+        self.full, self.near, self.near_second = full, near, near_second
+        self.n_full = full.K.shape[0]
         super().__init__(
             omega=omega, mode_shapes=mode_shapes, dofs=dofs, loss_factor=loss_factor, damping_ratio=damping_ratio,
-            load_shapes=load_shapes, damping=damping,
+            load_shapes=load_shapes, damping=damping, skin=skin, strains=strains,
         )  # fmt: skip
-        self.full, self.near, self.near_second = full, near, near_second
         self.sample, self.sample_static, self.sample_second = np.asarray(sample), sample_static, sample_second
         self.reference = self.omega if reference is None else np.asarray(reference, dtype=float)
 
@@ -96,7 +101,27 @@ class SolvedModes(ModalStructure):
             "reference", "loss_factor", "damping",
         )  # fmt: skip
         numbers = {name: getattr(self, name) for name in names}
-        return {**numbers, "damping_ratio": self._viscous, "load_shapes": self.shapes}
+        seen = {name: part for name in ("skin", "strains") if (part := getattr(self, name)) is not None}
+        return {**numbers, "damping_ratio": self._viscous, "load_shapes": self.shapes, **seen}
+
+    def left_out(self, rows: Any, modes: Array, forces: Array, *, second: bool = False) -> SolvedFields:
+        """What the modes leave out at rows of the full model under fields of forces on the dofs, by solutions.
+
+        Parameters
+        ----------
+        rows
+            What takes them out of its motion, sparse (n_full, n_rows); ``modes`` (n_rows, n_modes) are the modes there.
+        forces
+            Orthonormal (n_dofs, k): one solution for each, or two with the ``second`` residual.
+        """
+        k, onto = forces.shape[1], sparse.csr_array(self.full.directions)
+        out, participation = np.zeros((1 + second, rows.shape[1], k)), self.mode_shapes.T @ forces
+        for part in (slice(begin, begin + SOLVED) for begin in range(0, k, SOLVED)):
+            loads = onto @ forces[:, part]
+            both = self.full.solutions(loads, np.full(loads.shape[1], second))
+            for residual, moved, power in zip(out, both, (2, 4), strict=False):
+                residual[:, part] = rows.T @ moved - modes @ (participation[:, part] / self.reference[:, None] ** power)
+        return SolvedFields(forces, *out)
 
     @property
     def static_compliance(self) -> Array:  # type: ignore[override]
@@ -154,12 +179,10 @@ class SolvedModes(ModalStructure):
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
     ) -> tuple[SolvedResiduals, Array, Array]:
         """Of what the modes leave out, with the modes at the rows and the participations of the columns."""
-        known_shapes(shapes, self.shapes)
-        n = len(self._dofs)
+        right, n = self._participations(columns, shapes), len(self._dofs)
         r, c = any_directions("rows", rows, n), any_directions("columns", columns, n)
         chosen = [self.shapes[name] for name in shapes]
-        left, participation = r.T @ self.mode_shapes, np.array([np.asarray(s.participation) for s in chosen])
-        right = np.vstack([c.T @ self.mode_shapes, *participation])
+        left, participation = r.T @ self.mode_shapes, right[c.shape[1] :]
         static = [np.asarray(s.static_response) for s in chosen]
         second = [np.zeros(n) if s.second_response is None else np.asarray(s.second_response) for s in chosen]
         loads = np.array([r.T @ np.column_stack([np.zeros((n, 0)), *both]) for both in (static, second)])

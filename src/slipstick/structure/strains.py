@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import array_faults, number_faults, real
-from slipstick.structure.skin import Recovered, rows_faults
-from slipstick.typing import Array, IntArray
+from slipstick.structure.skin import Recovered, rows_faults, solved_faults
+from slipstick.typing import Array, IntArray, Sparse
 
 if TYPE_CHECKING:
     from slipstick.structure.modal import ModalStructure
@@ -139,9 +139,12 @@ class Strains:
         Of the mass-normalised modes (6 n, n_modes).
     static, second
         Of unit forces on the kept dofs (6 n, n_dofs): exact and static; and what the modes leave out of those by
-        ``K^-1 M K^-1``, None where it is not known.
+        ``K^-1 M K^-1``, None where it is not known. Both are None where they are solved for with the full model of the
+        structure, for the forces that are asked for.
     loads, second_loads
         The same of each load shape (6 n,).
+    rows
+        What takes strains out of the motion of the full model, sparse (n_full, 6 n); where ``static`` is None.
 
     Raises
     ------
@@ -151,10 +154,11 @@ class Strains:
 
     places: StrainPlaces
     modes: Array
-    static: Array
+    static: Array | None
     second: Array | None = None
     loads: Mapping[str, Array] = field(default_factory=dict)
     second_loads: Mapping[str, Array] = field(default_factory=dict)
+    rows: Sparse | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.places, StrainPlaces):
@@ -164,11 +168,12 @@ class Strains:
         made: dict[str, Any] = {}
         for name in ("modes", "static", "second"):
             value = getattr(self, name)
-            if value is None and name == "second":
+            if value is None and name != "modes":
                 continue
             wrong = number_faults(("strains", name), value)
             faults += wrong or array_faults(("strains", name), real(value), (n, *np.shape(value)[1:2]))
             made[name] = None if wrong else real(value).astype(np.float32)
+        faults += solved_faults("strains", self.static, self.rows, n)
         for name in ("loads", "second_loads"):
             for shape, value in getattr(self, name).items():
                 wrong = number_faults(("strains", name, shape), value)
@@ -179,15 +184,33 @@ class Strains:
         for name, value in made.items():
             object.__setattr__(self, name, value)
 
-    def faults(self, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[Fault]:
-        """Why these are no strains of a structure with so many modes and dofs, and these load shapes."""
-        return rows_faults("strains", self, modes, dofs, shapes)
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What equal strains are made from; rows, which earlier versions do not know, only where there are any."""
+        known = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {name: value for name, value in known.items() if name != "rows" or value is not None}
 
-    def of(self, structure: ModalStructure, rows: IntArray) -> Recovered:
-        """The structure whose receptance is to some of these strains."""
+    def faults(self, modes: int, dofs: int, shapes: tuple[str, ...], full: int | None = None) -> list[Fault]:
+        """Why these are no strains of a structure with so many modes and dofs, and these load shapes.
+
+        ``full`` is the size of the model that it solves with, None where it does not.
+        """
+        return rows_faults("strains", self, modes, dofs, shapes, full)
+
+    def of(self, structure: ModalStructure, rows: IntArray, forces: Array | None = None) -> Recovered:
+        """The structure whose receptance is to some of these strains.
+
+        Where they are solved for, it is so under orthonormal fields of ``forces`` (n_dofs, k) alone.
+        """
+        modes, static, second = self.modes[rows], self.static, self.second
+        if static is None:
+            solves: Any = structure
+            assert self.rows is not None
+            _, static, second = solves.left_out(self.rows.tocsc()[:, rows], modes, forces, second=True)
+        else:
+            forces, static, second = None, static[rows], None if second is None else second[rows]
         return Recovered(
-            structure=structure, modes=self.modes[rows], static=self.static[rows],
+            structure=structure, modes=modes, static=static, second=second, forces=forces,
             loads={name: load[rows] for name, load in self.loads.items()},
-            second=None if self.second is None else self.second[rows],
             second_loads={name: load[rows] for name, load in self.second_loads.items()},
         )  # fmt: skip

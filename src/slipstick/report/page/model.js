@@ -175,14 +175,14 @@ class Result {
     return shape && this.kept.of("shape", () => ({
       nodes: new Numbers(shape.nodes).values, triangles: new Numbers(shape.triangles).values,
       fields: Array.from({ length: shape.fields.shape[0] }, (_, k) => this.numbers("fields", shape.fields).row(k)),
-      worn: shape.worn ? { contact: new Numbers(shape.worn.contact).values, most: Math.max(...new Numbers(shape.worn.depth).values, 0) } : null,
+      less: shape.less, on: shape.on ? { ...shape.on, contact: new Numbers(shape.on.contact).values } : null,
     }));
   }
 
-  /** Worn depth at every node of the surface at a point: that of the contact it lies round, 0 elsewhere. */
-  wornAtNodes(point) {
-    const depth = this.numbers("worn on the surface", this.content.shape.worn.depth).row(point);
-    return Float64Array.from(this.shape.worn.contact, (contact) => (contact ? depth[contact - 1] : 0));
+  /** A quantity of contacts at every node of the surface at a point: that of the contact it lies round, 0 elsewhere. */
+  atNodes({ key, most, values }, point) {
+    const steps = this.numbers(`${key} on the surface`, values).row(point);
+    return Float64Array.from(this.shape.on.contact, (contact) => (contact ? (most * steps[contact - 1]) / 65535 : 0));
   }
 
   /** What each field does at a point: coefficients (0, c1, s1, ...). */

@@ -90,13 +90,26 @@ class Body {
     this.motion = result.fieldMotion(view.point);
     this.extent = extentOf(this.shape.nodes);
     this.largest = Math.max(...times(0, PERIOD, 25).map((tau) => largestOf(this.displacement(tau, result))), 0);
-    const units = result.content.dofs.units, { worn } = this.shape, depths = worn && view.colour === "" ? result.wornAtNodes(view.point) : null;
-    this.depths = depths;
-    fill(this.pick, worn ? choice("Colour of the body", { "": "worn depth", motion: "motion" }, view.colour, (colour) => this.app.set({ colour })) : null);
-    const deepest = depths ? `, coloured by worn depth, up to ${short(Math.max(...depths))} ${result.curve("worn_depth")?.units ?? ""}` : "";
-    this.canvas.setAttribute("aria-label", `Deflected shape, largest displacement ${short(this.largest)} ${units}${deepest}; drag or use the arrow keys to turn it`);
+    this.coloured(result, view);
+    const { chosen } = this, most = chosen ? `, coloured by ${chosen.label}, up to ${short(this.values.reduce((a, b) => Math.max(a, b), 0))}${chosen.after}` : "";
+    this.canvas.setAttribute("aria-label", `Deflected shape, largest displacement ${short(this.largest)} ${result.content.dofs.units}${most}; drag or use the arrow keys to turn it`);
     this.ramp ??= rampOf();
     this.paint();
+  }
+
+  /** What colours the body: its motion, or a quantity of the contacts on it; of wear first the worn depth. */
+  coloured(result, view) {
+    const { on } = this.shape, of = new Map((on?.of ?? []).map((own) => [own.key, own]));
+    const first = result.content.analysis === "wear" && of.has("worn_depth") ? "worn_depth" : "motion";
+    const asked = view.colour === "motion" || of.has(view.colour) ? view.colour : first;
+    this.chosen = of.get(asked) ?? null;
+    this.values = this.chosen ? result.atNodes(this.chosen, view.point) : null;
+    const keys = [first, ...["motion", ...of.keys()].filter((key) => key !== first)], label = (key) => of.get(key)?.label ?? key;
+    const options = Object.fromEntries(keys.map((key) => [key === first ? "" : key, label(key)]));
+    fill(this.pick, of.size ? choice("Colour of the body", options, asked === first ? "" : asked, (colour) => {
+      const away = of.has(colour) && view.turn.every((angle, k) => angle === TURN[k]); // towards the contacts, unless it was turned
+      this.app.set(away ? { colour, turn: on.turn } : { colour });
+    }) : null);
   }
 
   /** Displacement of all nodes, three numbers each. */
@@ -122,11 +135,12 @@ class Body {
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, width, height);
     outline(ctx, still, shape.triangles);
-    const { depths } = this, worn = depths ? shape.worn.most || 1 : 1;
-    faces(ctx, moved, shape.triangles, depths ? (i) => depths[i] / worn : (i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2]) / (this.largest || 1));
-    const { after } = depths ? this.app.result.curve("worn_depth") ?? {} : this.app.result.content.dofs;
+    const { chosen, values } = this;
+    faces(ctx, moved, shape.triangles, chosen ? (i) => values[i] / chosen.most : (i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2]) / (this.largest || 1));
+    const { after } = chosen ?? this.app.result.content.dofs;
     fill(this.note, element("div", { class: "line-names" }, element("span", {}, `motion magnified ${short(magnified, 2)} times, grey: at rest`),
-      element("span", { class: "line-name" }, depths ? "worn depth 0" : "0", this.ramp, `${short(depths ? shape.worn.most : this.largest, 4)}${after ?? ""}`), element("span", {}, `phase ${Math.round((360 * this.tau) / PERIOD)}°`)));
+      element("span", { class: "line-name" }, chosen ? `${chosen.label} 0` : "0", this.ramp, `${short(chosen ? chosen.most : this.largest, 4)}${after ?? ""}`), element("span", {}, `phase ${Math.round((360 * this.tau) / PERIOD)}°`),
+      ...(shape.less ? [element("span", {}, shape.less)] : [])));
   }
 }
 

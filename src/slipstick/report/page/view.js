@@ -2,7 +2,7 @@
 
 const CHOICES = {
   loop: ["total", "motion"], spectrum: ["dof", "force"], history: ["dof", "force", "normal"],
-  log: ["", "y", "x", "xy"], colour: ["", "motion"],
+  log: ["", "y", "x", "xy"], colour: ["", "motion", "worn_depth", "normal_load", "normal_force", "slip_fraction", "separation_fraction", "dissipated_power"],
 };
 
 /** The view with defaults for what a stranger's address leaves out or says wrongly. */
@@ -21,7 +21,7 @@ function viewFrom(text, model) {
     dofs: listed("dof", model.dofs), contacts: listed("contact", ["", ...model.contacts]),
     dof: given.get("at-dof"), contact: given.get("at-contact"),
     disc: own.content.disc?.dofs.find((name) => name === given.get("disc")) ?? "", blade: whole(given.get("blade"), own.content.disc?.sectors ?? 0, null),
-    all: given.get("all") === "1", turn: turned(given.get("turn"), own.content.shape?.worn?.turn),
+    all: given.get("all") === "1", turn: turned(given.get("turn"), own.content.analysis === "wear" ? own.content.shape?.on?.turn : undefined),
   };
   for (const [key, known] of Object.entries(CHOICES)) {
     view[key] = known.includes(given.get(key)) ? given.get(key) : known[0];
@@ -30,8 +30,10 @@ function viewFrom(text, model) {
   return settled(view, model, start);
 }
 
+const TURN = [-35, 20];
+
 /** Angles the body is seen under, degrees: round the vertical, and from above. */
-function turned(text, otherwise = [-35, 20]) {
+function turned(text, otherwise = TURN) {
   const angles = String(text ?? "").split(",").map(Number);
   return angles.length === 2 && angles.every(Number.isFinite) ? [angles[0] % 360, Math.max(-90, Math.min(90, angles[1]))] : otherwise;
 }

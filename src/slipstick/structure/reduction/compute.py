@@ -130,7 +130,7 @@ def stored_data(path: Path, columns: Columns) -> ReducedData | SolvedData | None
     if arrays is None:
         return None
     if "near_indices" in arrays:
-        return SolvedData.of_arrays(arrays, n_keep, n_loads)
+        return SolvedData.of_arrays(arrays, n_keep, n_loads, n_seen, columns.n_strains)
     try:
         estimate = float(arrays["error_estimate"])
         data = ReducedData(
@@ -193,7 +193,9 @@ def compute(
         assert iteration.solve.factors is not None
         if residuals == "solved" or cheaper_solved(n_keep, iteration.solve.factors.memory):
             limits = MOST_BY_DEFAULT, MOST_MODES, BAND_BY_DEFAULT
-            solved = compute_solved(iteration, M, directions, loads, want, limits, clock.start)
+            solved = compute_solved(
+                iteration, M, directions, loads, want, limits, clock.start, columns.seen, columns.n_strains
+            )
             _require_positive(solved)
             return replace(solved, seconds=clock.stop(), factors=iteration.solve.factors)
     B = sparse.csc_array(sparse.hstack([directions, sparse.csc_array(loads)]))

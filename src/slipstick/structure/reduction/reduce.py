@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from slipstick.errors import Fault, InputError, SlipstickWarning
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
@@ -68,11 +68,15 @@ class Reduction:
 
 @dataclass(frozen=True, kw_only=True)
 class SkinRows:
-    """A surface to be seen: nodes (n, 3), triangles (t, 3), and their dofs in the model, sparse (n_full, 3 n)."""
+    """A surface to be seen: nodes (n, 3), triangles (t, 3), and their dofs in the model, sparse (n_full, 3 n).
+
+    ``places`` (n_keep, 3) of the kept directions, nan where they are not known; None: of none.
+    """
 
     nodes: Array
     triangles: IntArray
     rows: Matrix
+    places: Array | None = None
 
 
 def reduce(
@@ -197,10 +201,6 @@ def reduce_model(
     Arguments ``asked`` and errors are those of :func:`reduce`; with ``skin`` and ``strains`` the structure has them.
     Where neither a number of modes nor a range is given, the modes serve frequencies up to ``reach`` (rad/s) at least.
     """
-    if strains is not None and asked.get("residuals", "auto") != "written":
-        if asked.get("residuals") == "solved":
-            raise InputError(Fault("residuals", found="'solved'", expected="'written', which strains need"))
-        asked["residuals"] = "written"
     K, M = real_matrices(K, M)
     request = checked_request(K.shape[0], reach=reach, **asked)
     directions, loads, want, solver = request.directions, request.loads, request.want, request.solver
@@ -225,9 +225,7 @@ def reduce_model(
     structure: ModalStructure
     if isinstance(data, SolvedData):
         full = FullModel(K=K, M=M, directions=directions, solver=solver)
-        structure = solved_structure(data, full, request.kept, request.load_names, request.damping)
-        if skin is not None:
-            warnings.warn(NO_SKIN, SlipstickWarning, stacklevel=3)
+        structure = solved_structure(data, full, request.kept, request.load_names, request.damping, skin, strains)
     else:
         structure = modal_structure(data, request.kept, request.load_names, request.damping, skin, strains)
     error = data.error_estimate
@@ -331,14 +329,14 @@ def modal_structure(
     )
 
 
-NO_SKIN = (
-    "the motion of the skin is not kept of a reduction whose residuals are solved for: figures of the deflected body "
-    'cannot be drawn; give residuals = "written" where they are wanted'
-)
-
-
 def solved_structure(
-    data: SolvedData, full: FullModel, kept: tuple[str, ...], loads: tuple[str, ...], damping: Damping
+    data: SolvedData,
+    full: FullModel,
+    kept: tuple[str, ...],
+    loads: tuple[str, ...],
+    damping: Damping,
+    skin: SkinRows | None = None,
+    strains: StrainRows | None = None,
 ) -> SolvedModes:
     """The structure of data whose residuals are applied by solutions with the full model."""
     n, a = len(kept), data.amplitudes
@@ -353,33 +351,45 @@ def solved_structure(
         omega=data.omega, mode_shapes=a[:n], dofs=kept, full=full, near=data.near, near_second=data.near_second,
         sample=data.sample, sample_static=data.sample_static, sample_second=data.second_columns(),
         loss_factor=damping.loss_factor, damping_ratio=damping.ratios(data.omega), load_shapes=shapes,
+        skin=None if skin is None else _skin(data, n, loads, skin),
+        strains=None if strains is None else _strains(data, n, loads, strains),
     )  # fmt: skip
 
 
-def _skin(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
-    assert data.seen_modes is not None
-    assert data.seen_static is not None
-    modes, static = (array[: 3 * len(rows.nodes)] for array in (data.seen_modes, data.seen_static))
+def _skin(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
+    modes, static, of_loads = (part[: 3 * len(rows.nodes)] for part in _seen_parts(data, n_keep))
+    solved = isinstance(data, SolvedData)
     return Skin(
         nodes=rows.nodes,
         triangles=rows.triangles,
         modes=modes,
-        static=static[:, :n_keep],
-        loads={name: static[:, n_keep + k] for k, name in enumerate(loads)},
+        static=None if solved else static,
+        loads=dict(zip(loads, of_loads.T, strict=True)),
+        rows=as_csr(rows.rows) if solved else None,
+        places=rows.places,
     )
 
 
-def _strains(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: StrainRows) -> Strains:
-    assert data.seen_modes is not None
-    assert data.seen_static is not None
-    assert data.seen_second is not None
-    modes, static = (array[-6 * len(rows.places.labels) :] for array in (data.seen_modes, data.seen_static))
-    second = data.seen_second
+def _strains(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...], rows: StrainRows) -> Strains:
+    modes, static, of_loads = (part[-6 * len(rows.places.labels) :] for part in _seen_parts(data, n_keep))
+    solved, second = isinstance(data, SolvedData), data.seen_second
+    assert second is not None
     return Strains(
         places=rows.places,
         modes=modes,
-        static=static[:, :n_keep],
-        second=second[:, :n_keep],
-        loads={name: static[:, n_keep + k] for k, name in enumerate(loads)},
-        second_loads={name: second[:, n_keep + k] for k, name in enumerate(loads)},
+        static=None if solved else static,
+        second=None if solved else second[:, :n_keep],
+        loads=dict(zip(loads, of_loads.T, strict=True)),
+        second_loads=dict(zip(loads, (second if solved else second[:, n_keep:]).T, strict=True)),
+        rows=as_csr(rows.rows) if solved else None,
     )
+
+
+def _seen_parts(data: ReducedData | SolvedData, n_keep: int) -> tuple[Array, Array, Array]:
+    """At the rows seen: modes, static responses to kept directions (none where they are solved for) and to loads."""
+    assert data.seen_modes is not None
+    if isinstance(data, SolvedData):
+        assert data.seen_loads is not None
+        return data.seen_modes, data.seen_modes[:, :0], data.seen_loads
+    assert data.seen_static is not None
+    return data.seen_modes, data.seen_static[:, :n_keep], data.seen_static[:, n_keep:]

@@ -53,6 +53,7 @@ def cheaper_solved(n_keep: int, factors: int) -> bool:
 _STORED = (
     "omega", "amplitudes", "load_static", "load_second", "sample", "sample_static", "sample_second", "residuals",
 )  # fmt: skip
+_SEEN = ("seen_modes", "seen_loads", "seen_second")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +79,12 @@ class SolvedData:
     solver: str
     complete: bool | None = None
     error_estimate: float | None = None
+    seen_modes: Array | None = None
+    """Modes at the rows seen, (n_seen, n_modes)."""
+    seen_loads: Array | None = None
+    """Static response to the loads there, (n_seen, n_loads)."""
+    seen_second: Array | None = None
+    """Second response to the loads at the last rows seen, those of strains, less its modal part."""
     seconds: Mapping[str, float] = field(default_factory=dict)
     factors: Factorisation | None = None
     """Of the stiffness, where they are at hand."""
@@ -91,6 +98,7 @@ class SolvedData:
         """For the store: the near fields have one pattern; factors are made again."""
         pattern = self.near.entries
         return {
+            **{name: np.asarray(value, np.float32) for name in _SEEN if (value := getattr(self, name)) is not None},
             **{name: getattr(self, name) for name in _STORED},
             "near_indices": pattern.indices, "near_indptr": pattern.indptr,
             "near_entries": np.array([pattern.data, self.near_second.entries.data]),
@@ -100,12 +108,15 @@ class SolvedData:
         }  # fmt: skip
 
     @classmethod
-    def of_arrays(cls, arrays: Mapping[str, Any], n_keep: int, n_loads: int) -> SolvedData | None:
+    def of_arrays(
+        cls, arrays: Mapping[str, Any], n_keep: int, n_loads: int, n_seen: int, n_strains: int
+    ) -> SolvedData | None:
         """From the store; None where they do not fit."""
         try:
             estimate, (near, near_second) = float(arrays["error_estimate"]), _stored_near(arrays)
             data = cls(
                 **{name: arrays[name] for name in _STORED},
+                **{name: arrays[name] for name in (_SEEN[: 3 if n_strains else 2] if n_seen else ())},
                 near=near, near_second=near_second,
                 solver=str(arrays["solver"]), complete=True if str(arrays["complete"]) == "yes" else None,
                 error_estimate=None if np.isnan(estimate) else estimate,
@@ -117,6 +128,8 @@ class SolvedData:
             (data.amplitudes, (n, modes)), (data.load_static, (n, n_loads)), (data.load_second, (n, n_loads)),
             (data.sample_static, (n_keep, s)), (data.sample_second, (n_keep, s)), (data.near.entries, (n_keep, n_keep)),
         ]  # fmt: skip
+        seen = (data.seen_modes, (n_seen, modes)), (data.seen_loads, (n_seen, n_loads))
+        fitting += [(a, shape) for a, shape in (*seen, (data.seen_second, (n_strains, n_loads))) if a is not None]
         return data if all(array.shape == shape for array, shape in fitting) else None
 
 
@@ -134,8 +147,10 @@ def _stored_near(arrays: Mapping[str, Any]) -> list[NearField]:
 class _Columns:
     """Exact columns of the full model: of some directions, and of all loads."""
 
-    def __init__(self, iteration: BlockLanczos, M: Sparse, directions: Any, loads: Array) -> None:
-        self.directions, self.n_keep = directions, directions.shape[1]
+    def __init__(
+        self, iteration: BlockLanczos, M: Sparse, directions: Any, loads: Array, seen: Any, n_strains: int
+    ) -> None:
+        self.directions, self.n_keep, self.seen, self.n_strains = directions, directions.shape[1], seen, n_strains
         self.everything = sparse.csc_array(sparse.hstack([directions, sparse.csc_array(loads)]))
         self.sample = sampled(self.n_keep)
         static, second = self._both(iteration, M, self.everything[:, [*self.sample, *self._loads]])
@@ -149,7 +164,21 @@ class _Columns:
 
     def _both(self, iteration: BlockLanczos, M: Sparse, forces: Any) -> tuple[Array, Array]:
         U = iteration.solve(forces.toarray())
-        return self.everything.T @ U, self.everything.T @ iteration.solve(np.asfortranarray(M @ U))
+        V, s = iteration.solve(np.asfortranarray(M @ U)), len(self.sample)
+        if self.seen is not None:
+            self.seen_loads = self.seen.T @ U[:, s:]
+            self.seen_second = self.seen.tocsc()[:, self.seen.shape[1] - self.n_strains :].T @ V[:, s:]
+        return self.everything.T @ U, self.everything.T @ V
+
+    def seen_parts(self, omega: Array, shapes: Array, a: Array) -> dict[str, Any]:
+        """Modes (n, n_modes) at the rows seen, and both responses to the loads there; ``a`` as of ``estimate``."""
+        if self.seen is None:
+            return {}
+        modes = np.asarray(self.seen.T @ shapes)
+        if not self.n_strains:
+            return {"seen_modes": modes, "seen_loads": self.seen_loads}
+        modal = (modes[-self.n_strains :] / omega**4) @ a[self.n_keep :].T
+        return {"seen_modes": modes, "seen_loads": self.seen_loads, "seen_second": self.seen_second - modal}
 
     def size(self, omega: Array, a: Array) -> ReceptanceSize:
         """Of the receptance with modes ``a`` (n_keep + n_loads, n_modes), undamped."""
@@ -181,19 +210,23 @@ def compute_solved(
     want: Accuracy,
     limits: tuple[int, int, float],
     start: Callable[[str], None],
+    seen: Any = None,
+    n_strains: int = 0,
 ) -> SolvedData:
     """All of :class:`SolvedData`; ``start`` announces a stage.
 
-    ``limits`` are the most modes by default, at all, and how far they serve without a range, in first frequencies.
+    ``seen`` (n, n_seen) are rows seen besides, the last ``n_strains`` of them strains; ``limits`` are the most modes by
+    default, at all, and how far they serve without a range, in first frequencies.
     """
     start("static solutions of some directions")
-    columns = _Columns(iteration, M, directions, loads)
+    columns = _Columns(iteration, M, directions, loads, seen, n_strains)
     start("modes")
     modes, error = _modes(iteration, columns, want, limits)
     a = np.asarray(columns.everything.T @ modes.shapes)
     omega, kept, solver = modes.omega, a[: columns.n_keep], iteration.solver
     iteration.basis = None  # type: ignore[assignment]
     residuals, complete = modes.residuals, modes.complete
+    seen_parts = columns.seen_parts(omega, modes.shapes, a)
     del modes
     start("near field of what the modes leave out")
 
@@ -214,6 +247,7 @@ def compute_solved(
         omega=omega, amplitudes=a, load_static=columns.load_static, load_second=columns.load_second,
         sample=columns.sample, sample_static=columns.static, sample_second=columns.second, near=near,
         near_second=near_second, residuals=residuals, solver=solver, complete=complete, error_estimate=error,
+        **seen_parts,
     )  # fmt: skip
 
 
