@@ -56,9 +56,6 @@ class _Factorised(ABC):
         x: Array = dgetrs(lu, pivots, right, trans=int(transposed))[0]
         return x
 
-    solve_correction = solve
-    """A solution to fewer digits costs no less."""
-
     def sign(self) -> int:
         """Sign of the determinant."""
         lu, pivots, _ = self._lu or self._factors()
