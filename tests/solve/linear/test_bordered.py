@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.solve.linear.bordered import Eliminated, EmbeddedJacobian, Scaled
 from slipstick.solve.linear.dense import DenseJacobian
-from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.linear.jacobian import Jacobian, correction
 
 
 def test_it_is_the_matrix_with_scaled_rows_and_columns():
@@ -101,3 +101,21 @@ def test_without_a_border() -> None:
     found = J.solve(right)
     np.testing.assert_array_equal(found[~ACTIVE], right[~ACTIVE])
     np.testing.assert_allclose(found[ACTIVE], np.linalg.solve(inner, right[ACTIVE]), rtol=1e-12)
+
+
+def test_how_many_digits_are_asked_for_is_passed_on() -> None:
+    class Asked(DenseJacobian):
+        leaves = 1e-5
+
+        def solve_correction(self, right, to, leaves):
+            asked.append((to, leaves))
+            return self.solve(right)
+
+    asked: list[tuple[float, float | None]] = []
+    inner, right = np.diag([2.0, 4.0, 8.0]), np.ones(5)
+    J = EmbeddedJacobian(Asked(inner), ACTIVE)
+    found = correction(J, right, to=0.03, leaves=1e-4)
+    np.testing.assert_allclose(found, [0.5, 1.0, 0.25, 0.125, 1.0])
+    assert asked == [(0.03, 1e-4)]
+    assert J.leaves == 1e-5
+    assert EmbeddedJacobian(DenseJacobian(inner), ACTIVE).leaves is None

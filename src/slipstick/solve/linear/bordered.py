@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipstick.solve.linear.jacobian import Jacobian, correction
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, correction
 from slipstick.typing import Array, BoolArray
 
 
@@ -182,11 +182,16 @@ class EmbeddedJacobian:
             out[-1] += self._beside @ x[others]
         return out
 
-    def solve_correction(self, right: Array) -> Array:
+    @property
+    def leaves(self) -> float | None:
+        """Of the inner one, where it says so, see ``jacobian.correction``."""
+        return getattr(self._inner, "leaves", None)
+
+    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS, leaves: float | None = None) -> Array:
         """Solution to fewer digits where the inner one has such, see ``jacobian.correction``."""
         out = np.array(right, dtype=float)
         out[-1] -= self._beside @ right[~self._active]
-        out[self._active] = correction(self._inner, out[self._active])
+        out[self._active] = correction(self._inner, out[self._active], to=to, leaves=leaves)
         return out
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:
