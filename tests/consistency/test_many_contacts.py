@@ -82,6 +82,18 @@ def test_residuals_solved_for_at_twenty_contacts():
     np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-7 * np.abs(one).max())
 
 
+def test_linear_limits_with_residuals_solved_for():
+    """As a page draws them beside the curve."""
+    written, solved = (
+        ss.linear_response(
+            PLATE.problem(*PLATE.plate(*PLATE.GRIDS[50], modes=60, residuals=kind)), omega=[1500.0, 1700.0],
+            state="stuck",
+        ).dataset.displacement.values
+        for kind in ("written", "solved")
+    )  # fmt: skip
+    np.testing.assert_allclose(solved, written, rtol=0, atol=1e-8 * np.abs(written).max())
+
+
 @pytest.mark.verify
 def test_residuals_solved_for_through_a_resonance():
     written, solved = kinds(100, (1640.0, 1760.0), 4)
