@@ -1,9 +1,10 @@
 """A plate on its side, pressed on friction contacts all over its face: seconds and memory a point, by number.
 
-    OMP_NUM_THREADS=1 python benchmarks/many_contacts.py [10 50 100 1000 10000] [--whole] [--residuals solved]
+    OMP_NUM_THREADS=1 python benchmarks/many_contacts.py [10 50 1000 10000] [--whole] [--residuals solved] [--seen .]
 
 Each contact has a tangential and a normal port and harmonics 0 to 5: 22 unknowns. The plate lifts off most of them at
 its resonance and slips on others. Without ``--whole`` eight points are followed from the middle of the flank on.
+With ``--seen`` the file for ParaView of the last point, and the page, are written to a folder.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import resource
+from pathlib import Path
 from time import process_time
 from typing import Any
 
@@ -21,6 +23,8 @@ import slipstick as ss
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
+from slipstick.models.surface_model import skin_rows
+from slipstick.structure.reduction.reduce import reduce_model
 
 SIZE = (0.4, 0.25, 0.008)
 GRIDS = {
@@ -38,7 +42,9 @@ RANGE, FLANK = (1000.0, 2500.0), (1650.0, 1690.0)
 STEEL = Material(young=2.1e11, poisson=0.3, density=7800.0)
 
 
-def plate(nx: int, ny: int, modes: int = 128, residuals: str = "auto") -> tuple[ss.ModalStructure, int]:
+def plate(
+    nx: int, ny: int, modes: int = 128, residuals: str = "auto", seen: bool = False
+) -> tuple[ss.ModalStructure, int]:
     """The plate fixed at one end, reduced to nx ny points of its lower face, dofs "1t", "1n", ...; and their number."""
     mesh = box(SIZE, (nx, ny - 1, 1), "hex20")
     model = elastic_model(mesh, STEEL, "x0")
@@ -52,11 +58,13 @@ def plate(nx: int, ny: int, modes: int = 128, residuals: str = "auto") -> tuple[
     edge = model.indices(np.flatnonzero(x > SIZE[0] - 1e-9))
     tip[edge[:, [0, 2]]] = 1.0 / len(edge)
     press[dofs[:, 1]] = 1.0
-    structure = ss.reduce(
-        model.K, model.M, keep=keep, names=[f"{i + 1}{port}" for i in range(len(dofs)) for port in "tn"],
+    places, below = mesh.nodes[model.free[rows] // 3], mesh.surface("z0").nodes
+    skin = skin_rows(model, places, below, len(dofs)) if seen else None
+    structure = reduce_model(
+        model.K, model.M, skin=skin, keep=keep, names=[f"{i + 1}{port}" for i in range(len(dofs)) for port in "tn"],
         load_shapes={"tip": tip, "press": press}, modes=min(modes, len(tip) - 1), loss_factor=0.002,
         residuals=residuals,
-    )  # fmt: skip
+    ).structure  # fmt: skip
     return structure, len(dofs)
 
 
@@ -68,10 +76,25 @@ def problem(structure: ss.ModalStructure, n: int) -> ss.Problem:
     return ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(6), outputs=[f"{n}n"])
 
 
-def measure(n: int, whole: bool, residuals: str = "auto") -> dict[str, Any]:
+def written(branch: ss.Branch, folder: str | None) -> dict[str, float]:
+    """Seconds and megabytes of the file for ParaView, and of the page; none without a folder."""
+    if folder is None:
+        return {}
+    out = {}
+    for name, write in (
+        ("shape.xdmf", lambda path: branch.save_shape(path, len(branch) - 1)),
+        ("report.html", branch.report),
+    ):
+        began, path = process_time(), Path(folder) / name
+        write(path)
+        out |= {f"{name}, s": process_time() - began, f"{name}, MB": path.stat().st_size / 1e6}
+    return out
+
+
+def measure(n: int, whole: bool, residuals: str = "auto", seen: str | None = None) -> dict[str, Any]:
     """One row of the table; memory is the largest of the process so far, reduction included."""
     began = process_time()
-    structure, n = plate(*GRIDS[n], residuals=residuals)
+    structure, n = plate(*GRIDS[n], residuals=residuals, seen=seen is not None)
     built, given = process_time() - began, problem(structure, n)
     times: list[float] = []
 
@@ -91,6 +114,7 @@ def measure(n: int, whole: bool, residuals: str = "auto") -> dict[str, Any]:
         "GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, "peak": float(dataset.amplitude.max()),
         "stick, last point": float(dataset.stick_fraction[-1].mean()),
         "slip, last point": float(dataset.slip_fraction[-1].mean()), "outcome": branch.outcome.name,
+        **written(branch, seen),
     }  # fmt: skip
 
 
@@ -100,9 +124,10 @@ def main() -> None:
     parser.add_argument("counts", nargs="*", type=int, default=usual, help=f"any of {', '.join(map(str, GRIDS))}")
     parser.add_argument("--whole", action="store_true", help="the whole curve through the resonance")
     parser.add_argument("--residuals", default="auto", help="auto, written or solved")
+    parser.add_argument("--seen", help="a folder for the file for ParaView and the page")
     options = parser.parse_args()
     for n in options.counts:
-        print(json.dumps(measure(n, options.whole, options.residuals)), flush=True)
+        print(json.dumps(measure(n, options.whole, options.residuals, options.seen)), flush=True)
 
 
 if __name__ == "__main__":

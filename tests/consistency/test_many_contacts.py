@@ -119,6 +119,18 @@ def test_products_that_are_spared_change_no_number(n, residuals, span, monkeypat
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-9 * np.abs(other).max(), err_msg=name)
 
 
+def test_linear_limits_with_residuals_solved_for():
+    """As a page draws them beside the curve."""
+    written, solved = (
+        ss.linear_response(
+            PLATE.problem(*PLATE.plate(*PLATE.GRIDS[50], modes=60, residuals=kind)), omega=[1500.0, 1700.0],
+            state="stuck",
+        ).dataset.displacement.values
+        for kind in ("written", "solved")
+    )  # fmt: skip
+    np.testing.assert_allclose(solved, written, rtol=0, atol=1e-8 * np.abs(written).max())
+
+
 @pytest.mark.verify
 def test_residuals_solved_for_through_a_resonance():
     written, solved = kinds(100, (1640.0, 1760.0), 4)

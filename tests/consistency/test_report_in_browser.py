@@ -189,7 +189,7 @@ def test_a_body_shows_its_shape(browser: Any, tmp_path: Path) -> None:
     moving = picture()
     found.page.wait_for_timeout(300)
     assert picture() != moving
-    found.page.click("#body button")  # pause
+    found.page.click("#body .tools > button")  # pause
     still = picture()
     found.page.wait_for_timeout(300)
     assert picture() == still

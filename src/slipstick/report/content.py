@@ -9,7 +9,6 @@ import numpy as np
 
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
-from slipstick.fem.boundary import thinned
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, planar_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.diagrams import diagram_of
@@ -271,8 +270,11 @@ def shape_of(branch: Branch) -> dict[str, Any] | None:
     skin: Skin | None = getattr(structure, "skin", None)
     if skin is None or not len(branch):
         return None
-    few = len(skin.nodes) > MOST_SHAPE_NODES
-    coarse = thinned(skin.nodes, skin.triangles, MOST_SHAPE_NODES) if few else None
+    coarse = None
+    if len(skin.nodes) > MOST_SHAPE_NODES:
+        from slipstick.fem.boundary import thinned
+
+        coarse = thinned(skin.nodes, skin.triangles, MOST_SHAPE_NODES)
     deflection = deflection_of(branch, small=UNSEEN, coarse=coarse)
     on = _on_surface(branch, deflection.skin)
     size = float(np.abs(deflection.fields).max()) or 1.0

@@ -154,10 +154,12 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
     p = balance.n_ports
     unit, x = np.eye(p), np.empty((w.size, p, balance.L))
     push = np.concatenate([-c, P])
-    static = balance.receptance.static
+    receptance: Any = balance.receptance
+    receptance = receptance.written() if hasattr(receptance, "written") else receptance  # all entries are needed
+    static = receptance.static
     x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ stiffness, static @ push[:, 0])
     if balance.orders.size:
-        A = balance.receptance.at(balance.orders, w)[0]
+        A = receptance.at(balance.orders, w)[0]
         hat = (push[:, 1::2] - 1j * push[:, 2::2]).T[:, :, None]
         moved = np.linalg.solve(unit + A[..., :p] @ stiffness, A @ hat)[..., 0].transpose(0, 2, 1)
         x[:, :, 1::2], x[:, :, 2::2] = moved.real, -moved.imag
