@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+INSTALLED = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+"""Environment in which Python keeps what it has compiled of the sources, as an installed package has it."""
 KERNEL = """
 from slipstick.balance.kernel.compilation import compile_all
 compile_all()
@@ -25,6 +27,7 @@ compile_all()
 
 def seconds(command: list[str], repeats: int = 5, **options: Any) -> list[float]:
     """Processor seconds of a command and what it starts."""
+    options = {"env": INSTALLED, **options}
     times = []
     for _ in range(repeats):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -549,6 +549,15 @@ def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.M
     assert slipstick("verify", "results.nc", "--markdown", str(page)).exit_code == 2
 
 
+def test_python_ends_without_a_last_look_for_cycles() -> None:
+    code = (
+        "import atexit, gc, sys; atexit.register(lambda: print(gc.get_freeze_count() > 1000)); "
+        "sys.argv = ['slipstick', '--version']; from slipstick.cli.main import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "True"
+
+
 def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
     from slipstick.cli.terminal.guard import prepare_kernel
 

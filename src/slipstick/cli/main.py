@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import sys
 from importlib import import_module
@@ -42,6 +44,8 @@ def _common(
 
 def main() -> None:
     """Entry point of the ``slipstick`` command."""
+    # at its end Python would look through all that was imported for cycles, for memory that ends with it anyway
+    atexit.register(gc.freeze)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slipstick.case.case import Case
 
 SMALL = 30
-"""Unknowns up to which a curve of one contact takes less time interpreted than the compilation does: 5 s for 28 s."""
+"""Unknowns up to which a curve of one contact takes less time interpreted than the compilation does: 5 s for 15 s."""
 _COMPILE = "from slipstick.balance.kernel.compilation import compile_all; compile_all()"
 _A_COMPILATION = 300.0
 """Seconds after which another compilation that has left nothing is taken as ended."""

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 
 COMPILE_TIME = "10 to 30 s"
-"""What to expect of the first evaluation: 18 s of processor time were measured, more of the clock on a busy one."""
+"""What to expect of the first evaluation: 14 s of processor time were measured, more of the clock on a busy one."""
 INTERPRETED = "NUMBA_DISABLE_JIT"
 """Environment variable of numba's that leaves its functions plain Python: an element takes 2 ms instead of 10 us."""
 
