@@ -8,12 +8,12 @@ python benchmarks/bladed_sector.py [small | medium | large] [--cache FOLDER]
 from __future__ import annotations
 
 import argparse
-import resource
 import tempfile
 from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
+from clocks import peak_memory
 
 import slipstick as ss
 
@@ -29,7 +29,7 @@ def curve(size: str, cache: Path) -> None:
         nonlocal last
         now = np.array([perf_counter(), process_time()])
         wall, processor = now - (last if since is None else since)
-        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        memory = peak_memory()
         print(f"  {what:60s} {wall:8.2f} s, {processor:8.2f} s of processor, {memory:.2f} GB", flush=True)
         last = now
 

@@ -7,22 +7,17 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import tempfile
 from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
+from clocks import peak_memory
 
 from slipstick.models.blade import BladeModel, finite_element_blade
 from slipstick.models.blade_mesh import ELEMENT_SIZES, BladeShape
 from slipstick.solve.linear.modes import StageProgress
 from slipstick.structure.reduction.reduce import estimate_error, reduce_model
-
-
-def peak() -> float:
-    """Largest resident memory so far, GB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
 
 
 def measure(size: str, *, modes: int | None, solver: str | None = None, check: int = 0) -> dict[str, Any]:
@@ -40,7 +35,7 @@ def measure(size: str, *, modes: int | None, solver: str | None = None, check: i
     with tempfile.TemporaryDirectory() as folder:
         request = {**whole.request, **({} if modes is None else {"modes": modes}), "cache": folder, "solver": solver}
         reduction = reduce_model(K, M, listener=listen, **request)
-        ended, everything, memory = process_time(), perf_counter() - clock, peak()
+        ended, everything, memory = process_time(), perf_counter() - clock, peak_memory()
         again = reduce_model(K, M, **request)
     stages = [name for name in reduction.seconds if name in starts]
     ends = [*(starts[name] for name in stages[1:]), ended]

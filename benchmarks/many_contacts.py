@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
+from clocks import peak_memory
 from scipy import sparse
 
 import slipstick as ss
@@ -111,7 +111,7 @@ def measure(n: int, whole: bool, residuals: str = "auto", seen: str | None = Non
         "reduction, s": built, "first point, s": times[0] - first,
         "s a point": float(steps.mean()), "s a point, median": float(np.median(steps)), "points": len(times),
         "evaluations": int(dataset.attrs["evaluations"]), "jacobian": str(dataset.attrs["jacobian"]),
-        "GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, "peak": float(dataset.amplitude.max()),
+        "GB": peak_memory(), "peak": float(dataset.amplitude.max()),
         "stick, last point": float(dataset.stick_fraction[-1].mean()),
         "slip, last point": float(dataset.slip_fraction[-1].mean()), "outcome": branch.outcome.name,
         **written(branch, seen),

@@ -6,10 +6,10 @@ python benchmarks/whole_disc.py [--sectors N] [--contacts K] [--points P]
 from __future__ import annotations
 
 import argparse
-import resource
 from time import perf_counter
 
 import numpy as np
+from clocks import peak_memory
 
 import slipstick as ss
 
@@ -60,7 +60,7 @@ def main() -> None:
     stuck = branch.dataset.stick_fraction.values if "stick_fraction" in branch.dataset else np.zeros(0)
     if stuck.size:
         print(f"contacts stuck all period: {np.mean(stuck > 1 - 1e-9):.2f}")
-    print(f"memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+    print(f"memory {peak_memory():.2f} GB")
 
 
 if __name__ == "__main__":
