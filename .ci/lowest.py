@@ -11,4 +11,5 @@ for requirement in sorted({requirement for group in groups for requirement in gr
     name, bound, version = what.partition(">=")
     if not bound:
         raise SystemExit(f"pyproject.toml: {requirement!r} has no lower bound (name>=version)")
+    name, _, _ = name.partition("[")  # constraints have no extras
     print(f"{name}=={version}{semicolon}{marker}")
