@@ -246,7 +246,7 @@ def test_beyond_a_neimark_sacker_point_motion_is_quasi_periodic() -> None:
     problem = two_cubic_springs()
     branch = quiet(lambda: ss.forced_response(problem, omega=(1.105, 1.13), stability=True))
     (point,) = [p for p in branch.bifurcations() if p.kind == "Neimark-Sacker"]
-    run = quiet(lambda: ss.runs.run_up(problem, 1.126, periods=400, samples=8))
+    run = ss.runs.run_up(problem, 1.126, periods=400, samples=8)
     motion = run.motion(last=128)
     assert point.omega < 1.126
     assert motion.kind == "quasi-periodic"
