@@ -122,7 +122,7 @@ def test_one_case_of_a_study_is_computed_again(case: Path, tmp_path: Path, monke
         assert why in said
     study = load_dataset(out / "study.nc")
     study.attrs["case"] = ""  # as one made in Python
-    study.to_netcdf(tmp_path / "python.nc")
+    study.to_netcdf(tmp_path / "python.nc", engine="h5netcdf")
     code, said = command("report", tmp_path / "python.nc", "--case", 0)
     assert code == 2
     assert "the study was made in Python" in said
