@@ -19,7 +19,7 @@ from slipstick.structure.modal import ModalStructure
 from slipstick.structure.reduction import compute as reduction_compute
 from slipstick.structure.reduction.near_field import neighbours
 from slipstick.structure.reduction.solved import cheaper_solved
-from slipstick.structure.residuals import load_compliance, own_compliance
+from slipstick.structure.residuals import FullModel, load_compliance, own_compliance
 from slipstick.structure.solved_modes import SolvedModes, SolvedReceptance
 
 STEEL = Material(young=2.08e11, poisson=0.3, density=8200.0)
@@ -192,6 +192,16 @@ def test_pickled_and_made_again(solved: SolvedModes) -> None:
         x = np.linspace(-1.0, 1.0, A.static.shape[1])
         np.testing.assert_allclose(B.static @ x, A.static @ x, rtol=1e-12)
         np.testing.assert_array_equal(other.reduction_error([1e3, 9e3]), solved.reduction_error([1e3, 9e3]))
+
+
+def test_the_full_model_of_its_triangles(solved: SolvedModes) -> None:
+    """As it is read from a file: with the same factors, residuals are not wrong by the rounding of others."""
+    full = FullModel(**solved.full.arguments)
+    assert (solved.full.K.data == 0.0).any()
+    assert full.solver == "rslab"
+    again = SolvedModes(**{**solved.arguments, "full": full})
+    np.testing.assert_array_equal(again.static_compliance, solved.static_compliance)
+    np.testing.assert_array_equal(again.second_residual, solved.second_residual)
 
 
 def test_stored_reductions_are_found_again(model: ElasticModel, tmp_path: Any, monkeypatch: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,6 +84,23 @@ def test_a_fault_beside_the_road_leaves_every_case_alone(
     found = list(solve_portion(job, plan, side_by_side(0, 1)))
     assert [one.row["lockstep"] for one in found] == [0, 0]
     assert all(one.outcome.ok for one in found)
+
+
+def test_a_case_at_fault_leaves_what_is_beside_it_in_lockstep(
+    job: Job, plan: StudyPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = list(solve_portion(job, plan, side_by_side(0, 1, 2)))
+    sound = together.Lockstep._branches
+
+    def broken(self: Any) -> Any:
+        if any(request.problem.contacts[0].contact.mu == 0.3 for request in self._requests):
+            raise ZeroDivisionError
+        return sound(self)
+
+    monkeypatch.setattr(together.Lockstep, "_branches", broken)
+    found = list(solve_portion(job, plan, side_by_side(0, 1, 2)))
+    assert [one.row["lockstep"] for one in found] == [1, 0, 1]
+    assert [one.curve.tobytes() for one in found[::2]] == [one.curve.tobytes() for one in whole[::2]]
 
 
 def test_a_case_is_the_same_to_the_last_bit_whatever_is_beside_it(job: Job) -> None:

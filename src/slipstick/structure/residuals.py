@@ -93,7 +93,7 @@ class FullModel:
     directions
         What is kept of it, sparse, (n, n_keep).
     solver
-        Name of the sparse solver; None: the best there is.
+        Name of the sparse solver, the one that the modes were found with; None: the best there is.
     triangles
         Whether K and M are given by their lower triangles, as they are stored.
     """
@@ -106,10 +106,8 @@ class FullModel:
 
     def __post_init__(self, triangles: bool) -> None:
         for name in ("K", "M"):
-            matrix = sparse.csr_array(getattr(self, name))
-            if triangles:
-                matrix = sparse.csr_array(matrix + sparse.tril(matrix, -1).T)
-            object.__setattr__(self, name, matrix)
+            matrix = getattr(self, name)
+            object.__setattr__(self, name, _mirrored(matrix) if triangles else sparse.csr_array(matrix))
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -130,6 +128,20 @@ class FullModel:
         with one_blas_thread():
             U = self.factors.solve(np.asfortranarray(forces))
             return U, self.factors.solve(np.asfortranarray(self.M @ (U if second.all() else U[:, second])))
+
+
+def _mirrored(lower: Matrix) -> Any:
+    """A symmetric matrix of its lower triangle, entries that are zero kept.
+
+    Factors depend on the pattern, by rounding. With others than those the modes were found with, what is left of the
+    response when the modes are taken out, a small difference, would be wrong by more than rounding.
+    """
+    entries = sparse.coo_array(lower)
+    above = entries.row != entries.col
+    values = np.concatenate([entries.data, entries.data[above]])
+    rows = np.concatenate([entries.row, entries.col[above]])
+    columns = np.concatenate([entries.col, entries.row[above]])
+    return sparse.csr_array((values, (rows, columns)), shape=entries.shape)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -85,7 +85,9 @@ def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterat
     """Cases that were followed to their end, and their branches."""
     try:
         branches = Lockstep([requests[case] for case in cases]).branches()
-    except Exception:  # whose fault it is shows where each is alone
+    except Exception:  # whose fault it is shows where each is alone: it leaves what is beside it as it is
+        if len(cases) > 1:
+            yield from (found for case in cases for found in _branches([case], requests))
         return
     for case, branch in zip(cases, branches, strict=True):
         if branch is not None and branch.outcome is Outcome.COMPLETED:

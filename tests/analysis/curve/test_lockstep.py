@@ -147,6 +147,37 @@ def test_several_contacts_that_open_and_close() -> None:
             hold(branch, problem, span)
 
 
+def test_peaks_that_are_not_narrowed_are_ends_of_their_steps() -> None:
+    """What goes with such an end is known, and goes with the point that is put there."""
+    structure = ss.ModalStructure(
+        omega=[5.6085], mode_shapes=[[0.3624], [0.31327]], damping_ratio=[0.0232], dofs=["x", "y"]
+    )
+    held = ss.ContactPair(
+        name="held", contact=ss.FrictionContact(kt=31.42, mu=0.3172, normal_load=247.0), tangential="y",
+        rubbing=ss.RubbingMotion(velocity=10.0),
+    )  # fmt: skip
+    opening = ss.ContactPair(
+        name="opening", contact=ss.FrictionContact(kt=42.69, mu=0.2436, kn=139.93, gap=-0.6054), tangential="y",
+        normal="x", rubbing=ss.RubbingMotion(velocity=100.0),
+    )  # fmt: skip
+    shaken = ss.ContactPair(
+        name="shaken", contact=ss.FrictionContact(kt=30.54, mu=0.4937, normal_load=125.84), tangential="y",
+        rubbing=ss.RubbingMotion(cos={1: 0.284}),
+    )  # fmt: skip
+    problem = ss.Problem(
+        structure, contacts=[held, opening, shaken], loads=ss.Load(dof="x", cos=1.6219), harmonics=[0, 1, 2, 3, 5]
+    )
+    (found,) = Lockstep(requests_of([problem], (2.0, 16.0), max_step=0.3)).branches()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        alone = ss.forced_response(problem, omega=(2.0, 16.0), options={"max_step": 0.3})
+    assert found is not None
+    assert of_kind(found, "near peak") == 2
+    for name in ("kind", "newton_iterations"):
+        assert found.table[name].to_numpy().tolist() == alone.table[name].to_numpy().tolist()
+    np.testing.assert_allclose(found.table["truncation"].to_numpy(), alone.table["truncation"].to_numpy(), rtol=1e-6)
+
+
 def test_stuck_free_and_equal_cases_beside_others() -> None:
     """A contact stuck all along, one without friction, and one case three times."""
     span = (2.0, 15.0)

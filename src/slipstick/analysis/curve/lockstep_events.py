@@ -329,7 +329,7 @@ class Events:
         """Those on the segments named, as each curve locates them alone."""
         segments, nodes = self._segments, self._dense.nodes
         branch = nodes.branch[segments.first[wanted]]
-        steps, owners = list[Step](), list[int]()
+        steps, owners, inverses = list[Step](), list[int](), list[int]()
         locators: dict[int, tuple[Corrector, Locator]] = {}
         for s, i in zip(wanted.tolist(), branch.tolist(), strict=True):
             if i not in locators:
@@ -339,7 +339,8 @@ class Events:
             of = nodes.measures
             corrector.metric.measure = 1.0, float(of.size[owner]), float(of.present[owner]), float(of.largest[owner])
             locator.values = tuple(before[:, s].tolist())
-            first, second = (self._step(int(n)) for n in (segments.first[s], segments.second[s]))
+            ends = int(segments.first[s]), int(segments.second[s])
+            first, second = (self._step(node) for node in ends)
             second.smooth = bool(segments.smooth[s])
             for step in locator.between(first, second):
                 number = len(nodes.branch) + len(steps)
@@ -347,19 +348,26 @@ class Events:
                 found.kinds[number] = step.kind, step.name
                 steps.append(step)
                 owners.append(owner)
+                inverses.append(self._inverse(step, ends))
         for i, (corrector, _) in locators.items():
             self._correctors.evaluations[i] += corrector.evaluations
             self._correctors.solves[i] += corrector.solves
         if steps:
-            self._dense.nodes = Points.joined([nodes, self._as_points(steps, owners)])
+            self._dense.nodes = Points.joined([nodes, self._as_points(steps, owners, inverses)])
 
-    def _as_points(self, steps: Sequence[Step], owners: Sequence[int]) -> Points:
-        nodes, unit = self._dense.nodes, np.eye(len(steps[0].state))
-        inverses = [step.jacobian.solve(unit) for step in steps if step.jacobian is not None]
+    def _inverse(self, step: Step, ends: tuple[int, int]) -> int:
+        """The number of the inverse of what was located: where that is an end of the segment, the one of its node."""
+        if step.jacobian is not None:
+            return int(self._correctors.inverses.add(step.jacobian.solve(np.eye(step.state.size))[None])[0])
+        nodes = self._dense.nodes
+        return int(next(nodes.inverse[end] for end in ends if np.array_equal(nodes.states[end], step.state)))
+
+    def _as_points(self, steps: Sequence[Step], owners: Sequence[int], inverses: Sequence[int]) -> Points:
+        nodes = self._dense.nodes
         return Points(
             branch=nodes.branch[owners], states=np.array([s.state for s in steps]),
             tangents=np.array([s.tangent for s in steps]),
-            inverse=self._correctors.inverses.add(np.array(inverses)),
+            inverse=np.array(inverses),
             orientation=np.array([s.orientation for s in steps]), iterations=np.array([s.iterations for s in steps]),
             arclength=np.array([s.arclength for s in steps]), apart=np.full(len(steps), np.inf),
             measures=nodes.measures.at(np.array(owners)),
@@ -384,6 +392,7 @@ class Events:
         state, tangent = nodes.states[node], nodes.tangents[node]
         step = Step(state, tangent, NewtonResult(state), "regular", "", state.size - 1)
         step.orientation, step.arclength = int(nodes.orientation[node]), float(nodes.arclength[node])
+        step.iterations = int(nodes.iterations[node])
         step.evaluation = SimpleNamespace(detail=None)  # outputs that are contact ports ask for nothing of it
         return step
 

@@ -224,7 +224,7 @@ def reduce_model(
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
     structure: ModalStructure
     if isinstance(data, SolvedData):
-        full = FullModel(K=K, M=M, directions=directions, solver=solver)
+        full = FullModel(K=K, M=M, directions=directions, solver=data.solver)
         structure = solved_structure(data, full, request.kept, request.load_names, request.damping, skin, strains)
     else:
         structure = modal_structure(data, request.kept, request.load_names, request.damping, skin, strains)
