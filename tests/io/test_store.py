@@ -143,7 +143,7 @@ def test_a_full_disk_keeps_the_points_before(tmp_path: Path, monkeypatch: pytest
         with pytest.raises(OSError, match="No space left"):
             store.append(point(2))
     assert len(store) == 2
-    assert len(read_journal(journal_of(path))[1]) == 2
+    assert len(read_journal(journal_of(path))) == 2
     store.append(point(2))
     store.close()
     assert opened(path).sizes["point"] == 3
