@@ -92,3 +92,14 @@ def test_other_threads_are_left_alone() -> None:
     thread.start()
     thread.join()
     assert found == [signal.default_int_handler]
+
+
+def test_one_within_another_waits_for_the_end_of_that() -> None:
+    reached = []
+    with pytest.raises(KeyboardInterrupt), held():  # noqa: PT012
+        with held():
+            os.kill(os.getpid(), signal.SIGINT)
+            reached.append(1)
+        reached.append(2)
+    assert reached == [1, 2]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

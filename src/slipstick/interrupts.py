@@ -20,7 +20,10 @@ _waiting: list[Callable[[], Any]] = []
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Signals wait inside; in threads other than the main one, which are never interrupted, nothing changes."""
+    """Signals wait inside, and where it stands inside another one, to the end of that.
+
+    In threads other than the main one, which are never interrupted, nothing changes.
+    """
     before = _held_back() if threading.current_thread() is threading.main_thread() else {}
     try:
         yield
@@ -44,17 +47,20 @@ def _held_back() -> dict[signal.Signals, Any]:
     before = {}
     for number in _SIGNALS:
         handler = signal.getsignal(number)
-        if callable(handler):  # neither ignored nor left to the system
+        if callable(handler) and not isinstance(handler, _Noting):  # neither ignored nor left to the system
             before[number] = handler
-            signal.signal(number, _noting(handler))
+            signal.signal(number, _Noting(handler))
     return before
 
 
-def _noting(handler: Callable[[int, FrameType | None], Any]) -> Callable[[int, FrameType | None], None]:
-    def note(number: int, frame: FrameType | None) -> None:
+class _Noting:
+    """Notes signals for the handler in whose place it stands."""
+
+    def __init__(self, handler: Callable[[int, FrameType | None], Any]) -> None:
+        self._handler = handler
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
         again = bool(_waiting)
-        _waiting.append(lambda: handler(number, frame))
+        _waiting.append(lambda: self._handler(number, frame))
         if again:
             pass_on()
-
-    return note

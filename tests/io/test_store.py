@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from helpers.results import LAYOUT, opened, point
+from helpers.results import LAYOUT, opened, point, written
 
 from slipstick.branch import Branch
 from slipstick.errors import InputError, Outcome
@@ -143,7 +143,7 @@ def test_a_full_disk_keeps_the_points_before(tmp_path: Path, monkeypatch: pytest
         with pytest.raises(OSError, match="No space left"):
             store.append(point(2))
     assert len(store) == 2
-    assert len(read_journal(journal_of(path))[1]) == 2
+    assert len(read_journal(journal_of(path))) == 2
     store.append(point(2))
     store.close()
     assert opened(path).sizes["point"] == 3
@@ -307,3 +307,162 @@ def test_save_replaces_only_by_a_complete_file(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match="No space left"):
         save_dataset(data * 2, path)
     assert opened(path)["omega"].values.tolist() == [1.0, 2.0]
+
+
+def test_points_of_many_blocks_are_those_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While the run goes on, from its journal, and once that is removed; every renewal on the way."""
+    written(tmp_path / "one.nc", 23)
+    expected = load_dataset(tmp_path / "one.nc")
+    monkeypatch.setattr(store_module, "_BLOCK", 4 * 8 * LAYOUT.size)
+    path = tmp_path / "many.nc"
+    store = ResultStore(path, LAYOUT)
+    for i in range(23):
+        store.append(point(i))
+        if i in (3, 4, 17):
+            store.write()
+            assert opened(path)["omega"].values.tolist() == list(range(i + 1))
+    xarray.testing.assert_identical(store.table().to_dataset(), expected)
+    assert store.values().get("nothing") is None
+    store.close(finished=False)
+    xarray.testing.assert_identical(store.table().to_dataset(), expected)
+    xarray.testing.assert_identical(load_dataset(path), expected)
+    recorded = read_journal(journal_of(path))
+    again = ResultStore(path, LAYOUT, recorded=recorded, keep=21)
+    assert opened(path).sizes["point"] == 21
+    for i in (21, 22):
+        again.append(point(i))
+    again.close()
+    assert not journal_of(path).exists()
+    xarray.testing.assert_identical(again.table().to_dataset(), expected)
+    xarray.testing.assert_identical(opened(path), opened(tmp_path / "one.nc"))
+    again.close()  # nothing is left to close
+
+
+def test_points_that_a_file_lacks_are_read_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_module, "_BLOCK", 3 * 8 * LAYOUT.size)
+    path = tmp_path / "r.nc"
+    store = ResultStore(path, LAYOUT)
+    for i in range(7):
+        store.append(point(i))
+    store.write()
+    store._cost = 1e9
+    for i in range(7, 18):
+        store.append(point(i))
+    assert opened(path).sizes["point"] == 7
+    recovered = load_dataset(path)
+    store.close()
+    xarray.testing.assert_identical(load_dataset(path), recovered)
+    assert recovered["kind"].values.tolist() == ["start", *["end"] * 17]
+
+
+FULL = """
+import errno, resource, sys
+from pathlib import Path
+sys.path.insert(0, {here!r})
+from helpers.results import LAYOUT, opened, point, written
+from slipstick.io import store as store_module
+from slipstick.io.journal import journal_of
+from slipstick.io.loading import load_dataset
+from slipstick.io.store import ResultStore
+
+store_module._BLOCK = {block}
+path = Path({path!r})
+store = ResultStore(path, LAYOUT)
+for i in range(40):
+    store.append(point(i))
+store.write()
+none, room = resource.getrlimit(resource.RLIMIT_FSIZE), journal_of(path).stat().st_size + 3_000
+assert room < path.stat().st_size, (room, path.stat().st_size)
+resource.setrlimit(resource.RLIMIT_FSIZE, (room, none[1]))
+for i in range(40, 60):
+    store._cost = 0.0  # a renewal after every point
+    store.append(point(i))
+assert store._cost > 0.0
+try:
+    store.close({{"outcome": "completed"}})
+except OSError as error:
+    assert error.errno == errno.EFBIG
+    print("told")
+assert load_dataset(path).sizes["point"] == 60
+assert sorted(p.name for p in path.parent.iterdir()) == ["r.nc", "r.nc.journal"]
+assert opened(path).sizes["point"] == 40
+resource.setrlimit(resource.RLIMIT_FSIZE, none)
+store.close()
+assert opened(path)["omega"].values.tolist() == list(range(60))
+assert [p.name for p in path.parent.iterdir()] == ["r.nc"]
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+@pytest.mark.parametrize("block", [32 * 1024**2, 1000])
+def test_a_disk_that_is_full_at_renewals_and_at_the_end(tmp_path: Path, block: int) -> None:
+    """Room for the journal alone: the file stays as it was, every point is in the journal, and the process lives."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    code = FULL.format(here=str(Path(__file__).parents[1]), path=str(folder / "r.nc"), block=block)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr, done.stdout) == (0, "", "told\n")
+
+
+MEMORY = """
+import sys
+from pathlib import Path
+import numpy as np
+from slipstick.io import store as store_module
+from slipstick.io.journal import journal_of, read_journal
+from slipstick.io.loading import load_table
+from slipstick.io.store import ResultStore
+from slipstick.results.schema import Declared, Layout
+
+def most():
+    line = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
+    return int(line.split()[1]) * 1024
+
+store_module._BLOCK = 2 * 1024**2
+names = "tangential", "normal", "friction", "pressure"
+layout = Layout(
+    labels={{"contact": tuple(map(str, range(4000))), "coefficient": tuple(map(str, range(11)))}},
+    variables={{"omega": Declared((), "1", "")}} | {{n: Declared(("contact", "coefficient"), "1", "") for n in names}},
+)
+row = {{name: np.random.default_rng(1).random((4000, 11)) for name in names}}
+note = {{"state": np.zeros(80_000)}}
+path, count = Path({path!r}), 48
+whole = count * 8 * layout.size
+with ResultStore(path, layout) as store:
+    store.append(row | {{"omega": 0.0}})
+load_table(path)
+before = most()
+
+def told(what):
+    print(what, (most() - before) / whole)
+
+store = ResultStore(path, layout)
+for i in range(count):
+    store.append(row | {{"omega": i}}, note)
+store.write()
+store.values()["omega"]
+store.close(finished=False)
+told("written")
+recorded = read_journal(journal_of(path))
+store = ResultStore(path, layout, recorded=recorded, keep=count - 1)
+store._cost = 1e9
+store.append(row | {{"omega": count - 1}}, note)
+told("gone on with")
+assert load_table(path).sizes["point"] == count
+told("loaded")
+store.close()
+assert store.table().sizes["point"] == count
+told("closed")
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="memory is told by Linux")
+def test_points_are_not_in_memory_while_they_are_written_and_once_when_they_are_read(tmp_path: Path) -> None:
+    """Shares of the 68 MB of 48 points; the rest are blocks, and the copies that HDF5 makes of them."""
+    code = MEMORY.format(path=str(tmp_path / "r.nc"))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    shares = {what: float(share) for what, share in (line.rsplit(" ", 1) for line in done.stdout.splitlines())}
+    assert list(shares) == ["written", "gone on with", "loaded", "closed"]
+    assert shares["gone on with"] < 0.4
+    assert shares["closed"] < 1.7

@@ -1,4 +1,5 @@
-"""HDF5 files that are not trusted: what is read lies in the file itself, and is no larger than the file can hold.
+"""HDF5 files, made so that no full disk ends the process, and read without trust: what is read lies in the file
+itself, and is no larger than the file can hold.
 
 Damage shows in three ways. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any reader
 sees to these. HDF5 has none for texts, attributes among them, so our files end with a seal, 24 bytes behind what
@@ -9,8 +10,10 @@ the file in place cuts it off, and what is left is a file without a seal, as old
 from __future__ import annotations
 
 import hashlib
+import io
+import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import prod
 from mmap import ACCESS_READ, mmap
@@ -21,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.interrupts import held
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -36,7 +40,11 @@ _MOST_IN_ATTRIBUTE = 100_000
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _SEAL = b"sealed:\0"
 _HASH = 16
-_LARGEST_CHUNK = 1024**3
+_LARGEST_CHUNK = 16 * 1024**2
+"""Bytes: HDF5 holds two copies of a piece while it makes or tests its check sum."""
+_KEPT_PIECE = 1024**2
+"""Bytes of a piece that HDF5 keeps in memory until it is full."""
+_BLOCK = 1024**2
 _HEAP = b"GCOL\x01\0\0\0"
 _HEAP_OBJECT = struct.Struct("<H6xQ")
 
@@ -55,17 +63,114 @@ def opened(path: Path) -> Iterator[h5py.File]:
     import h5py
 
     with path.open("rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
-        if not _is_whole(data):
+        whole, heaps = _looked_through(stream)
+        if not whole:
             raise InputError(
                 f"{path}: damaged since it was written: its bytes are not those of its check sum; take it from a copy, "
                 "or compute it again"
             )
-        at = data.find(_HEAP)
-        while at >= 0:
+        for at in heaps:
             _require_sound_heap(data, at)
-            at = data.find(_HEAP, at + 1)
     with h5py.File(path, "r") as file:
         yield file
+
+
+@contextmanager
+def created(path: Path) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
+    """A new file, sealed at the end, and a function that raises what kept it from being written so far, if anything.
+
+    Where HDF5 cannot write, as on a disk that fills up under it, it crashes, at the latest when the process ends. So it
+    never hears of that: what could not be written is held in memory until the file is closed, and the reason raised
+    then. Whoever writes much asks in between. Signals wait.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    import h5py
+
+    with held():
+        with path.open("w+b", buffering=0) as raw:
+            target = _Target(raw)
+            try:
+                with h5py.File(target, "w", track_order=True, libver=CHECKED, rdcc_nbytes=_KEPT_PIECE) as file:
+                    yield file, target.check
+            finally:
+                target.check()
+        seal(path)
+
+
+class _Target(io.RawIOBase):
+    """A file for HDF5 to write, which never fails; ``check`` raises what went wrong."""
+
+    def __init__(self, raw: io.FileIO) -> None:
+        self._raw, self._at = raw, 0
+        self._held: list[tuple[int, bytes]] = []
+        self._failure: BaseException | None = None
+
+    def check(self) -> None:
+        """Raise what went wrong, if anything did."""
+        if self._failure is not None:
+            raise self._failure
+
+    def write(self, data: Any) -> int:
+        view = memoryview(data).cast("B")
+        if self._failure is None:
+            try:
+                self._raw.seek(self._at)
+                left = view
+                while left:
+                    left = left[self._raw.write(left) :]
+            except BaseException as error:  # an interrupt, too, would be a failure to write
+                self._failure = error.with_traceback(None)  # which holds the view of memory of HDF5
+        if self._failure is not None:
+            self._held.append((self._at, bytes(view)))
+        self._at += len(view)
+        return len(view)
+
+    def readinto(self, buffer: Any) -> int:
+        """What was written; zeros where nothing was."""
+        view = memoryview(buffer).cast("B")
+        view[:] = bytes(len(view))
+        self._raw.seek(self._at)
+        at = 0
+        while at < len(view) and (count := self._raw.readinto(view[at:])):
+            at += count
+        for begin, data in self._held:
+            first, last = max(begin, self._at), min(begin + len(data), self._at + len(view))
+            if first < last:
+                view[first - self._at : last - self._at] = data[first - begin : last - begin]
+        self._at += len(view)
+        return len(view)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        if whence == os.SEEK_END:
+            offset += max([self._raw.seek(0, os.SEEK_END), *(begin + len(data) for begin, data in self._held)])
+        elif whence == os.SEEK_CUR:
+            offset += self._at
+        self._at = offset
+        return offset
+
+    def tell(self) -> int:
+        return self._at
+
+    def truncate(self, size: int | None = None) -> int:
+        size = self._at if size is None else size
+        try:
+            self._raw.truncate(size)
+        except BaseException as error:
+            self._failure = self._failure or error
+        return size
+
+    def readable(self) -> bool:
+        return True
+
+    def writable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
 
 
 def seal(path: Path) -> None:
@@ -76,35 +181,54 @@ def seal(path: Path) -> None:
         stream.write(_SEAL + digest)
 
 
-def sealed(image: memoryview) -> bytes:
-    """What stands behind a file that is still in memory."""
-    return _SEAL + _hash(image).digest()
-
-
-def _hash(data: memoryview | bytes = b"") -> Any:
+def _hash(data: bytes = b"") -> Any:
     return hashlib.blake2b(data, digest_size=_HASH)
 
 
-def _is_whole(data: mmap) -> bool:
-    """Whether a file is what its seal says; one that ends where HDF5 says it ends has no seal."""
-    if data[:8] != _SIGNATURE or data[8:9] not in b"\2\3":  # older ones are not ours
-        return True
-    end = len(data) - len(_SEAL) - _HASH
-    if len(data) <= int.from_bytes(data[28:36], "little"):
-        return True
-    with memoryview(data) as view, view[: max(end, 0)] as before:
-        return data[max(end, 0) :] == sealed(before)
+def _looked_through(stream: io.BufferedIOBase) -> tuple[bool, list[int]]:
+    """Whether a file is what its seal says, and where in it heaps of texts may begin.
+
+    One that ends where HDF5 says it ends has no seal. It is read block by block, not through the map of it: the whole
+    of that would count as memory of the process.
+    """
+    size, begin = stream.seek(0, os.SEEK_END), b""
+    end, digest, heaps = max(size - len(_SEAL) - _HASH, 0), _hash(), list[int]()
+    stream.seek(0)
+    at, before = 0, b""
+    while block := stream.read(_BLOCK):
+        begin = begin or block[:36]
+        digest.update(block[: max(end - at, 0)])
+        heaps += _found(before + block, at - len(before))
+        at, before = at + len(block), block[1 - len(_HEAP) :]
+    ours = begin[:8] == _SIGNATURE and begin[8:9] in b"\2\3"  # older ones are not
+    if not ours or size <= int.from_bytes(begin[28:36], "little"):
+        return True, heaps
+    stream.seek(end)
+    return stream.read() == _SEAL + digest.digest(), heaps
 
 
-def check_summed(shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None) -> dict[str, Any]:
+def _found(data: bytes, first: int) -> Iterator[int]:
+    """Where heaps of texts may begin in a part of a file that itself begins at ``first``."""
+    at = data.find(_HEAP)
+    while at >= 0:
+        yield first + at
+        at = data.find(_HEAP, at + 1)
+
+
+def check_summed(
+    shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None, rows: int | None = None
+) -> dict[str, Any]:
     """Options of a data set that is stored with its check sum, in pieces that HDF5 can hold; ``limits`` where it grows.
 
-    A single number has no place for one, and nothing needs none.
+    A single number has no place for one, and nothing needs none. ``rows`` are those of a piece, if that is larger than
+    HDF5 keeps in memory until it is full.
     """
     if not shape or (limits is None and 0 in shape):
         return {}
-    rows = max(1, _LARGEST_CHUNK // (itemsize * prod(max(n, 1) for n in shape[1:])))
-    chunks = (min(max(shape[0], 1), rows), *(max(n, 1) for n in shape[1:]))
+    count, row = max(shape[0], 1), itemsize * prod(max(n, 1) for n in shape[1:])
+    if rows is None or count * row <= _KEPT_PIECE:
+        rows = -(-count // min(-(-count * row // _LARGEST_CHUNK), count))
+    chunks = (min(count, rows), *(max(n, 1) for n in shape[1:]))
     return {"chunks": chunks, "fletcher32": True, "maxshape": limits}
 
 

@@ -8,14 +8,17 @@ ends the reading; so does a damaged one, which is named. Journals of version 3 h
 
 from __future__ import annotations
 
+import errno
+import io
 import json
 import os
 import time
 import zlib
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,27 +36,68 @@ _HEAD, _HEAD_BEFORE = 16, 12
 _SHARE = 10.0
 
 
-class Recorded(NamedTuple):
-    """What a journal holds.
+@dataclass(frozen=True, kw_only=True)
+class Recorded:
+    """What a journal holds: its points stay on the disk until they are asked for.
 
     Attributes
     ----------
-    layout, rows, notes
-        What every point holds, its numbers (n_points, size), and what was noted with it.
+    path, layout
+        Where it is, and what every point holds.
     about
         What identifies the run, as in ``Journal``.
+    places
+        Bytes up to the numbers of each point.
     ends
         Bytes up to the first point, and up to the end of each.
     damage
         What ended the reading before the end of the file, where that is damage and not a record cut short.
     """
 
+    path: Path
     layout: Layout
-    rows: NDArray[np.float64]
-    notes: list[bytes]
     about: dict[str, Any]
+    places: list[int]
     ends: list[int]
     damage: str = ""
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    @property
+    def rows(self) -> NDArray[np.float64]:
+        """The numbers of all points, (n_points, size)."""
+        return self.part(0, len(self))
+
+    def part(self, first: int, last: int) -> NDArray[np.float64]:
+        """The numbers of points ``first`` to before ``last``; raises InputError where they cannot be read any more."""
+        with self._opened() as stream:
+            return _numbers(stream, self.places[first:last], slice(0, self.layout.size))
+
+    def note(self, point: int) -> bytes:
+        """What was noted with a point; raises InputError where it cannot be read any more."""
+        with self._opened() as stream:
+            return self._note(stream, point)
+
+    def notes(self) -> Iterator[bytes]:
+        """What was noted with each point, one after the other."""
+        with self._opened() as stream:
+            for point in range(len(self)):
+                yield self._note(stream, point)
+
+    def _note(self, stream: io.FileIO, point: int) -> bytes:
+        begin = stream.seek(self.places[point] + 8 * self.layout.size)
+        note = bytearray(self.ends[1:][point] - begin)
+        _fill(memoryview(note), stream)
+        return bytes(note)
+
+    @contextmanager
+    def _opened(self) -> Iterator[io.FileIO]:
+        try:
+            with self.path.open("rb", buffering=0) as stream:
+                yield stream
+        except OSError as error:
+            raise _unreadable(self.path, error) from None
 
 
 class Journal:
@@ -68,8 +112,9 @@ class Journal:
         Where it is, and what every point holds.
     about
         What identifies the run: texts and numbers by name.
-    keep
-        Bytes of an earlier journal to be kept and added to; by default the file is begun anew.
+    keep, places
+        Bytes of an earlier journal to be kept and added to, and where in it the points are, as in ``Recorded``; by
+        default the file is begun anew.
 
     Raises
     ------
@@ -77,25 +122,52 @@ class Journal:
         If the journal to be added to is of an earlier version.
     """
 
-    def __init__(self, path: Path, layout: Layout, about: Mapping[str, Any] | None = None, keep: int = 0) -> None:
-        self.path, self._layout = path, layout
+    def __init__(
+        self, path: Path, layout: Layout, about: Mapping[str, Any] | None = None, keep: int = 0,
+        places: Sequence[int] = (),
+    ) -> None:  # fmt: skip
+        self.path, self._layout, self._places = path, layout, list(places)
         if not keep:
             header = json.dumps({"magic": _MAGIC, **asdict(layout), "about": dict(about or {})}).encode()
             keep = _begin(path, b"%08x " % zlib.crc32(header) + header + b"\n")
         elif _is_of_before(path):
             raise InputError(f"{path}: of an earlier version of slipstick, with which it has to be gone on")
-        self._file = os.open(path, os.O_WRONLY)
+        self._file = os.open(path, os.O_RDWR | getattr(os, "O_BINARY", 0))
         os.ftruncate(self._file, keep)
         os.lseek(self._file, keep, os.SEEK_SET)
         self._end, self._cost, self._when = keep, 0.0, 0.0
+        self.removed = False
+
+    def __len__(self) -> int:
+        return len(self._places)
 
     def append(self, row: NDArray[np.float64], note: Mapping[str, Any] | None = None) -> None:
         """Write one point; on failure (a full disk) the journal keeps the points before it."""
         payload = row.astype("<f8").tobytes() + (packed_notes(note) if note is not None else b"")
+        place = self._end + _HEAD
         head = len(payload).to_bytes(8, "little") + _crc(payload)
         self._write(head + _crc(head) + payload)
+        self._places.append(place)
         if time.perf_counter() - self._when > _SHARE * self._cost:
             self.sync()
+
+    def rows(self, first: int, last: int) -> NDArray[np.float64]:
+        """The numbers of points ``first`` to before ``last``, (n_points, size), read again."""
+        return self._numbers(self._places[first:last], slice(0, self._layout.size))
+
+    def columns(self, name: str) -> NDArray[np.float64]:
+        """The numbers of one variable at all points, (n_points, numbers), read again."""
+        return self._numbers(self._places, self._layout.columns[name])
+
+    def _numbers(self, places: Sequence[int], columns: slice) -> NDArray[np.float64]:
+        if self._file < 0:
+            with self.path.open("rb", buffering=0) as stream:
+                return _numbers(stream, places, columns)
+        try:
+            with io.FileIO(self._file, closefd=False) as stream:
+                return _numbers(stream, places, columns)
+        finally:
+            os.lseek(self._file, self._end, os.SEEK_SET)
 
     def sync(self) -> None:
         """Bring what was written to the disk itself."""
@@ -124,6 +196,7 @@ class Journal:
             self._file = -1
         if remove:
             self.path.unlink(missing_ok=True)
+            self.removed = True
 
 
 def _begin(path: Path, header: bytes) -> int:
@@ -147,27 +220,52 @@ def read_journal(path: Path) -> Recorded:
         If the file is no journal, or cannot be read.
     """
     try:
-        if path.stat().st_size > _LARGEST_FILE:
+        size = path.stat().st_size
+        if size > _LARGEST_FILE:
             raise InputError(f"{path}: larger than {_LARGEST_FILE >> 30} GB; expected the journal of a run")
         with path.open("rb") as stream:
             line = stream.readline(_LARGEST_HEADER)
             layout, about = _header(line, path)
             begin, read = stream.tell(), _records_before if line.startswith(b"{") else _records
-            records, damage = read(stream, 8 * layout.size, path.stat().st_size)
+            records, damage = read(stream, 8 * layout.size, size)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    rows = np.array([row for row, _, _ in records], dtype=float).reshape(len(records), layout.size)
-    notes, ends = [note for _, note, _ in records], [begin, *(end for _, _, end in records)]
+        raise _unreadable(path, error) from None
     if damage:
         damage = f"{path}: {damage} after {len(records)} points; what it holds beyond them is left out"
-    return Recorded(layout, rows, notes, about, ends, damage)
+    return Recorded(
+        path=path, layout=layout, about=about, places=[place for place, _ in records],
+        ends=[begin, *(end for _, end in records)], damage=damage,
+    )  # fmt: skip
 
 
-_Records = list[tuple[NDArray[np.float64], bytes, int]]
+def _unreadable(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path}: cannot be read ({error.strerror or error})")
+
+
+def _fill(buffer: memoryview, stream: io.FileIO) -> None:
+    """Fill it with what comes next in a file; raises OSError where that ends before."""
+    at = 0
+    while at < len(buffer):
+        count = stream.readinto(buffer[at:])
+        if not count:
+            raise OSError(errno.EIO, "it was cut short meanwhile")
+        at += count
+
+
+def _numbers(stream: io.FileIO, places: Sequence[int], columns: slice) -> NDArray[np.float64]:
+    """Some of the numbers of points (n_points, n_columns), where the numbers of a point begin at ``places``."""
+    rows = np.empty((len(places), columns.stop - columns.start), dtype="<f8")
+    for row, place in zip(rows, places, strict=True):
+        stream.seek(place + 8 * columns.start)
+        _fill(row.view(np.uint8).data, stream)
+    return rows.astype(float, copy=False)
+
+
+_Records = list[tuple[int, int]]
 
 
 def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
-    """Rows of at least ``least`` bytes with their notes and ends, up to ``size``; and what is wrong with the next."""
+    """Where numbers of at least ``least`` bytes begin and their notes end, up to ``size``; what is wrong beyond."""
     records: _Records = []
     while True:
         head = stream.read(_HEAD)
@@ -178,10 +276,9 @@ def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
             return records, "damaged"
         if length > size - begin:
             return records, ""
-        payload = stream.read(length)
-        if _crc(payload) != head[8:12]:
+        if _crc(stream.read(length)) != head[8:12]:
             return records, "damaged"
-        records.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+        records.append((begin, begin + length))
 
 
 def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
@@ -191,10 +288,9 @@ def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records,
         length, begin = int.from_bytes(head[4:], "little"), stream.tell()
         if not least <= length <= size - begin:  # more than the file holds is not even asked for
             break
-        payload = stream.read(length)
-        if _crc(payload) != head[:4]:
+        if _crc(stream.read(length)) != head[:4]:
             break
-        records.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+        records.append((begin, begin + length))
     return records, ""
 
 

@@ -12,12 +12,13 @@ import numpy as np
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.faults import one, warn
 from slipstick.faults import path as path_of
-from slipstick.io.journal import journal_of, read_journal
+from slipstick.io.journal import Recorded, journal_of, read_journal
 from slipstick.io.model_file import is_model
-from slipstick.io.netcdf import StoredVariable, read_netcdf
-from slipstick.io.store import file_variables
-from slipstick.results.schema import ENDING, Layout, make_table
+from slipstick.io.netcdf import UNLIMITED, StoredVariable, read_netcdf
+from slipstick.io.store import file_blocks
+from slipstick.results.schema import ENDING, make_table
 from slipstick.results.table import ResultColumn, ResultTable
+from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
     import xarray
@@ -52,9 +53,19 @@ def load_table(path: str | Path) -> ResultTable:
     kind = _no_results(path)
     if kind:
         raise InputError(f"{path}: not a results file: it is {kind}; give a results.nc of 'slipstick run'")
+    columns, attributes = _columns(path)
+    try:
+        return _continued(columns, attributes, journal_of(path))
+    except InputError as error:
+        warnings.warn(f"{error}; {path.name} was read without it", SlipstickWarning, stacklevel=2)
+        return ResultTable(columns, attributes)
+
+
+def _columns(path: Path) -> tuple[dict[str, ResultColumn], dict[str, Any]]:
+    """Variables and attributes of a results file; raises InputError where it is none."""
     try:
         group = read_netcdf(path)
-        table = _as_table(group.variables, group.attributes)
+        return _checked(group.variables), dict(group.attributes)
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
@@ -63,11 +74,6 @@ def load_table(path: str | Path) -> ResultTable:
         raise InputError(
             f"{path}: damaged, or not a results file in netCDF-4 ({error}); give one from 'slipstick run'"
         ) from None
-    try:
-        return _continued(table, journal_of(path))
-    except InputError as error:
-        warnings.warn(f"{error}; {path.name} was read without it", SlipstickWarning, stacklevel=2)
-        return table
 
 
 _OTHERS = {
@@ -101,53 +107,74 @@ def _no_results(path: Path) -> str:
     return f"text{', such as a case file' if path.suffix.lower() == '.toml' else ''}"
 
 
-def _continued(table: ResultTable, journal: Path) -> ResultTable:
-    """The table with the points that only its journal holds; raises InputError where that is not its journal."""
+def _continued(columns: dict[str, ResultColumn], attributes: dict[str, Any], journal: Path) -> ResultTable:
+    """The table with the points that only its journal holds; raises InputError where that is not its journal.
+
+    Columns are taken out of ``columns`` as they are made longer, so that points are in memory once; none before all is
+    read.
+    """
+    table = ResultTable(columns, attributes)
     if not journal.is_file():
         return table
     recorded = read_journal(journal)
     if "run_up" in recorded.about:  # of periods, not points: what goes on from it brings them together
         return table
-    layout, rows = recorded.layout, recorded.rows
     if recorded.damage:
         warn([recorded.damage])
-    variables = file_variables(layout, rows)
-    if not _begins_alike(table, layout, variables):
+    if not _begins_alike(table, recorded):
         raise InputError(f"{journal}: not the journal of these results")
-    if len(rows) <= table.sizes.get("point", 0):
+    known = table.sizes.get("point", 0)
+    if len(recorded) <= known:
         return table
-    return make_table(layout, layout.unpack(rows), layout.attributes)
+    further = _beyond(recorded, known)
+    values = {name: np.concatenate([columns.pop(name).values, further.pop(name)]) for name in list(further)}
+    return make_table(recorded.layout, values, recorded.layout.attributes)
 
 
-def _begins_alike(table: ResultTable, layout: Layout, variables: Mapping[str, StoredVariable]) -> bool:
+def _beyond(recorded: Recorded, first: int) -> dict[str, AnyArray]:
+    """Variables of the points from ``first`` on, each in memory of its own."""
+    layout, count = recorded.layout, len(recorded) - first
+    none = layout.unpack(np.empty((0, layout.size)))
+    values = {name: np.empty((count, *like.shape[1:]), like.dtype) for name, like in none.items()}
+    for block in file_blocks(layout, lambda begin, end: recorded.part(first + begin, first + end), count):
+        at = block[UNLIMITED].values
+        for name, whole in values.items():
+            whole[at] = block[name].values
+    return values
+
+
+def _begins_alike(table: ResultTable, recorded: Recorded) -> bool:
     """Whether results and journal are of one run: same names, dimensions and attributes, and the same first points."""
-    if set(variables) != set(table.variables):
-        return False
+    layout, common = recorded.layout, min(table.sizes.get("point", 0), len(recorded))
     if any(table.attrs.get(name) != value for name, value in layout.attributes.items() if name not in ENDING):
         return False
-    common = min(table.sizes.get("point", 0), len(variables["point"].values))
+    return all(_alike(table, variables) for variables in file_blocks(layout, recorded.part, common))
+
+
+def _alike(table: ResultTable, variables: Mapping[str, StoredVariable]) -> bool:
+    """Whether results hold the same at the points of some of their variables."""
+    if set(variables) != set(table.variables):
+        return False
+    points = variables[UNLIMITED].values
     for name, variable in variables.items():
-        known = table[name]
-        if known.dims != variable.dims or known.values.shape[1:] != variable.values.shape[1:]:
+        known, b = table[name], variable.values
+        if known.dims != variable.dims or known.values.shape[1:] != b.shape[1:]:
             return False
-        a, b = known.to_numpy(), variable.values
-        if "point" in variable.dims:
-            a, b = a[:common], b[:common]
+        a = known.values[points] if UNLIMITED in variable.dims else known.values
         if not np.array_equal(a, b, equal_nan=a.dtype.kind == "f"):
             return False
     return True
 
 
-def _as_table(variables: Mapping[str, StoredVariable], attributes: Mapping[str, Any]) -> ResultTable:
-    """Raises ValueError where variables do not agree about the size of a dimension."""
+def _checked(variables: Mapping[str, StoredVariable]) -> dict[str, ResultColumn]:
+    """Variables as columns; raises ValueError where they do not agree about the size of a dimension."""
     texts = {name: v.values.astype(str) if v.values.dtype == object else v.values for name, v in variables.items()}
-    table = ResultTable(
-        {name: ResultColumn(v.dims, texts[name], dict(v.attributes)) for name, v in variables.items()}, dict(attributes)
-    )
-    for name, v in table.variables.items():
-        if v.values.shape != tuple(table.sizes[dim] for dim in v.dims):
+    columns = {name: ResultColumn(v.dims, texts[name], dict(v.attributes)) for name, v in variables.items()}
+    sizes = ResultTable(columns).sizes
+    for name, v in columns.items():
+        if v.values.shape != tuple(sizes[dim] for dim in v.dims):
             raise ValueError(f"'{name}' has another size than the others")
-    return table
+    return columns
 
 
 def load(path: str | Path, problem: Problem | None = None) -> Branch:

@@ -17,7 +17,7 @@ from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.io.hdf5 import CHECKED, opened, own_node, require_own, seal
+from slipstick.io.hdf5 import created, opened, own_node, require_own
 from slipstick.replacing import replacing
 from slipstick.typing import Sparse
 
@@ -43,14 +43,10 @@ def save_model(model: ImportedModel, path: Path) -> Path:
     InputError
         If the file cannot be written.
     """
-    import h5py
-
     path = Path(path)
     try:
-        with replacing(path) as part:
-            with h5py.File(part, "w", libver=CHECKED) as file:
-                _write(file, model)
-            seal(part)
+        with replacing(path) as part, created(part) as (file, _):
+            _write(file, model)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
     return path

@@ -8,18 +8,17 @@ against 850 ms, and here sizes and links are looked at first. h5netcdf stays wha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from io import SEEK_END, BytesIO
 from itertools import count
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.io.hdf5 import CHECKED, attributes, check_summed, opened, own_node, require_own, sealed, texts
+from slipstick.io.hdf5 import attributes, check_summed, created, opened, own_node, require_own, texts
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -53,60 +52,101 @@ class Group:
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
-def write_netcdf(path: Path, root: Group, groups: Mapping[str, Group] | None = None) -> None:
+class Further(NamedTuple):
+    """Points beyond those of a group, in blocks as long as the points in the group; the last may be shorter."""
+
+    points: int = 0
+    blocks: Iterable[Mapping[str, AnyArray]] = ()
+    """Values of every variable that ``point`` is the first dimension of, by name."""
+
+
+_NO_MORE = Further()
+
+
+def write_netcdf(
+    path: Path, root: Group, groups: Mapping[str, Group] | None = None, further: Further = _NO_MORE
+) -> None:
     """Write a new file; variables named as a dimension become its coordinates.
 
-    The file is made in memory and written as a whole: HDF5 itself crashes where a disk fills up under it.
+    Raises
+    ------
+    OSError
+        If it cannot be written.
     """
-    import h5py
-
-    numbers, image = count(), BytesIO()
-    with h5py.File(image, "w", track_order=True, libver=CHECKED) as file:
-        _write(file, root, numbers)
+    with created(path) as (file, check):
+        writer = _Writer(check, further.points)
+        growing = writer.write(file, root)
         for name, group in (groups or {}).items():
-            _write(file.create_group(name, track_order=True), group, numbers)
-    with image.getbuffer() as buffer:
-        image_end = sealed(buffer)
-    image.seek(0, SEEK_END)
-    image.write(image_end)
-    path.write_bytes(image.getvalue())  # a view would outlive a failure to write in its traceback, and hold the buffer
+            writer.write(file.create_group(name, track_order=True), group)
+        at = root.variables[UNLIMITED].values.size if further.points else 0
+        for block in further.blocks:
+            for name, dataset in growing.items():
+                check()
+                dataset[at : at + len(block[name])] = _storable_values(block[name])
+            at += len(block[UNLIMITED])
 
 
-def _write(place: h5py.Group, group: Group, numbers: Iterator[int]) -> None:
-    """One group; ``numbers`` count the dimensions of the whole file."""
-    variables = group.variables
-    sizes = {dim: n for v in variables.values() for dim, n in zip(v.dims, v.values.shape, strict=True)}
-    for dim, size in sizes.items():
-        limits: tuple[int | None, ...] | None = (None,) if dim == UNLIMITED else None
-        if dim in variables:
-            scale = _create(place, dim, variables[dim], limits)
-            scale.make_scale(dim)
+class _Writer:
+    """Writes groups; asks before each piece whether the ones before could be written, and counts dimensions."""
+
+    def __init__(self, check: Callable[[], None], further: int) -> None:
+        self._check, self._further, self._numbers = check, further, count()
+
+    def write(self, place: h5py.Group, group: Group) -> dict[str, h5py.Dataset]:
+        """One group; returned are the data sets to which further points are to be added."""
+        variables, growing = group.variables, dict[str, Any]()
+        sizes = {dim: n for v in variables.values() for dim, n in zip(v.dims, v.values.shape, strict=True)}
+        for dim, size in sizes.items():
+            if dim in variables:
+                scale = self._create(place, dim, variables[dim], growing)
+                scale.make_scale(dim)
+            else:
+                limits = (None,) if dim == UNLIMITED else None
+                scale = place.create_dataset(dim, (size,), dtype="f4", **check_summed((size,), 4, limits))
+                scale.make_scale(f"{_BARE} {size:>10d}")
+            scale.attrs["_Netcdf4Dimid"] = np.int32(next(self._numbers))
+        for name, variable in variables.items():
+            if name not in sizes:
+                dataset = self._create(place, name, variable, growing)
+                for axis, dim in enumerate(variable.dims):
+                    dataset.dims[axis].attach_scale(place[dim])
+        place.attrs.update(_storable(group.attributes))
+        return growing
+
+    def _create(
+        self, place: h5py.Group, name: str, variable: StoredVariable, growing: dict[str, h5py.Dataset]
+    ) -> h5py.Dataset:
+        import h5py
+
+        values, shape, rows, limits = variable.values, variable.values.shape, None, None
+        if UNLIMITED in variable.dims:
+            limits = tuple(None if dim == UNLIMITED else n for dim, n in zip(variable.dims, shape, strict=True))
+        if self._further and variable.dims[:1] == (UNLIMITED,):
+            shape, rows = (shape[0] + self._further, *shape[1:]), shape[0]
+        options = check_summed(shape, values.dtype.itemsize, limits, rows)
+        if values.dtype.kind in _TEXTS:  # HDF5 has no check sum for these
+            options |= {"dtype": h5py.string_dtype(), "fletcher32": False}
+        self._check()
+        step = options["chunks"][0] if "chunks" in options else prod(shape[:1])
+        if shape == values.shape and (not shape or step >= len(values)):
+            dataset = place.create_dataset(name, data=_storable_values(values), **options)
         else:
-            scale = place.create_dataset(dim, (size,), dtype="f4", **check_summed((size,), 4, limits))
-            scale.make_scale(f"{_BARE} {size:>10d}")
-        scale.attrs["_Netcdf4Dimid"] = np.int32(next(numbers))
-    for name, variable in variables.items():
-        if name not in sizes:
-            shape = zip(variable.dims, variable.values.shape, strict=True)
-            limits = tuple(None if d == UNLIMITED else n for d, n in shape)
-            dataset = _create(place, name, variable, limits if UNLIMITED in variable.dims else None)
-            for axis, dim in enumerate(variable.dims):
-                dataset.dims[axis].attach_scale(place[dim])
-    place.attrs.update(_storable(group.attributes))
+            dataset = place.create_dataset(name, shape, **{"dtype": values.dtype, **options})
+            for at in range(0, len(values), step):
+                self._check()
+                part = values[at : at + step]
+                dataset[at : at + len(part)] = _storable_values(part)
+        dataset.attrs.update(_storable(variable.attributes))
+        if rows is not None:
+            growing[name] = dataset
+        return dataset
 
 
-def _create(
-    file: h5py.Group, name: str, variable: StoredVariable, limits: tuple[int | None, ...] | None
-) -> h5py.Dataset:
-    import h5py
+_TEXTS = "OUS"
 
-    values = variable.values
-    options = check_summed(values.shape, values.dtype.itemsize, limits)
-    if values.dtype.kind in "OUS":  # HDF5 has no check sum for these
-        values, options = values.astype(object), options | {"dtype": h5py.string_dtype(), "fletcher32": False}
-    dataset = file.create_dataset(name, data=values, **options)
-    dataset.attrs.update(_storable(variable.attributes))
-    return dataset
+
+def _storable_values(values: AnyArray) -> AnyArray:
+    return values.astype(object) if values.dtype.kind in _TEXTS else values
 
 
 def _storable(attributes: Mapping[str, Any]) -> dict[str, Any]:

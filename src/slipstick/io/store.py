@@ -5,26 +5,26 @@ small append-only journal first (one write, nothing to corrupt), and the results
 that replaces the one before in a single step. It is renewed as often as costs at most a tenth of the running time
 (points that take long: after every point) and at the end, when the journal is removed. After a kill the results file
 opens with any netCDF reader, and ``ss.load`` adds what the journal holds beyond it.
+
+Points are not held in memory: the results file is made from the journal, block by block.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import warn
 from slipstick.io.journal import Journal, Recorded, journal_of
-from slipstick.io.netcdf import Group, StoredVariable, write_netcdf
+from slipstick.io.netcdf import UNLIMITED, Further, Group, StoredVariable, read_netcdf, write_netcdf
 from slipstick.replacing import replacing
 from slipstick.results.schema import Layout, make_table
 from slipstick.results.table import ResultTable
+from slipstick.typing import AnyArray, Array
 
 if TYPE_CHECKING:
     import xarray
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 _SHARE = 10.0
 _RETRY = 0.1
 """Seconds, times ``_SHARE``, to the next try where the results file could not be renewed; twice as long each time."""
+_BLOCK = 32 * 1024**2
+"""Bytes of points that are in memory at a time."""
 
 
 class ResultStore:
@@ -74,9 +76,9 @@ class ResultStore:
         self.layout = layout
         self.attributes: dict[str, Any] = dict(layout.attributes)
         self._problem = _described(problem)
-        self._rows: list[NDArray[np.float64]] = [] if recorded is None else list(recorded.rows[:keep])
-        kept = 0 if recorded is None else recorded.ends[keep]
-        self._journal = Journal(journal_of(self.path), layout, about, kept)
+        kept, places = (0, []) if recorded is None else (recorded.ends[keep], recorded.places[:keep])
+        self._journal = Journal(journal_of(self.path), layout, about, kept, places)
+        self._values: dict[str, AnyArray] = {}
         self._written, self._cost, self._when = -1, 0.0, 0.0
         try:
             self.write()
@@ -86,13 +88,12 @@ class ResultStore:
         self._cost = 0.0
 
     def __len__(self) -> int:
-        return len(self._rows)
+        return len(self._journal)
 
     def append(self, point: Mapping[str, Any], note: Mapping[str, Any] | None = None) -> None:
         """Add one point, ``{variable: value}``, and what a run goes on from there; it survives a kill from here on."""
         row = self.layout.pack(point)
         self._journal.append(row, note)
-        self._rows.append(row)
         if time.perf_counter() - self._when > _SHARE * self._cost:
             self._renew()
 
@@ -107,29 +108,46 @@ class ResultStore:
 
     def write(self) -> None:
         """Bring the results file up to date, in one step."""
-        if self._written == len(self._rows):
+        if self._written == len(self._journal):
             return
         begin = time.perf_counter()
         with replacing(self.path) as temporary:
-            variables = file_variables(self.layout, self.rows())
-            write_netcdf(temporary, Group(variables=variables, attributes=self.attributes), self._problem)
+            blocks = file_blocks(self.layout, self._journal.rows, len(self))
+            first = next(blocks)
+            others = ({name: variable.values for name, variable in block.items()} for block in blocks)
+            further = Further(len(self) - len(first[UNLIMITED].values), others)
+            write_netcdf(temporary, Group(variables=first, attributes=self.attributes), self._problem, further)
         self._when = time.perf_counter()
-        self._cost, self._written = self._when - begin, len(self._rows)
+        self._cost, self._written = self._when - begin, len(self._journal)
 
-    def rows(self) -> NDArray[np.float64]:
-        """All points so far, (n_points, numbers a point)."""
-        return np.array(self._rows, dtype=float).reshape(len(self._rows), self.layout.size)
+    def values(self) -> Mapping[str, AnyArray]:
+        """Variables of all points so far, (n_points, ...), those of more than a block read when they are asked for."""
+        if self._values:
+            return self._values
+        if self._journal.removed:
+            stored = read_netcdf(self.path).variables
+            return {name: stored[name].values for name in self.layout.variables}
+        if 8 * self.layout.size * len(self) <= _BLOCK:
+            return self.layout.unpack(self._journal.rows(0, len(self)))
+        return _Read(self.layout, self._journal)
 
     def table(self) -> ResultTable:
         """All points so far, as the results file holds them after ``write``."""
-        return make_table(self.layout, self.layout.unpack(self.rows()), self.attributes)
+        return make_table(self.layout, self.values(), self.attributes)
 
     def close(self, attributes: Mapping[str, Any] | None = None, *, finished: bool = True) -> None:
-        """Write everything, with final attributes, and remove the journal where nobody will go on with the run."""
+        """Write everything, with final attributes, and remove the journal where nobody will go on with the run.
+
+        Once that is removed there is nothing left to close.
+        """
+        if self._journal.removed:
+            return
         self.attributes.update(attributes or {})
         self._written = -1
         try:
             self.write()
+            values = self.values()
+            self._values = values if isinstance(values, dict) else {}
         except BaseException:
             self._journal.close(remove=False)
             raise
@@ -142,10 +160,34 @@ class ResultStore:
         self.close()
 
 
-def file_variables(layout: Layout, rows: NDArray[np.float64]) -> dict[str, StoredVariable]:
-    """Coordinates and variables of points, as they stand in the file."""
-    tables = layout.tables(layout.unpack(rows))
-    return {name: StoredVariable(dims=dims, values=values, attributes=about) for name, (dims, values, about) in tables}
+class _Read(Mapping[str, AnyArray]):
+    """Variables by name, each read from the journal whenever it is asked for."""
+
+    def __init__(self, layout: Layout, journal: Journal) -> None:
+        self._layout, self._journal = layout, journal
+
+    def __getitem__(self, name: str) -> AnyArray:
+        return self._layout.unpack_one(name, self._journal.columns(name))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._layout.variables)
+
+    def __len__(self) -> int:
+        return len(self._layout.variables)
+
+
+def file_blocks(layout: Layout, rows: Callable[[int, int], Array], count: int) -> Iterator[dict[str, StoredVariable]]:
+    """Coordinates and variables of points as they stand in the file, block by block; at least one, if of no points.
+
+    ``rows`` are those (n_points, size) of the points from one number to before another.
+    """
+    blocks = max(1, -(-8 * layout.size * count // _BLOCK))
+    step = max(1, -(-count // blocks))
+    for first in range(0, max(count, 1), step):
+        tables = layout.tables(layout.unpack(rows(first, min(first + step, count))), first)
+        yield {
+            name: StoredVariable(dims=dims, values=values, attributes=about) for name, (dims, values, about) in tables
+        }
 
 
 def _described(problem: Problem | None, without: str = "it was not stored with the results") -> dict[str, Group]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
+from itertools import pairwise
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -162,6 +163,12 @@ class Layout:
         """Numbers a point."""
         return sum(prod(self.shape(name)) for name in self.variables)
 
+    @cached_property
+    def columns(self) -> dict[str, slice]:
+        """Where the numbers of each variable stand in a row."""
+        ends = np.cumsum([0, *(prod(self.shape(name)) for name in self.variables)]).tolist()
+        return {name: slice(*span) for name, span in zip(self.variables, pairwise(ends), strict=True)}
+
     def pack(self, point: Mapping[str, Any]) -> Array:
         """One point as a flat row; variables left out are nan. Raises InputError for a wrong shape or text."""
         parts = []
@@ -181,13 +188,11 @@ class Layout:
 
     def unpack(self, rows: Array) -> dict[str, AnyArray]:
         """Variables (n_points, ...) from rows (n_points, size)."""
-        out, start = {}, 0
-        for name in self.variables:
-            shape = self.shape(name)
-            stop = start + prod(shape)
-            out[name] = self._of_type(name, rows[:, start:stop].reshape(len(rows), *shape))
-            start = stop
-        return out
+        return {name: self.unpack_one(name, rows[:, columns]) for name, columns in self.columns.items()}
+
+    def unpack_one(self, name: str, numbers: Array) -> AnyArray:
+        """One variable (n_points, ...) from its columns of the rows."""
+        return self._of_type(name, numbers.reshape(len(numbers), *self.shape(name)))
 
     def _of_type(self, name: str, values: AnyArray) -> AnyArray:
         """Whole numbers and texts from the numbers of the journal; what is of its type already stays so."""
@@ -200,10 +205,10 @@ class Layout:
             return codes
         return np.array([*declared.texts, ""])[np.clip(codes, MISSING, len(declared.texts) - 1)]
 
-    def tables(self, values: Mapping[str, AnyArray]) -> Iterator[tuple[str, VariableParts]]:
-        """Coordinates, then variables, by name, from values (n_points, ...)."""
+    def tables(self, values: Mapping[str, AnyArray], first: int = 0) -> Iterator[tuple[str, VariableParts]]:
+        """Coordinates, then variables, by name, from values (n_points, ...) of the points from ``first`` on."""
         count = len(next(iter(values.values()), ()))
-        yield "point", (("point",), np.arange(count), _meaning("1", DIMENSIONS["point"]))
+        yield "point", (("point",), np.arange(first, first + count), _meaning("1", DIMENSIONS["point"]))
         for dim, names in self.labels.items():
             yield dim, ((dim,), np.array(names, dtype=np.str_), _meaning("1", DIMENSIONS.get(dim, dim)))
         for name, declared in self.variables.items():

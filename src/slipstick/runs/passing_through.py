@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from hashlib import sha256
@@ -27,7 +27,7 @@ from slipstick.io.store import save_dataset
 from slipstick.results.run_up import CONTACT_STATES, VARIABLES, RunUp
 from slipstick.results.schema import Layout, attributes_of, versions
 from slipstick.runs.folder import PASSED
-from slipstick.typing import Frequency, FrequencyRange
+from slipstick.typing import Array, Frequency, FrequencyRange
 
 if TYPE_CHECKING:
     from slipstick.case.case import Case
@@ -152,7 +152,7 @@ def _in_folder(
         finally:
             journal.close(remove=False)
         recorded = read_journal(place)
-        dataset = _dataset(run, list(recorded.rows), [unpacked(note) for note in recorded.notes], outcome)
+        dataset = _dataset(run, recorded.rows, [unpacked(note) for note in recorded.notes()], outcome)
         dataset.attrs |= {"run_up": mark, **names}
         save_dataset(dataset, file)
         if outcome.ok:
@@ -189,9 +189,9 @@ def _begun(run: LongRun, place: Path, mark: str) -> tuple[Checkpoint | None, int
     recorded = read_journal(place)
     if recorded.about.get("run_up") != mark:
         raise InputError(f"{place.parent}: another run-up was begun in it; choose another folder")
-    if not recorded.notes:
+    if not len(recorded):
         return None, recorded.ends[-1]
-    said = unpacked(recorded.notes[-1])
+    said = unpacked(recorded.note(-1))
     states = run.states(map(int, said["states"]))
     energy = Energy(**dict(zip(said["energy_names"], said["energy"].tolist(), strict=True)))
     return Checkpoint(period=int(said["period"]), z=said["z"], states=states, energy=energy), recorded.ends[-1]
@@ -216,11 +216,11 @@ def _layout(run: LongRun) -> Layout:
     return Layout(labels=labels, variables={n: d._replace(units=label(d.units)) for n, d in VARIABLES.items()})
 
 
-def _dataset(run: LongRun, rows: list[Any], notes: list[dict[str, Any]], outcome: Outcome) -> Any:
+def _dataset(run: LongRun, rows: Sequence[Any] | Array, notes: list[dict[str, Any]], outcome: Outcome) -> Any:
     import xarray
 
     layout, label = _layout(run), run.problem.units.label
-    values = layout.unpack(np.array(rows, dtype=float).reshape(len(rows), layout.size))
+    values = layout.unpack(np.asarray(rows, dtype=float).reshape(len(rows), layout.size))
     data: dict[str, Any] = {
         name: (("period", *d.dims), values[name], {"units": d.units, "long_name": d.long_name})
         for name, d in layout.variables.items()

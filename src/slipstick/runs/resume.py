@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from slipstick.analysis.curve.resume import Checkpoint, resumable
 from slipstick.analysis.wear.wear import WearCheckpoint
@@ -206,11 +206,30 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun 
 
 def _checkpoints(recorded: Recorded, run: CaseRun) -> Sequence[Checkpoint] | Sequence[WearCheckpoint]:
     """Those of the points up to the last one that a run can go on from."""
-    notes = [unpacked(note) for note in recorded.notes]
     if run.wear:
-        return [WearCheckpoint.from_plain(note) for note in notes]
-    checkpoints = [Checkpoint.from_plain(note, run.case.balance.size) for note in notes]
-    return checkpoints[: resumable(checkpoints)]
+        return [WearCheckpoint.from_plain(unpacked(note)) for note in recorded.notes()]
+    size = run.case.balance.size
+    count = resumable(Checkpoint.from_plain(unpacked(note), size) for note in recorded.notes())
+    return _Checkpoints(recorded, range(count), size)
+
+
+class _Checkpoints(Sequence[Checkpoint]):
+    """Checkpoints of some points of a journal, read whenever they are asked for: each holds all unknowns twice."""
+
+    def __init__(self, recorded: Recorded, points: range, size: int) -> None:
+        self._recorded, self._points, self._size = recorded, points, size
+
+    @overload
+    def __getitem__(self, number: int) -> Checkpoint: ...
+    @overload
+    def __getitem__(self, number: slice) -> _Checkpoints: ...
+    def __getitem__(self, number: int | slice) -> Checkpoint | _Checkpoints:
+        if isinstance(number, slice):
+            return _Checkpoints(self._recorded, self._points[number], self._size)
+        return Checkpoint.from_plain(unpacked(self._recorded.note(self._points[number])), self._size)
+
+    def __len__(self) -> int:
+        return len(self._points)
 
 
 def _ended(place: FolderOfRun, journal: Path) -> Ended | None:

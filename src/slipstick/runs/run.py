@@ -103,7 +103,7 @@ class _Stored(Sink):
 
     def values(self) -> Mapping[str, Array]:
         """Those of all points in the store."""
-        return self._store.layout.unpack(self._store.rows())
+        return self._store.values()
 
 
 class _Clock(Listener):

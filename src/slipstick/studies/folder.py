@@ -114,7 +114,7 @@ class StudyFolder:
     def _cases_of(self, recorded: Recorded) -> list[CaseSolved]:
         size = self.job.curve_layout.size
         values, cases = recorded.layout.unpack(recorded.rows), []
-        for i, note in enumerate(recorded.notes):
+        for i, note in enumerate(recorded.notes()):
             row = {name: column[i] for name, column in values.items() if name not in self.plan.names}
             said = unpacked(note)
             try:

@@ -1,5 +1,6 @@
 """The road of every analysis: a run adds its points alone; sinks, warnings, interrupts and faults are the road's."""
 
+import tracemalloc
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from threadpoolctl import threadpool_info
 
 import slipstick as ss
 from slipstick.analysis.curve.follow import CurveRequest, frequency_request
-from slipstick.analysis.curve.record import Run, Sink, one_thread
+from slipstick.analysis.curve.record import Memory, Run, Sink, one_thread
 from slipstick.analysis.curve.request import Request
 from slipstick.analysis.events import PointFound, Started, Stopped
 from slipstick.errors import TimeIsUp
@@ -110,3 +111,22 @@ def test_an_interrupt_keeps_what_was_found():
     assert len(branch) == 3
     branch = every(last=5, fault=TimeIsUp()).branch()
     assert branch.outcome is ss.Outcome.TIME_LIMIT
+
+
+def test_pieces_of_a_branch_in_memory_are_let_go_as_they_are_joined():
+    """All values once, and one of the eight variables twice."""
+    memory, names = Memory(every().run()), "abcdefgh"
+    size = 8 * 40_000
+    tracemalloc.start()
+    try:
+        for k in range(5):
+            memory.keep([], {name: np.full(40_000, float(k)) for name in names})
+        before = tracemalloc.get_traced_memory()[0]
+        tracemalloc.reset_peak()
+        values = memory.values()
+        most = tracemalloc.get_traced_memory()[1] - before
+    finally:
+        tracemalloc.stop()
+    assert most < 1.5 * 5 * size
+    assert all(np.array_equal(values[name], np.repeat(np.arange(5.0), 40_000)) for name in names)
+    assert memory.values() is values

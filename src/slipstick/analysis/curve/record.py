@@ -244,7 +244,7 @@ class Memory(Sink):
         else:
             entries *= 4  # between the ports of a contact, and once more in the Jacobian
         self._most = max(1, _KEPT // entries)
-        self._slices: list[Mapping[str, Array]] = []
+        self._slices: list[dict[str, Array]] = []
 
     def due(self, waiting: Sequence[PointFound]) -> bool:
         """As many at once as memory allows: their derivatives are let go with them."""
@@ -252,13 +252,15 @@ class Memory(Sink):
 
     def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
         """Keep the values alone."""
-        self._slices.append(values)
+        self._slices.append(dict(values))
 
     def values(self) -> Mapping[str, Array]:
         """Those of all points, one array each."""
-        slices = self._slices or [self.run.recorder.values([])]
-        self._slices = [{name: np.concatenate([values[name] for values in slices]) for name in slices[0]}]
-        return self._slices[0]
+        slices = self._slices or [dict(self.run.recorder.values([]))]
+        if len(slices) > 1:  # pieces of a variable are let go once they are joined
+            slices = [{name: np.concatenate([values.pop(name) for values in slices]) for name in list(slices[0])}]
+        self._slices = slices
+        return slices[0]
 
     def branch(self) -> Branch:
         """The points, with warnings, which are given to the user too."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -139,16 +140,14 @@ class ResumeState:
         assert last.restart_point is not None
         if last.part > 1:
             state.segments.append(Segment(number=2, start=stop, stop=start))
+        restart: deque[RestartPoint] = deque(maxlen=2)
         for point in checkpoints:
-            state.segments[point.part - 1].add(float(point.state[-1]), point.state[:-1])
+            state.segments[point.part - 1].add(point.value, point.state[:-1])
+            if point.restart_point and (point.part, point.earlier.runs) == (last.part, last.earlier.runs):
+                restart.append(point.restart_point)
         for segment, (outcome, message) in zip(state.segments, last.ended, strict=False):
             segment.outcome, segment.message = Outcome[outcome], message
-        run = [
-            c.restart_point
-            for c in checkpoints
-            if c.restart_point and (c.part, c.earlier.runs) == (last.part, last.earlier.runs)
-        ]
-        state.restart, state.earlier = tuple(run[-2:]), last.earlier
+        state.restart, state.earlier = tuple(restart), last.earlier
         state.jumps, state.done, state.seconds = list(last.jumps), last.done, last.seconds
         return state
 
@@ -168,6 +167,6 @@ class ResumeState:
         )  # fmt: skip
 
 
-def resumable(checkpoints: Sequence[Checkpoint]) -> int:
+def resumable(checkpoints: Iterable[Checkpoint]) -> int:
     """How many of the points of an ended run it is taken up after: up to the last accepted one."""
     return max((number for number, point in enumerate(checkpoints, 1) if point.restart_point is not None), default=0)
