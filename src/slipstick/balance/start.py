@@ -29,8 +29,13 @@ _QUICK = NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2, pati
 _RAMP = ContinuationOptions(
     first_step=0.05, max_step=0.3, min_step=1e-5, max_points=400, locate_turning_points=False,
     aimed_angle=0.8, max_angle=1.5, max_correction=10.0, contraction=0.5, target_iterations=8, kink_step=1e-3,
+    newton=NewtonOptions(max_iterations=8, min_damping=0.4, non_monotone=1, tolerance=1e-4),
 )  # fmt: skip
-"""Long steps: only the end counts, not which way leads there."""
+"""Long steps, roughly corrected: only the end counts, not which way leads there."""
+_LOAD_RAMP = replace(_RAMP, max_step=0.6)
+_ROUND = 2.0
+"""Weight of the motion along a load ramp: where contacts lift off together the load turns back while the motion grows
+by a few per cent, and that fold is a corner to steps measured by the load alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +130,7 @@ class FirstPoint:
         """Continuations of a parameter from a problem that is easily solved."""
         still = self.inputs.only("load", "motion")
         if still.any("load") or still.any("motion"):
-            yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still)
+            yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still, _LOAD_RAMP, _ROUND)
         speeds = self._speeds()
         if speeds.size:
             fast = self.inputs.only(*VELOCITIES).scaled(max(2.0 * self.scales.velocity / float(speeds.min()), 1.0))
@@ -162,7 +167,9 @@ class FirstPoint:
         size = float(np.linalg.norm(x))
         return max(size, 1e-6 * self.scales.displacement)
 
-    def _ramp(self, base: Inputs, direction: Inputs) -> Array | None:
+    def _ramp(
+        self, base: Inputs, direction: Inputs, options: ContinuationOptions = _RAMP, weight: float = 0.1
+    ) -> Array | None:
         """Follow ``base + s direction`` from s = 0 to 1, where it is the problem itself."""
         first = FirstPoint(self.balance, base, self.omega)
         for _, attempt in first._simple():
@@ -173,7 +180,7 @@ class FirstPoint:
             self._reason = NoStart.RAMP
             return None
         system = ParameterSystem(self.balance, Line(base, direction), self.omega)
-        run = continuation(system, x, 0.0, 1.0, options=_RAMP, scaling=self.scales.arclength())
+        run = continuation(system, x, 0.0, 1.0, options=options, scaling=self.scales.arclength(weight=weight))
         last = None
         for step in run:
             last = step
