@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from slipstick.analysis.events import CaseDone, Listener, PointFound, Started, Stopped
+from slipstick.analysis.events import CaseDone, Listener, PointFound, Searching, Started, Stopped
 
 _PAUSE = 0.2
 """Seconds between two pictures."""
@@ -76,6 +76,13 @@ class Progress(Listener):
         """A branch begins."""
         self._position, self._handle, self._points, self._last = Position(0.0, 1.0), None, 0, 0.0
         self._show("looking for the first point")
+
+    def searching(self, event: Searching) -> None:
+        """The first point has been sought for a while."""
+        *_, name = event.name.split(": ")
+        self._show(
+            f"looking for the first point: {name}, evaluation {event.evaluations}, residual {event.residual:.1e}"
+        )
 
     def point_found(self, event: PointFound) -> None:
         """A point was found."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.resume import Checkpoint
-from slipstick.balance.start import StrategyTried
+from slipstick.balance.start import Searching, StrategyTried
 from slipstick.errors import Outcome
 from slipstick.results.record import Point, Recorder
 
 if TYPE_CHECKING:
     from slipstick.studies.solving import CaseSolved
 
-__all__ = ["CaseDone", "Event", "Listener", "PointFound", "Started", "Stopped", "StrategyTried"]
+__all__ = ["CaseDone", "Event", "Listener", "PointFound", "Searching", "Started", "Stopped", "StrategyTried"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +87,7 @@ class CaseDone:
     total: int
 
 
-Event = Started | StrategyTried | PointFound | Stopped | CaseDone
+Event = Started | Searching | StrategyTried | PointFound | Stopped | CaseDone
 
 
 class Listener:
@@ -101,6 +101,8 @@ class Listener:
         match event:
             case Started():
                 self.started(event)
+            case Searching():
+                self.searching(event)
             case StrategyTried():
                 self.strategy_tried(event)
             case PointFound():
@@ -112,6 +114,9 @@ class Listener:
 
     def started(self, event: Started) -> None:
         """A branch begins."""
+
+    def searching(self, event: Searching) -> None:
+        """A first point has been sought for a while."""
 
     def strategy_tried(self, event: StrategyTried) -> None:
         """A way to the first point was tried."""

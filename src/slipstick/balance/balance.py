@@ -72,6 +72,16 @@ class Balance:
             narrow.backend = backend_of(self._asked, self.receptance, narrow.size)
         return narrow
 
+    def nearly(self) -> Balance | None:
+        """The same without what residuals that are solved for carry far; None where none are."""
+        of = getattr(self.receptance, "nearly", None)
+        receptance = self.receptance if of is None else of()
+        if receptance is self.receptance:
+            return None
+        near = copy(self)
+        near.linear_known, near.receptance = None, receptance
+        return near
+
     def holding(self) -> Balance:
         """The same with every contact state held where it is handed on."""
         held = copy(self)

@@ -16,8 +16,10 @@ from slipstick.balance.scaling import Scales, motions_at, scales
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import Reason
+from slipstick.interrupts import pass_on
 from slipstick.solve.continuation import ContinuationOptions, continuation
-from slipstick.solve.newton import NewtonOptions, newton
+from slipstick.solve.newton import Evaluation, NewtonOptions, newton
+from slipstick.solve.norm import norm
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -26,11 +28,17 @@ Strategy = tuple[str, Callable[[], "Array | None"]]
 _NEWTON = NewtonOptions(max_iterations=40)
 _QUICK = NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2, patience=3)
 """Given up early: what is cheap is tried first, and everything again with patience when nothing cheap helped."""
+_FROM_NEAR = replace(_QUICK, max_iterations=20, patience=5)
 _RAMP = ContinuationOptions(
     first_step=0.05, max_step=0.3, min_step=1e-5, max_points=400, locate_turning_points=False,
     aimed_angle=0.8, max_angle=1.5, max_correction=10.0, contraction=0.5, target_iterations=8, kink_step=1e-3,
+    newton=NewtonOptions(max_iterations=8, min_damping=0.4, non_monotone=1, tolerance=1e-4),
 )  # fmt: skip
-"""Long steps: only the end counts, not which way leads there."""
+"""Long steps, roughly corrected: only the end counts, not which way leads there."""
+_LOAD_RAMP = replace(_RAMP, max_step=0.6)
+_ROUND = 2.0
+"""Weight of the motion along a load ramp: where contacts lift off together the load turns back while the motion grows
+by a few per cent, and that fold is a corner to steps measured by the load alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,11 +53,60 @@ class StrategyTried:
     """Why it failed; None where it did not, or where nobody can tell."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Searching:
+    """How far the search for a first point is, told now and then where it takes long."""
+
+    name: str
+    """The strategy that is tried, with those within it."""
+    omega: float
+    evaluations: int
+    """Of the balance, in this search so far."""
+    residual: float
+    """What is left of the balance, relative to the motion."""
+    share: float | None
+    """Part of the way that a ramp has made; None where it is none."""
+
+
 class NoStart(Reason):
     """Why a strategy could not begin."""
 
     RAMP = "no solution where the ramp begins"
     FEWER_HARMONICS = "no solution with fewer harmonics"
+    NEAR_FIELD = "no solution with the near field of the residuals"
+
+
+_PAUSE = 1.0
+"""Seconds between two ``Searching``."""
+
+
+class _Watch:
+    """Counts the evaluations of a search and tells of them now and then."""
+
+    def __init__(self, tell: Callable[[Searching], None] | None) -> None:
+        self._tell, self._evaluations, self._last = tell, 0, time.monotonic()
+
+    def see(self, name: str, omega: float, x: Array, value: Evaluation, share: float | None) -> None:
+        """An evaluation; a place where whoever interrupts is let in."""
+        pass_on()
+        self._evaluations += 1
+        if self._tell is None or time.monotonic() - self._last < _PAUSE:
+            return
+        self._last, residual = time.monotonic(), norm(value.residual) / (norm(x) or 1.0)
+        self._tell(Searching(name=name, omega=omega, evaluations=self._evaluations, residual=residual, share=share))
+
+
+class _Watched:
+    """A system over the part of a ramp, each evaluation of which is told of."""
+
+    def __init__(self, system: ParameterSystem, see: Callable[[Array, Evaluation, float], None]) -> None:
+        self._system, self._see = system, see
+
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
+        """As the system's own."""
+        value = self._system.evaluate(x, parameter, context)
+        self._see(x, value, parameter)
+        return value
 
 
 class FirstPoint:
@@ -65,6 +122,8 @@ class FirstPoint:
         Called with every ``StrategyTried``.
     last_resort
         A motion (N,) found by other means, or None: asked for when all else failed.
+    searching
+        Called now and then with how far it is.
     """
 
     def __init__(
@@ -76,16 +135,20 @@ class FirstPoint:
         guess: Array | None = None,
         report: Callable[[StrategyTried], None] | None = None,
         last_resort: Callable[[], Array | None] | None = None,
+        searching: Callable[[Searching], None] | None = None,
     ) -> None:
         self.balance, self.inputs, self.omega = balance, inputs, omega
         self.guess, self.report, self.last_resort = guess, report or (lambda event: None), last_resort
         self.scales: Scales = scales(balance, inputs, omega)
         self._reason: Reason | None = None
+        self._watch, self._name = _Watch(searching), ""
 
     def find(self) -> Array | None:
         """Unknowns (N,), or None when every strategy failed."""
+        within = self._name
         for name, attempt in self.strategies():
             begin, self._reason = time.perf_counter(), None
+            self._name = f"{within}: {name}" if within else name
             x = attempt()
             self.report(
                 StrategyTried(
@@ -105,6 +168,9 @@ class FirstPoint:
         guess = self.guess
         if guess is not None:
             yield "guess given", lambda: self._solve(guess)
+        near = self.balance.nearly()
+        if near is not None:
+            yield "near field of the residuals first", lambda: self._near_field_first(near)
         motions = motions_at(self.balance, self.inputs, self.omega)
         linear = [(f"from the linear response, contacts {name}", x) for name, x in motions.items()]
         for name, x in linear[:1]:
@@ -125,7 +191,7 @@ class FirstPoint:
         """Continuations of a parameter from a problem that is easily solved."""
         still = self.inputs.only("load", "motion")
         if still.any("load") or still.any("motion"):
-            yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still)
+            yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still, _LOAD_RAMP, _ROUND)
         speeds = self._speeds()
         if speeds.size:
             fast = self.inputs.only(*VELOCITIES).scaled(max(2.0 * self.scales.velocity / float(speeds.min()), 1.0))
@@ -144,8 +210,7 @@ class FirstPoint:
 
     def _solve(self, x: Array, options: NewtonOptions = _NEWTON) -> Array | None:
         system = FrequencySystem(self.balance, self.inputs)
-        scale = self._scale(x)
-        result = newton(lambda z: system.evaluate(z, self.omega), x, options=options, scale=scale)
+        result = newton(self._watched(system), x, options=options, scale=self._scale(x))
         self._reason = result.reason
         return result.x if result.converged else None
 
@@ -154,17 +219,35 @@ class FirstPoint:
         from slipstick.solve.homotopy import homotopy
 
         system = FrequencySystem(self.balance, self.inputs)
-        result = homotopy(lambda z: system.evaluate(z, self.omega), x, scale=self._scale(x), options=_NEWTON)
+        result = homotopy(self._watched(system), x, scale=self._scale(x), options=_NEWTON)
         self._reason = result.reason
         return result.x if result.converged else None
+
+    def _watched(self, system: FrequencySystem) -> Callable[[Array], Evaluation]:
+        """The system at the frequency, each evaluation of which is told of."""
+
+        def evaluate(x: Array) -> Evaluation:
+            value = system.evaluate(x, self.omega)
+            self._watch.see(self._name, self.omega, x, value, None)
+            return value
+
+        return evaluate
+
+    def _part(self, balance: Balance, inputs: Inputs) -> FirstPoint:
+        """A search that is part of this one."""
+        part = FirstPoint(balance, inputs, self.omega)
+        part._watch, part._name = self._watch, self._name
+        return part
 
     def _scale(self, x: Array) -> float:
         size = float(np.linalg.norm(x))
         return max(size, 1e-6 * self.scales.displacement)
 
-    def _ramp(self, base: Inputs, direction: Inputs) -> Array | None:
+    def _ramp(
+        self, base: Inputs, direction: Inputs, options: ContinuationOptions = _RAMP, weight: float = 0.1
+    ) -> Array | None:
         """Follow ``base + s direction`` from s = 0 to 1, where it is the problem itself."""
-        first = FirstPoint(self.balance, base, self.omega)
+        first = self._part(self.balance, base)
         for _, attempt in first._simple():
             x = attempt()
             if x is not None:
@@ -172,8 +255,12 @@ class FirstPoint:
         else:
             self._reason = NoStart.RAMP
             return None
-        system = ParameterSystem(self.balance, Line(base, direction), self.omega)
-        run = continuation(system, x, 0.0, 1.0, options=_RAMP, scaling=self.scales.arclength())
+
+        def see(x: Array, value: Evaluation, share: float) -> None:
+            self._watch.see(self._name, self.omega, x, value, share)
+
+        system = _Watched(ParameterSystem(self.balance, Line(base, direction), self.omega), see)
+        run = continuation(system, x, 0.0, 1.0, options=options, scaling=self.scales.arclength(weight=weight))
         last = None
         for step in run:
             last = step
@@ -198,13 +285,21 @@ class FirstPoint:
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
         balance = self.balance.narrowed(kept)
         inputs = self.inputs.map(lambda name, array: array[..., places] if name in ("load", "motion") else array)
-        x = FirstPoint(balance, inputs, self.omega).find()
+        x = self._part(balance, inputs).find()
         if x is None:
             self._reason = NoStart.FEWER_HARMONICS
             return None
         full = np.zeros((self.balance.n_ports, self.balance.L))
         full[:, places] = x.reshape(-1, kept.size)
-        return self._solve(full.reshape(-1), replace(_QUICK, max_iterations=20, patience=5))
+        return self._solve(full.reshape(-1), _FROM_NEAR)
+
+    def _near_field_first(self, near: Balance) -> Array | None:
+        """Solve without solutions of the full model, found in the same way, then with them."""
+        x = self._part(near, self.inputs).find()
+        if x is None:
+            self._reason = NoStart.NEAR_FIELD
+            return None
+        return self._solve(x, _FROM_NEAR)
 
     def _essential(self) -> Harmonics:
         harmonics = self.balance.harmonics

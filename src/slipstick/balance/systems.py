@@ -61,6 +61,7 @@ class ParameterSystem:
     def __init__(self, balance: Balance, path: Path, omega: float) -> None:
         self.balance, self.path, self.omega = balance, path, omega
         self._fixed_compliance = balance.compliance(omega)
+        self._loads_known: tuple[Array, AnyCompliance, Array] | None = None
 
     def at(self, parameter: float) -> tuple[Inputs, float]:
         """Inputs and frequency at ``parameter``."""
@@ -77,7 +78,7 @@ class ParameterSystem:
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, solution, self._compliance(inputs, direction))
         direction = at_states(solution.states, direction)
-        slope = balance.moved_by(by_inputs(solution, direction), direction.P, at.compliance)
+        slope = self._moved_by(by_inputs(solution, direction), direction.P, at.compliance)
         if direction.structure:
             slope += at.compliance.rate(at.G)
         if fast := solution.fast:
@@ -91,6 +92,15 @@ class ParameterSystem:
         slopes_here = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(solution, direction)]
         dpowers = (rate * power_along(carried, direction) for carried in solution.states)
         return force_rates(self.balance, solution, dx, slopes_here, dpowers), rate * direction.P
+
+    def _moved_by(self, slopes: Forces, P: Array, compliance: AnyCompliance) -> Array:
+        """Along the forces and loads (N,); where loads alone change it is the same everywhere, and remembered."""
+        if any(slopes):
+            return self.balance.moved_by(slopes, P, compliance)
+        known = self._loads_known
+        if known is None or known[0] is not P or known[1] is not compliance:
+            self._loads_known = known = P, compliance, self.balance.moved_by(slopes, P, compliance)
+        return known[2].copy()
 
     def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
         if not (inputs.structure or direction.structure):

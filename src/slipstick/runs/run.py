@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.record import Run, Sink, undisturbed
 from slipstick.analysis.curve.resume import Checkpoint
-from slipstick.analysis.events import Event, Listener, PointFound, Started, StrategyTried
+from slipstick.analysis.events import Event, Listener, PointFound, Searching, Started, StrategyTried
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
@@ -113,6 +113,10 @@ class _Clock(Listener):
         self._until = until
 
     def started(self, event: Started) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def searching(self, event: Searching) -> None:
         """Look at the clock."""
         self._look()
 

@@ -253,6 +253,10 @@ class SolvedResiduals:
         self._known = forces.copy(), second.copy(), transposed, out
         return out
 
+    def nearly(self) -> SolvedResiduals:
+        """The same by the near field alone, without solutions: what is further off falls away fast."""
+        return _NearResiduals(self)
+
     def _summed(self, x: ComplexArray, weight: ComplexArray, transposed: bool) -> ComplexArray:
         """The sum over both of complex numbers on the ports or rows: only columns that are there are solved for."""
         pairs = np.ascontiguousarray(x).view(float)
@@ -307,6 +311,24 @@ class SolvedResiduals:
         ports = ports.transpose(0, 2, 1) if turned else ports
         both = np.concatenate([ports, self._loads], axis=2)
         return both[0], both[1]
+
+
+class _NearResiduals(SolvedResiduals):
+    """Residuals that end where the near field does."""
+
+    def __init__(self, of: SolvedResiduals) -> None:
+        self.__dict__.update(of.__dict__)
+
+    def nearly(self) -> SolvedResiduals:
+        """This."""
+        return self
+
+    def both(self, forces: Array, second: NDArray[np.bool_], *, transposed: bool = False) -> Array:
+        """By the entries of the near field."""
+        first, then = (near.entries.T if transposed else near.entries for near in self.near)
+        out = np.zeros((2, first.shape[0], forces.shape[1]))
+        out[0], out[1][:, second] = first @ forces, then @ forces[:, second]
+        return out
 
 
 _TOGETHER = 32

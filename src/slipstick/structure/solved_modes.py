@@ -7,6 +7,7 @@ residuals take two solutions, of all harmonics together (``structure/residuals.p
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -216,6 +217,15 @@ class SolvedReceptance(ModalReceptance):
         """As of a modal receptance."""
 
         return replace(super().factors(orders, omega, along), parts=self._residuals)
+
+    def nearly(self) -> SolvedReceptance:
+        """The same without solutions, see ``SolvedResiduals.nearly``; where there are none, this."""
+        residuals = self._residuals.nearly()
+        if residuals is self._residuals:
+            return self
+        near = copy(self)
+        near._residuals = residuals
+        return near
 
     def _static_with(self, omega: Array, old: Array) -> Any:
         return SolvedStatic(self._residuals, self._left, self._right, omega)

@@ -299,7 +299,7 @@ class CurveRun(Run[CurveRequest]):
     def _first(self, request: CurveRequest) -> Array | None:
         return FirstPoint(
             request.balance, request.inputs, request.omega,
-            guess=request.guess, report=self.tell, last_resort=lambda: settled_in_time(request),
+            guess=request.guess, report=self.tell, last_resort=lambda: settled_in_time(request), searching=self.tell,
         ).find()  # fmt: skip
 
     def _point(self, step: Step, before: Step | None, residual: float) -> Point:

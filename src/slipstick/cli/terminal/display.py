@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.events import StrategyTried
+from slipstick.analysis.events import Searching, StrategyTried
 from slipstick.cli.terminal.guard import plain, say
 from slipstick.progress import Position, duration
 from slipstick.runs.run import CaseRun, GoingOn, PointKept, RunListener
@@ -93,6 +93,10 @@ class CurveDisplay(_Display):
         """Bring what is shown up to date."""
         self._now_and_then(lambda: self._line(*self._parts(value, step, states)))
 
+    def search(self, parts: Sequence[str]) -> None:
+        """How the first point is sought, the most important part first."""
+        self._now_and_then(lambda: ", ".join(parts))
+
     def go_on(self, points: int, value: float) -> None:
         """So many points were found before, the last of them at ``value``."""
         self.points = points
@@ -113,6 +117,10 @@ class LiveCurve(_Live, CurveDisplay):
     def __init__(self, position: Position, unit: str, bar: Progress) -> None:
         super().__init__(position, unit)
         self._begin(bar, fitting(("looking for the first point",), (0,), _width(bar)), 1.0)
+
+    def search(self, parts: Sequence[str]) -> None:
+        """How the first point is sought."""
+        self._bar.update(self._task, description=fitting(parts, range(len(parts)), _width(self._bar)))
 
     def show(self, value: float, step: float, states: str) -> None:
         """Bring what is shown up to date."""
@@ -206,6 +214,11 @@ class ShownCurve(RunListener):
         self._last: float | None = None
         self._part = 1
 
+    def searching(self, event: Searching) -> None:
+        """Show how far the search for the first point is."""
+        where = f"first point at {self._case.frequency_text(event.omega)}"
+        self._display.search((where, *search_text(event)))
+
     def strategy_tried(self, event: StrategyTried) -> None:
         """Show how the first point is sought."""
         why = f": {event.reason.text}" if event.reason else ""
@@ -227,6 +240,18 @@ class ShownCurve(RunListener):
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._display.at(value, step, states_text(event.values))
+
+
+def search_text(event: Searching) -> tuple[str, str, str]:
+    """How far a search for a first point is: the innermost strategy, evaluations, and what is left of the balance.
+
+    >>> told = Searching(name="fewer harmonics first: load ramp", omega=1.0, evaluations=9, residual=0.02, share=0.5)
+    >>> search_text(told)
+    ('load ramp at 50 %', 'evaluation 9', 'residual 2.0e-02')
+    """
+    *_, name = event.name.split(": ")
+    way = name if event.share is None else f"{name} at {event.share:.0%}".replace("%", " %")
+    return way, f"evaluation {event.evaluations}", f"residual {event.residual:.1e}"
 
 
 def states_text(record: Mapping[str, Any]) -> str:
