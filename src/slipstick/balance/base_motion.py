@@ -161,9 +161,10 @@ class BaseReceptance:
         """As of the receptance of forces, if it is known by its modes."""
         return self._with_columns if hasattr(self._plain, "factors") else None
 
-    def _with_columns(self, orders: Array, omega: float, along: Mapping[str, float] | None = None) -> Factors:
-        m = np.append(0.0, orders)
-        factor, rate = _factors(self._motions, m * omega)
+    def _with_columns(self, orders: Array, omega: float | Array, along: Mapping[str, float] | None = None) -> Factors:
+        w = np.append(0.0, np.multiply.outer(omega, orders))
+        m = np.append(0.0, np.resize(orders, w.size - 1))
+        factor, rate = _factors(self._motions, w)
         slope = np.zeros_like(rate) if along else m[:, None] * rate
         return replace(self._plain.factors(orders, omega, along), columns=factor.T, columns_slope=slope.T)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
@@ -15,12 +14,10 @@ from slipstick.balance.inputs import Assigned, ContactInputs
 from slipstick.contact.law import Motion, Response
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
-from slipstick.structure.receptance import ModalReceptance
+from slipstick.structure.receptance import ModalReceptance, mapped
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
-_SMALL = 2**14
-"""Entries of a matrix up to which products with many vectors cost as much one by one."""
 _MANY = 2**18
 """Entries of a receptance from which on its size is that of its factors."""
 
@@ -145,7 +142,7 @@ class Together:
         """``A (F - P)`` (n, n_ports, L)."""
         G, out = np.concatenate([self.forces, -self.loads], axis=1), np.empty_like(self.forces)
         for receptance, at in self._receptances():
-            out[at, :, 0] = mapped(receptance.static, G[at, :, 0])
+            out[at, :, 0] = mapped(receptance.static, G[at, :, 0, None])[:, :, 0]
             out[at, :, 1:] = applied(receptance, self._balance.orders, self._omega[at], G[at, :, 1:])
         return out
 
@@ -156,13 +153,6 @@ class Together:
             at = slice(first, first + len(list(same)))
             yield adjusted(self._balance.receptance, structure), at
             first = at.stop
-
-
-def mapped(matrix: Any, vectors: Array) -> Array:
-    """``matrix @ v`` of vectors (n, k); by a small matrix one by one, so what is beside one changes no bit of it."""
-    if not isinstance(matrix, np.ndarray) or matrix.size > _SMALL:
-        return np.asarray((matrix @ vectors.T).T)
-    return np.asarray((matrix @ vectors[:, :, None])[:, :, 0])
 
 
 def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
@@ -176,7 +166,7 @@ def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array
         reached = np.array(by_modes).reshape(n, -1, 1 + orders.size)
         return np.concatenate([reached[..., :1], np.repeat(reached[..., 1:], 2, axis=2)], axis=2)
     out = np.empty((n, ports, 1 + 2 * orders.size))
-    out[..., 0] = mapped(np.abs(receptance.static[:, :ports]), stiffness)
+    out[..., 0] = mapped(np.abs(receptance.static[:, :ports]), stiffness[:, :, None])[:, :, 0]
     if orders.size:
         A, _ = receptance.at(orders, omega)
         size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)

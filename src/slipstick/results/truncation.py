@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.batch_evaluation import applied, mapped, respond
+from slipstick.balance.batch_evaluation import applied, respond
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.inputs import Assigned
 from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import mapped
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray, IntArray
 
@@ -37,6 +38,9 @@ Structures = Sequence[Mapping[str, float]]
 
 _WORTH, _WORTH_ITERATIONS = 1e-5, 1e-3
 """Share of the motion that the further orders move from which on the kept ones are asked; of an iterative Jacobian."""
+
+_HELD = 4_000_000
+"""Entries of derivatives of the points that are looked at together: 32 MB."""
 
 _MANY = 1000
 """Entries of a receptance from which on it is applied by its modes."""
@@ -148,6 +152,12 @@ def truncation(
         if told.any():
             out[told] = truncation(outputs, x[told], motion[told], omega[told], inputs.at(told), reactions.at(told))
         return out
+    held = sum(batch.count * (len(batch.ports) * wide.size) ** 2 for batch in balance.batches)
+    most = max(1, _HELD // max(1, held))
+    if n > most:
+        slices = [slice(first, first + most) for first in range(0, n, most)]
+        each = (truncation(outputs, x[at], motion[at], omega[at], inputs.at(at), reactions.at(at)) for at in slices)
+        return np.concatenate(list(each))
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
     kept = [0, *_columns(wide, h)]
     new, structures = _columns(wide, further), inputs.structures
@@ -217,7 +227,7 @@ def _answered(balance: Balance, F: Array, omega: Array, structures: Structures) 
     """``A F`` (n, N) for forces at the ports (n, n_ports, L), with the receptance that the Jacobian is made with."""
     if balance.springs is None and isinstance(balance.receptance.static, np.ndarray):
         out = -moved(balance.receptance, balance.orders, _loaded(balance, F[..., 1:]), omega, structures)
-        out[..., 0] = mapped(balance.receptance.static[:, : balance.n_ports], F[..., 0])
+        out[..., :1] = mapped(balance.receptance.static[:, : balance.n_ports], F[..., :1])
         return out.reshape(len(F), -1)
     pairs = np.zeros((*F.shape[:2], balance.L + 1))
     pairs[..., 0], pairs[..., 2:] = F[..., 0], F[..., 1:]
@@ -272,10 +282,10 @@ def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Arr
 
 def _moved_by_modes(receptance: Any, orders: Array, G: Array, omega: Array) -> Array:
     """The same without a receptance between all ports, which would be large."""
-    out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * orders.size))
-    for i, w in enumerate(omega):
-        force = np.zeros((G.shape[1], 1 + orders.size), dtype=complex)
-        force[:, 1:] = G[i, :, 0::2] + 1j * G[i, :, 1::2]
-        answer = FactoredCompliance(receptance.factors(orders, float(w))).answer(force)
-        out[i, :, 1:] = -answer.reshape(len(out[i]), -1)[:, 1:]
+    n, rows, k = len(G), receptance.static.shape[0], orders.size
+    out = np.zeros((n, rows, 1 + 2 * k))
+    force = np.zeros((G.shape[1], 1 + n * k), dtype=complex)
+    force[:, 1:] = (G[:, :, 0::2] + 1j * G[:, :, 1::2]).transpose(1, 0, 2).reshape(-1, n * k)
+    answer = FactoredCompliance(receptance.factors(orders, omega)).answer(force)
+    out[:, :, 1:] = -answer.reshape(rows, -1)[:, 1:].reshape(rows, n, 2 * k).transpose(1, 0, 2)
     return out

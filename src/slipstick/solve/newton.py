@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Reason
 from slipstick.interrupts import pass_on
-from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, UndefinedJacobian, correction
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, UndefinedJacobian, correction, take_over
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
@@ -170,7 +170,6 @@ class NewtonResult:
     evaluation: Any = None
     jacobian: Jacobian = field(init=False)
     _expected: float = field(default=inf, init=False, repr=False)
-    _leaves: float | None = field(default=None, init=False, repr=False)
 
     @property
     def converged(self) -> bool:
@@ -194,9 +193,9 @@ class NewtonResult:
 
     def accept(self, trial: Trial, expected: float) -> None:
         """Move to a trial state: x, residual, Jacobian, evaluation, residual norm; and the next correction expected."""
-        self._expected, leaves = expected, getattr(self.jacobian, "leaves", None)
-        self._leaves = self._leaves if leaves is None else leaves
+        self._expected, before = expected, self.jacobian
         self.x, self.residual, self.jacobian, self.evaluation, self.residual_norm = trial
+        take_over(self.jacobian, before)
 
     def __repr__(self) -> str:
         ended = "under way" if self.reason is None else self.reason.text
@@ -259,13 +258,15 @@ def iterate(
     inverse_scale: Array,
     options: NewtonOptions,
     too_far: Callable[[Array], bool] | None = None,
+    beside: Jacobian | None = None,
 ) -> NewtonResult:
     """The iteration behind ``newton``: ``evaluate(x)`` returns residual, Jacobian and anything to keep with them.
 
-    Where the first correction is ``too_far`` it is given up.
+    Where the first correction is ``too_far`` it is given up. ``beside`` is the Jacobian of a state nearby.
     """
     result = NewtonResult(x)
     result.residual, result.jacobian, result.evaluation = evaluate(x)
+    take_over(result.jacobian, beside)
     result.evaluations = 1
     result.residual_norm = norm(result.residual)
     allowance = options.non_monotone
@@ -292,7 +293,7 @@ def _correction(result: NewtonResult, inverse_scale: Array, options: NewtonOptio
     if result.jacobian.singular:
         result.correction_norm, result.reason = np.inf, NewtonStop.SINGULAR
         return None
-    step = correction(result.jacobian, result.residual, to=_needed(result, options), leaves=result._leaves)
+    step = correction(result.jacobian, result.residual, to=_needed(result, options))
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
@@ -368,7 +369,7 @@ def line_search(
         result.evaluations += 1
         natural = np.inf
         if isfinite(trial[4]):
-            simplified = correction(result.jacobian, trial[1], to=_ROUGHLY, leaves=result._leaves)
+            simplified = correction(result.jacobian, trial[1], to=_ROUGHLY)
             natural = norm(simplified * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike
 from slipstick.structure.residuals import Residuals, WrittenResiduals
 from slipstick.typing import AnyArray, Array, ComplexArray
 
+_SMALL = 2**14
+"""Entries of a matrix up to which products with many vectors cost as much one by one."""
 _LARGE = 2**25
 """Above so many products (256 MB) they are not kept but formed for each frequency."""
 
@@ -221,7 +223,7 @@ class ModalReceptance(SummedReceptance):
         e = 1.0 if self._e is None else self._e.conjugate()
         for power, matrix in enumerate(self._left_out):
             if matrix is not None:
-                out += ((matrix @ forces).view(complex) * (w ** (2 * power) / e ** (power + 1))).view(float)
+                out += (mapped(matrix, forces).view(complex) * (w ** (2 * power) / e ** (power + 1))).view(float)
         return out
 
     def changed(self, **values: float) -> ModalReceptance:
@@ -446,6 +448,19 @@ def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tupl
     m = np.asarray(orders, dtype=float)
     w = np.multiply.outer(omega, m)
     return m, w.reshape(-1, 1), (*w.shape, *shape)
+
+
+def mapped(matrix: Any, columns: Array) -> Array:
+    """``matrix @ c`` of each of the columns (n, n_columns, k).
+
+    By a large matrix of all together, which is read once; by a small one of one after another, so that what is beside
+    one changes no bit of it.
+    """
+    if not isinstance(matrix, np.ndarray) or matrix.size > _SMALL:
+        n, _, k = columns.shape
+        joined = matrix @ columns.transpose(1, 0, 2).reshape(columns.shape[1], n * k)
+        return np.ascontiguousarray(joined.reshape(-1, n, k).transpose(1, 0, 2))
+    return np.asarray(matrix @ columns)
 
 
 def _each(orders: Array, omega: ArrayLike) -> Iterator[tuple[float, float]]:

@@ -50,17 +50,25 @@ class WrittenResiduals:
 
     def __init__(self, matrices: Sequence[Array]) -> None:
         self.matrices = tuple(matrices)
+        self._known: tuple[ComplexArray | None, dict[int, ComplexArray]] = None, {}
 
     def __len__(self) -> int:
         """How many matrices."""
         return len(self.matrices)
 
     def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
-        """``sum_p weight_p R_p x``; real matrices times pairs of real and imaginary parts."""
-        pairs, out = np.ascontiguousarray(x).view(float), 0.0
-        for matrix, share in zip(self.matrices, weight, strict=True):
+        """``sum_p weight_p R_p x``; real matrices times pairs of real and imaginary parts.
+
+        The products with the last numbers are remembered: residual and slope ask for the same.
+        """
+        if self._known[0] is not x:
+            self._known = x, {}
+        products, pairs, out = self._known[1], np.ascontiguousarray(x).view(float), 0.0
+        for p, (matrix, share) in enumerate(zip(self.matrices, weight, strict=True)):
             if share.any():
-                out = out + (matrix[:, : len(x)] @ pairs).view(complex) * share
+                if p not in products:
+                    products[p] = (matrix[:, : len(x)] @ pairs).view(complex)
+                out = out + products[p] * share
         return out
 
     def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray | float:

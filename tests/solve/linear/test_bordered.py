@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.solve.linear.bordered import Eliminated, EmbeddedJacobian, Scaled
 from slipstick.solve.linear.dense import DenseJacobian
-from slipstick.solve.linear.jacobian import Jacobian, correction
+from slipstick.solve.linear.jacobian import Jacobian, correction, take_over
 
 
 def test_it_is_the_matrix_with_scaled_rows_and_columns():
@@ -105,17 +105,28 @@ def test_without_a_border() -> None:
 
 def test_how_many_digits_are_asked_for_is_passed_on() -> None:
     class Asked(DenseJacobian):
-        leaves = 1e-5
-
-        def solve_correction(self, right, to, leaves):
-            asked.append((to, leaves))
+        def solve_correction(self, right, to):
+            asked.append(to)
             return self.solve(right)
 
-    asked: list[tuple[float, float | None]] = []
+    asked: list[float] = []
     inner, right = np.diag([2.0, 4.0, 8.0]), np.ones(5)
     J = EmbeddedJacobian(Asked(inner), ACTIVE)
-    found = correction(J, right, to=0.03, leaves=1e-4)
+    found = correction(J, right, to=0.03)
     np.testing.assert_allclose(found, [0.5, 1.0, 0.25, 0.125, 1.0])
-    assert asked == [(0.03, 1e-4)]
-    assert J.leaves == 1e-5
-    assert EmbeddedJacobian(DenseJacobian(inner), ACTIVE).leaves is None
+    assert asked == [0.03]
+
+
+def test_what_serves_another_is_taken_over_where_the_same_unknowns_are_active() -> None:
+    class Taking(DenseJacobian):
+        def take_over(self, other):
+            taken.append(other)
+
+    taken: list[object] = []
+    one, other = Taking(np.eye(3)), DenseJacobian(np.eye(3))
+    take_over(EmbeddedJacobian(one, ACTIVE), EmbeddedJacobian(other, ACTIVE))
+    assert taken == [other]
+    for beside in (EmbeddedJacobian(other, ACTIVE[::-1]), other, None):
+        take_over(EmbeddedJacobian(one, ACTIVE), beside)
+    take_over(other, EmbeddedJacobian(one, ACTIVE))
+    assert taken == [other]

@@ -145,8 +145,8 @@ def test_what_was_seen_to_be_near_is_taken_without_a_product(seed):
     A, right = np.eye(40) + 0.1 * rng.standard_normal((40, 40)), rng.standard_normal((40, 3))
     J, expected = Nearby(A, seed, apart=1e-5), np.linalg.solve(A, right)
 
-    def taken(J, to, **told):
-        before, found = J.products, J.solve_correction(right, to, **told)
+    def taken(J, to):
+        before, found = J.products, J.solve_correction(right, to)
         assert np.all(np.linalg.norm(found - expected, axis=0) <= 10.0 * to * np.linalg.norm(expected, axis=0))
         return J.products - before
 
@@ -156,8 +156,14 @@ def test_what_was_seen_to_be_near_is_taken_without_a_product(seed):
     assert J.leaves == pytest.approx(left.max(), rel=0.5, abs=1e-4)
     assert taken(J, 0.03) == 0
     assert taken(J, 1e-6) >= 1
-    assert taken(Nearby(A, seed, apart=1e-5), 0.03, leaves=J.leaves) == 0
-    assert taken(Nearby(A, seed, apart=1e-5), 0.03, leaves=0.01) == 1
+    told, again, far = (Nearby(A, seed, apart=1e-5) for _ in range(3))
+    told.take_over(J)
+    assert taken(told, 0.03) == 0
+    again.take_over(told)
+    assert taken(again, 0.03) == 0
+    J.leaves = 0.01
+    far.take_over(J)
+    assert taken(far, 0.03) == 1
 
 
 @pytest.mark.parametrize("apart", [3e-3, np.nan])

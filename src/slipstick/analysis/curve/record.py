@@ -242,7 +242,7 @@ class Memory(Sink):
         if balance.backend.name == "dense":
             entries = max(entries, balance.size**2)  # the factors of the Jacobian wait too
         else:
-            entries *= 4  # between the ports of a contact, and once more in the Jacobian
+            entries *= 16  # between the ports of a contact; in the Jacobian and twice in what stands for it too
         self._most = max(1, _KEPT // entries)
         self._slices: list[dict[str, Array]] = []
 

@@ -30,7 +30,8 @@ _LOCATED = 1e-14
 class Corrector:
     """Newton on ``(x, parameter)`` in a plane across the branch; counts its work.
 
-    ``context`` is what the last accepted point hands to the next ones, see ``System``.
+    ``context`` is what the last accepted point hands to the next ones, see ``System``; ``beside`` is the Jacobian of a
+    solution near all that are sought, from which theirs take over what they can.
     """
 
     def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
@@ -39,6 +40,7 @@ class Corrector:
         self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
         self.evaluations = self.solves = 0
         self.context: Any = None
+        self.beside: Jacobian | None = None
         self._latest: tuple[Any, HermiteSegment | None] = ((None, None, None), None)
         self._latest_angle: tuple[Any, float] = ((None, None, None), 0.0)
 
@@ -87,6 +89,8 @@ class Corrector:
             return None, result
         if normal is None:
             result.x[-1] = guess[-1]
+        if self.beside is not None:
+            self.beside = result.jacobian  # the next one sought most often is near this one
         tangent = self._null(result, row)
         step = Step(result.x, tangent, result, kind, name, size)
         step.orientation = result.jacobian.sign()
@@ -108,7 +112,7 @@ class Corrector:
             return residual, value.jacobian.bordered(value.parameter_derivative, row), value
 
         too_far = None if reach == inf else lambda step: self.metric.length(step) > reach
-        result = iterate(bordered, guess, self.metric.inverse, options, too_far)
+        result = iterate(bordered, guess, self.metric.inverse, options, too_far, self.beside)
         self.evaluations += result.evaluations
         self.solves += result.solves
         return result

@@ -256,6 +256,7 @@ class Continuation(Iterator[Step]):
 
     def _between(self, last: Step, new: Step) -> Iterator[Step]:
         """What comes between two neighbours: corrected, located and interpolated points, in order."""
+        self._corrector.beside = new.jacobian
         for a, b in pairwise([last, *self._dense.halves(last, new, new.apart), new]):
             for c, d in pairwise([a, *self._locator.between(a, b), b]):
                 yield from self._dense.points(c, d, b)
@@ -319,6 +320,7 @@ class Continuation(Iterator[Step]):
         options, corrector, span = self._options, self._corrector, self._span
         reason: Reason | None = None
         length = self.step_length
+        corrector.beside = None  # no Jacobian is kept to go on from where a branch is taken up again
         while length >= options.min_step:
             ahead = predict(self._metric, span, last, segment, length)
             normal, kind = (None, "end") if ahead.at_end else (ahead.direction, "regular")

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, correction
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, correction, take_over
 from slipstick.typing import Array, BoolArray
 
 
@@ -182,16 +182,16 @@ class EmbeddedJacobian:
             out[-1] += self._beside @ x[others]
         return out
 
-    @property
-    def leaves(self) -> float | None:
-        """Of the inner one, where it says so, see ``jacobian.correction``."""
-        return getattr(self._inner, "leaves", None)
+    def take_over(self, other: Jacobian) -> None:
+        """What the inner one has use for, of one with the same unknowns, see ``jacobian.take_over``."""
+        if isinstance(other, EmbeddedJacobian) and np.array_equal(other._active, self._active):
+            take_over(self._inner, other._inner)
 
-    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS, leaves: float | None = None) -> Array:
+    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
         """Solution to fewer digits where the inner one has such, see ``jacobian.correction``."""
         out = np.array(right, dtype=float)
         out[-1] -= self._beside @ right[~self._active]
-        out[self._active] = correction(self._inner, out[self._active], to=to, leaves=leaves)
+        out[self._active] = correction(self._inner, out[self._active], to=to)
         return out
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
 from slipstick.typing import Array, ComplexArray
 
 TOLERANCE = 1e-8
@@ -49,6 +49,7 @@ class IterativeJacobian(ABC):
     products: int = 0
     has_nearby: bool = False
     leaves: float | None = None
+    _told: float | None = None
 
     @property
     @abstractmethod
@@ -76,6 +77,15 @@ class IterativeJacobian(ABC):
         """``J @ x`` (N,), nearly, for much less than that costs."""
         raise NotImplementedError
 
+    def take_over(self, other: Jacobian) -> None:
+        """What the solutions of one nearby left, and what stands for it where a kind has use for that."""
+        if isinstance(other, IterativeJacobian):
+            self._told = other._told if other.leaves is None else other.leaves
+
+    def took(self, products: int, tolerance: float) -> bool:
+        """Take note of what a solution with what is near took; whether another P stands for J from here on."""
+        return False
+
     def _weighed(self, right: Array, power: int = 1) -> Array:
         """Right-hand sides (N,) or (N, k) in units in which their norms tell what is left; power -1: back."""
         return right
@@ -97,12 +107,12 @@ class IterativeJacobian(ABC):
             ).x
         return self._corrected(right, TOLERANCE)
 
-    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS, leaves: float | None = None) -> Array:
+    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
         """Solution to a relative error, for right (N,) or (N, k): see ``jacobian.correction``.
 
         A first correction is all of it, and no product is taken, where those before left far less.
         """
-        leaves = leaves if self.leaves is None else self.leaves
+        leaves = self._told if self.leaves is None else self.leaves
         if leaves is None or not _ALIKE * leaves <= to:
             return self._corrected(right, to)
         columns = right if right.ndim == 2 else right[:, None]
@@ -158,8 +168,14 @@ class IterativeJacobian(ABC):
         """``J^-1 right`` (N,), nearly."""
         if not self.has_nearby:
             return self.precondition(right)
-        found = gmres(self._preconditioned_nearby, self._weighed(right), tolerance=tolerance, most=MOST_PRODUCTS)
-        return self.precondition(self._weighed(found.x, -1))
+        return self._found_nearby(self._weighed(right), tolerance)[0]
+
+    def _found_nearby(self, weighed: Array, tolerance: float) -> tuple[Array, Solved]:
+        """The same of a right-hand side in the units in which it is solved for, and how it was found."""
+        found = gmres(self._preconditioned_nearby, weighed, tolerance=tolerance, most=MOST_PRODUCTS)
+        x = self.precondition(self._weighed(found.x, -1))
+        self.took(found.products, tolerance)
+        return x, found
 
     def _preconditioned(self, x: Array) -> Array:
         return self._weighed(self.multiply(self.precondition(self._weighed(x, -1))))
@@ -189,7 +205,11 @@ class IterativeJacobian(ABC):
         sign = self.preconditioner_sign
         if not self.has_nearby:
             return sign * _turned(self._iterate(self._preconditioned, right, _FOR_SIGNS))
-        near = gmres(self._preconditioned_nearby, right, tolerance=_FOR_SIGNS, most=MOST_PRODUCTS)
+        x, near = self._found_nearby(right, _NEARLY)
+        left = np.linalg.norm(right - self._weighed(self.multiply(x)))
+        self.products += 1
+        if left <= _FOR_SIGNS * np.linalg.norm(right):
+            return sign * _turned(near)
 
         def apart(x: Array) -> Array:
             return self._weighed(self.multiply(self._nearly(self._weighed(x, -1))))
@@ -216,6 +236,19 @@ class BorderedIterative(Bordered, IterativeJacobian):
     def __init__(self, inner: IterativeJacobian, column: Array, row: Array) -> None:
         self._inner, self._column, self._row = inner, column, row
         self.has_nearby = inner.has_nearby
+
+    def take_over(self, other: Jacobian) -> None:
+        """Of another one with a border."""
+        super().take_over(other)
+        if isinstance(other, BorderedIterative):
+            self._inner.take_over(other._inner)
+
+    def took(self, products: int, tolerance: float) -> bool:
+        """What the border makes of P goes with it."""
+        anew = self._inner.took(products, tolerance)
+        if anew:
+            self.__dict__.pop("_eliminated", None)
+        return anew
 
     @cached_property
     def _eliminated(self) -> tuple[Array, float]:

@@ -41,14 +41,23 @@ OF_CORRECTIONS = 1e-6
 """Relative error of what is corrected again."""
 
 
-def correction(jacobian: Jacobian, right: Array, *, to: float = OF_CORRECTIONS, leaves: float | None = None) -> Array:
+def correction(jacobian: Jacobian, right: Array, *, to: float = OF_CORRECTIONS) -> Array:
     """``jacobian.solve(right)`` to some relative error, of one that costs less then: for what is corrected again.
 
-    It is ``solve_correction`` that such a one has besides, and ``leaves``, which says how well solutions went; that of
-    one nearby may be given.
+    It is ``solve_correction`` that such a one has besides.
     """
     solve = getattr(jacobian, "solve_correction", None)
-    return np.asarray(jacobian.solve(right) if solve is None else solve(right, to, leaves))
+    return np.asarray(jacobian.solve(right) if solve is None else solve(right, to))
+
+
+def take_over(jacobian: Jacobian, other: Jacobian | None) -> None:
+    """Before ``jacobian`` is solved with, hand it what serves to solve with ``other``, one of a state nearby.
+
+    Of those that have such, which say so by ``take_over``: solutions are as exact, and cost less.
+    """
+    take = getattr(jacobian, "take_over", None)
+    if take is not None and other is not None:
+        take(other)
 
 
 class UndefinedJacobian:
