@@ -144,6 +144,16 @@ def test_few_directions_are_written_out(written: ModalStructure, solved: SolvedM
         close(B.at(ORDERS, OMEGA)[0], A.at(ORDERS, OMEGA)[0])
 
 
+@pytest.mark.parametrize("rows, columns", [(0, 3), (3, 0), (0, 0)])
+def test_no_rows_or_no_columns(written: ModalStructure, solved: SolvedModes, rows: int, columns: int) -> None:
+    """As the forces of loads on modes are asked for, where shapes come after the columns."""
+    eye = np.eye(len(solved.dofs))
+    parts = [s.modal_parts(eye[:, :rows], eye[:, :columns], ("tip", "press")) for s in (solved, written)]
+    for one, other in zip(*parts, strict=True):
+        assert np.shape(one) == np.shape(other)
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-5 * np.abs(other).max(initial=0.0))
+
+
 def test_sizes(written: ModalStructure, solved: SolvedModes) -> None:
     """The near field and its mean share beyond: right in the middle, within a factor of four in the worst row.
 
