@@ -31,13 +31,13 @@ def model() -> ElasticModel:
     return elastic_model(box((0.2, 0.06, 0.01), (10, 5, 1), "hex20"), STEEL, "x0")
 
 
-def reduced(model: ElasticModel, residuals: str, **options: Any) -> ModalStructure:
+def reduced(model: ElasticModel, residuals: str, more: Any = None, **options: Any) -> ModalStructure:
     """Tangential and normal directions of the lower face, and two loads."""
     x, _, z = model.mesh.nodes.T
     rows = model.indices(np.flatnonzero((z < 1e-9) & (x > 0.09)))[:, [0, 2]].ravel()
     n = model.K.shape[0]
     keep = sparse.csc_array((np.ones(rows.size), (rows, np.arange(rows.size))), shape=(n, rows.size))
-    loads = {"press": np.ones(n), "tip": np.eye(n)[-1]}
+    loads = {"press": np.ones(n), "tip": np.eye(n)[-1], **(more or {})}
     names = [f"{i}{port}" for i in range(rows.size // 2) for port in "tn"]
     options = {"modes": 24, "loss_factor": 0.01, "damping_ratio": 0.003} | options
     return ss.reduce(model.K, model.M, keep=keep, names=names, load_shapes=loads, residuals=residuals, **options)
@@ -144,6 +144,16 @@ def test_few_directions_are_written_out(written: ModalStructure, solved: SolvedM
         close(B.at(ORDERS, OMEGA)[0], A.at(ORDERS, OMEGA)[0])
 
 
+@pytest.mark.parametrize("rows, columns", [(0, 3), (3, 0), (0, 0)])
+def test_no_rows_or_no_columns(written: ModalStructure, solved: SolvedModes, rows: int, columns: int) -> None:
+    """As the forces of loads on modes are asked for, where shapes come after the columns."""
+    eye = np.eye(len(solved.dofs))
+    parts = [s.modal_parts(eye[:, :rows], eye[:, :columns], ("tip", "press")) for s in (solved, written)]
+    for one, other in zip(*parts, strict=True):
+        assert np.shape(one) == np.shape(other)
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-5 * np.abs(other).max(initial=0.0))
+
+
 def test_sizes(written: ModalStructure, solved: SolvedModes) -> None:
     """The near field and its mean share beyond: right in the middle, within a factor of four in the worst row.
 
@@ -202,6 +212,34 @@ def test_the_full_model_of_its_triangles(solved: SolvedModes) -> None:
     again = SolvedModes(**{**solved.arguments, "full": full})
     np.testing.assert_array_equal(again.static_compliance, solved.static_compliance)
     np.testing.assert_array_equal(again.second_residual, solved.second_residual)
+
+
+def shaken(structure: ModalStructure) -> ss.Problem:
+    """On 66 contact ports, by a support that moves; outputs beside them are no contact ports."""
+    law = ss.FrictionContact(kt=2e6, kn=2e6, mu=0.3, normal_load=0.05)
+    pairs = [ss.ContactPair(name=f"c{i}", contact=law, tangential=f"{i}t", normal=f"{i}n") for i in range(33)]
+    load = ss.Load(base="z", motion="displacement", cos=1e-5)
+    return ss.Problem(structure, contacts=pairs, loads=load, harmonics=[0, 1, 3], outputs=["32n", "45n"])
+
+
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
+def test_a_support_that_moves(model: ElasticModel) -> None:
+    """All entries of its receptance are written out where they are asked for, as of that of forces."""
+    rigid = np.zeros(model.K.shape[0])
+    rigid[model.free % 3 == 2] = 1.0
+    one, other = (shaken(reduced(model, kind, more={"base z": model.M @ rigid})) for kind in ("written", "solved"))
+    for kind in ("dense", "iterative"):
+        a, b = (
+            ss.forced_response(
+                p, omega=(2400.0, 2420.0), options={"jacobian": kind, "max_step": 0.5, "output_step": 0.2}
+            )
+            for p in (one, other)
+        )
+        assert (len(a), a.outcome) == (len(b), b.outcome)
+        assert float(a.dataset["separation_fraction"].max()) > 0.1
+        close(b.dataset["displacement"].values, a.dataset["displacement"].values, 1e-7)
+    a, b = (ss.linear_response(p, omega=[2000.0, 3000.0], state="stuck") for p in (one, other))
+    close(b.dataset["displacement"].values, a.dataset["displacement"].values)
 
 
 def test_stored_reductions_are_found_again(model: ElasticModel, tmp_path: Any, monkeypatch: Any) -> None:

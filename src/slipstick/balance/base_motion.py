@@ -157,6 +157,12 @@ class BaseReceptance:
         return lambda name: plain(name) * factor
 
     @property
+    def written(self) -> Callable[[], BaseReceptance]:
+        """With all entries, if the receptance of forces is applied by solutions."""
+        plain = self._plain.written
+        return lambda: BaseReceptance(plain(), self._motions)
+
+    @property
     def factors(self) -> Callable[..., Factors] | None:
         """As of the receptance of forces, if it is known by its modes."""
         return self._with_columns if hasattr(self._plain, "factors") else None

@@ -12,7 +12,7 @@ from slipstick.balance.balance import Balance
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.inputs import Assigned, ContactInputs
 from slipstick.contact.law import Motion, Response
-from slipstick.structure.dynamic import adjusted
+from slipstick.structure.dynamic import adjusted, written
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import ModalReceptance, mapped
 from slipstick.trig.harmonics import Harmonics
@@ -165,6 +165,7 @@ def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array
         ]
         reached = np.array(by_modes).reshape(n, -1, 1 + orders.size)
         return np.concatenate([reached[..., :1], np.repeat(reached[..., 1:], 2, axis=2)], axis=2)
+    receptance = written(receptance)
     out = np.empty((n, ports, 1 + 2 * orders.size))
     out[..., 0] = mapped(np.abs(receptance.static[:, :ports]), stiffness[:, :, None])[:, :, 0]
     if orders.size:

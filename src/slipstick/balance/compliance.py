@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.structure.dynamic import written
 from slipstick.structure.protocol import Receptance
 from slipstick.typing import Array, ComplexArray
 
@@ -87,6 +88,7 @@ def _times(value: ComplexArray, G: ComplexArray) -> Array:
 
 def _conjugates(receptance: Receptance, orders: Array, omega: float) -> ComplexArray:
     """As a ``ModalReceptance`` gives them, of any receptance."""
+    receptance = written(receptance)
     static = receptance.static
     out = np.zeros((2, static.shape[1], static.shape[0], orders.size + 1), dtype=complex)
     out[0, :, :, 0] = static.T

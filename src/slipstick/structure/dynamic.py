@@ -96,6 +96,11 @@ def turning_with(structure: Any, omega: float) -> Any:
     return structure.turning_with(omega) if hasattr(structure, "turning_with") else structure
 
 
+def written(receptance: Any) -> Any:
+    """A receptance with all its entries: one that is applied by solutions is written out; others as they are."""
+    return receptance.written() if hasattr(receptance, "written") else receptance
+
+
 def adjusted(receptance: Any, values: Mapping[str, float]) -> Any:
     """A receptance with other values of the structure's parameters; InputError where it knows none."""
     if not values:

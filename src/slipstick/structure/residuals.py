@@ -315,7 +315,7 @@ class SolvedResiduals:
         for first in range(0, unit.shape[0], _TOGETHER):
             columns = unit[:, first : first + _TOGETHER].toarray()
             parts.append(self.both(columns, np.ones(columns.shape[1], dtype=bool), transposed=turned))
-        ports = np.concatenate(parts, axis=2) if parts else np.zeros((2, *self.shape))
+        ports = np.concatenate(parts, axis=2) if parts else np.zeros((2, max(self.shape[0], self._n), 0))
         ports = ports.transpose(0, 2, 1) if turned else ports
         both = np.concatenate([ports, self._loads], axis=2)
         return both[0], both[1]
