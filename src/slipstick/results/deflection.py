@@ -65,9 +65,9 @@ def deflection_of(
         forces = force_fields(branch, points, _FORCES * small)
         known = structure.left_out(skin.rows, skin.modes, forces)
     basis, parts = skin.basis(None if known is None else known.static), []
-    for balance, data in parts_of(branch, points):
+    for balance, at in parts_of(branch, points):
         its: Any = balance.problem.structure
-        parts.append(recovered_motion(balance, _seen(its, coarse).along(basis, its, known), data))
+        parts.append(recovered_motion(balance, _seen(its, coarse).along(basis, its, known), branch.table, at))
     motion = np.concatenate(parts)
     n, k, L = motion.shape
     shapes, sizes, _ = np.linalg.svd(motion.transpose(1, 0, 2).reshape(k, n * L), full_matrices=False)
@@ -89,7 +89,7 @@ _FORCES = 0.1
 """Of what is left out of the motion: what is left out of the forces whose own answer is solved for."""
 
 _TOGETHER = 4_000_000
-"""Forces on dofs taken together: 32 MB."""
+"""Forces on dofs, or at ports, taken together: 32 MB."""
 
 
 def force_fields(branch: Branch, points: Sequence[int], small: float) -> Array:
@@ -100,9 +100,9 @@ def force_fields(branch: Branch, points: Sequence[int], small: float) -> Array:
     largest, fields = 0.0, np.empty((0, 0))
     step = max(1, _TOGETHER // max(1, len(branch.problem.structure.dofs) * branch.harmonics.size))  # type: ignore[union-attr]
     for first in range(0, len(points), step):
-        for balance, data in parts_of(branch, points[first : first + step]):
+        for balance, at in parts_of(branch, points[first : first + step]):
             vectors = balance.problem.load_columns.vectors
-            force = np.concatenate(list(_forces(balance, data)), axis=1)
+            force = np.concatenate(list(_forces(balance, branch.table, at)), axis=1)
             forces = np.column_stack([vectors, balance.directions @ force]).astype(float)
             sizes = np.linalg.norm(forces, axis=0)
             sizes[: vectors.shape[1]], largest = 0.0, max(largest, float(sizes[vectors.shape[1] :].max(initial=0.0)))
@@ -276,33 +276,37 @@ def _over_frequencies(structure: Any) -> tuple[Array, Array]:
     return of_nodes, structure.mode_shapes / omega
 
 
-def parts_of(branch: Branch, points: Sequence[int]) -> Iterator[tuple[Balance, ResultTable]]:
+def parts_of(branch: Branch, points: Sequence[int]) -> Iterator[tuple[Balance, Sequence[int]]]:
     """Points of one problem together: all of them, or one by one where a parameter was followed."""
     problem: Problem | None = branch.problem
     assert problem is not None
     if not branch.table.attrs.get("parameter"):
-        yield Balance(problem), branch.table.at(points)
+        yield Balance(problem), points
         return
     for point in points:
-        yield Balance(branch.problem_at(point)), branch.table.at([point])
+        yield Balance(branch.problem_at(point)), [point]
 
 
-def recovered_motion(balance: Balance, recovered: Recovered, data: ResultTable) -> Array:
+def recovered_motion(balance: Balance, recovered: Recovered, data: ResultTable, points: Sequence[int]) -> Array:
     """Coefficients (n, n_rows, L) of rows that are no dofs, under the forces of the points and the loads."""
     problem = balance.problem
     receptance = problem.load_columns.receptance(recovered, np.zeros((0, 0)), balance.directions)  # type: ignore[arg-type]
-    omega = data["omega"].to_numpy()
-    P = np.broadcast_to(-problem.inputs.P, (len(omega), *problem.inputs.P.shape))
-    G = np.concatenate([_forces(balance, data), P], axis=1)
-    out = moved(receptance, balance.orders, G[:, :, 1:], omega, [{}] * len(omega))
-    out[:, :, 0] = -(G[:, :, 0] @ receptance.static.T)
+    out = np.empty((len(points), receptance.static.shape[0], balance.L))
+    step = max(1, _TOGETHER // max(1, receptance.static.shape[1] * balance.L))
+    for first in range(0, len(points), step):
+        at = slice(first, first + step)
+        omega = data["omega"].to_numpy()[np.asarray(points[at], dtype=int)]
+        P = np.broadcast_to(-problem.inputs.P, (len(omega), *problem.inputs.P.shape))
+        G = np.concatenate([_forces(balance, data, points[at]), P], axis=1)
+        out[at] = moved(receptance, balance.orders, G[:, :, 1:], omega, [{}] * len(omega))
+        out[at, :, 0] = -(G[:, :, 0] @ receptance.static.T)
     return out
 
 
-def _forces(balance: Balance, data: ResultTable) -> Array:
+def _forces(balance: Balance, data: ResultTable, points: Sequence[int]) -> Array:
     """Forces at the ports (n, n_ports, L)."""
-    force = np.zeros((data.sizes["point"], balance.n_ports, balance.L))
+    at, force = np.asarray(points, dtype=int), np.zeros((len(points), balance.n_ports, balance.L))
     for batch in balance.batches:
         for name, port in zip(batch.law.force_names, batch.ports, strict=True):
-            force[:, port.rows] = data[f"{name}_force"].to_numpy()[:, batch.elements][:, port.members]
+            force[:, port.rows] = data[f"{name}_force"].to_numpy()[at][:, batch.elements][:, port.members]
     return force

@@ -148,9 +148,10 @@ def _strain(branch: Branch, strains: Strains, numbers: list[int], chosen: IntArr
     for first in range(0, len(numbers), step):
         points = numbers[first : first + step]
         forces = force_fields(branch, points, 0.0) if strains.static is None else None
-        for balance, data in parts_of(branch, points):
+        for balance, at in parts_of(branch, points):
             structure: Any = balance.problem.structure
-            parts.append(recovered_motion(balance, structure.strains.of(structure, rows, forces), data))
+            recovered = structure.strains.of(structure, rows, forces)
+            parts.append(recovered_motion(balance, recovered, branch.table, at))
     return np.concatenate(parts or [np.empty((0, len(rows), L))]).reshape(-1, len(chosen), 6, L)
 
 
