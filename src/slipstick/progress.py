@@ -79,10 +79,7 @@ class Progress(Listener):
 
     def searching(self, event: Searching) -> None:
         """The first point has been sought for a while."""
-        *_, name = event.name.split(": ")
-        self._show(
-            f"looking for the first point: {name}, evaluation {event.evaluations}, residual {event.residual:.1e}"
-        )
+        self._show(f"looking for the first point: {', '.join(event.parts)}")
 
     def point_found(self, event: PointFound) -> None:
         """A point was found."""

@@ -1,7 +1,8 @@
 """What listeners are told: one beginning, every point with its numbers, one end."""
 
 import slipstick as ss
-from slipstick.analysis.events import Listener, PointFound, Started, Stopped, StrategyTried
+from slipstick.analysis.events import Listener, PointFound, Searching, Started, Stopped, StrategyTried
+from slipstick.balance import start
 from slipstick.verify.cases import oscillator
 
 
@@ -40,3 +41,19 @@ def test_a_listener_overrides_the_methods_it_wants():
     counter = Counter()
     branch = ss.forced_response(oscillator(velocity=10.0), omega=(4.0, 6.0), listeners=counter)
     assert counter.points == len(branch) == counter.end.points
+
+
+def test_a_listener_is_told_of_a_long_search_for_the_first_point(monkeypatch):
+    class Searches(Listener):
+        def __init__(self):
+            self.seen = []
+
+        def searching(self, event):
+            self.seen.append(event)
+
+    monkeypatch.setattr(start, "_PAUSE", 0.0)
+    searches = Searches()
+    ss.forced_response(oscillator(velocity=10.0), omega=(4.0, 6.0), listeners=searches)
+    assert searches.seen
+    assert all(isinstance(event, Searching) and event.omega == 4.0 for event in searches.seen)
+    assert searches.seen[0].parts[0].startswith("from the linear response")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from math import isfinite, nan
 
 import numpy as np
 
@@ -63,9 +64,23 @@ class Searching:
     evaluations: int
     """Of the balance, in this search so far."""
     residual: float
-    """What is left of the balance, relative to the motion."""
+    """What is left of the balance, relative to the motion; nan where it is sought by other means."""
     share: float | None
     """Part of the way that a ramp has made; None where it is none."""
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """What it says: the innermost strategy, evaluations, and what is left of the balance.
+
+        >>> name = "fewer harmonics first: load ramp"
+        >>> told = Searching(name=name, omega=1.0, evaluations=9, residual=0.02, share=0.5)
+        >>> told.parts
+        ('load ramp at 50 %', 'evaluation 9', 'residual 2.0e-02')
+        """
+        way = self.name.rpartition(": ")[2]
+        way = way if self.share is None else f"{way} at {self.share:.0%}".replace("%", " %")
+        left = (f"residual {self.residual:.1e}",) if isfinite(self.residual) else ()
+        return way, f"evaluation {self.evaluations}", *left
 
 
 class NoStart(Reason):
@@ -90,9 +105,14 @@ class _Watch:
         """An evaluation; a place where whoever interrupts is let in."""
         pass_on()
         self._evaluations += 1
-        if self._tell is None or time.monotonic() - self._last < _PAUSE:
+        if time.monotonic() - self._last >= _PAUSE:
+            self.tell(name, omega, norm(value.residual) / (norm(x) or 1.0), share)
+
+    def tell(self, name: str, omega: float, residual: float = nan, share: float | None = None) -> None:
+        """Tell at once."""
+        self._last = time.monotonic()
+        if self._tell is None:
             return
-        self._last, residual = time.monotonic(), norm(value.residual) / (norm(x) or 1.0)
         self._tell(Searching(name=name, omega=omega, evaluations=self._evaluations, residual=residual, share=share))
 
 
@@ -312,6 +332,7 @@ class FirstPoint:
 
     def _from_outside(self) -> Array | None:
         assert self.last_resort is not None
+        self._watch.tell(self._name, self.omega)
         x = self.last_resort()
         return None if x is None else self._solve(x)
 

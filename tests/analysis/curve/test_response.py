@@ -12,7 +12,7 @@ from helpers.results import corrected
 
 import slipstick as ss
 from slipstick.analysis.curve.response import follow, response_options
-from slipstick.analysis.events import PointFound, Started, Stopped, StrategyTried
+from slipstick.analysis.events import PointFound, Searching, Started, Stopped, StrategyTried
 
 
 def oscillator(
@@ -154,7 +154,7 @@ def test_least_amplitude_needs_more_load_than_most_dissipation() -> None:
 def test_events_and_generator() -> None:
     told: list[Any] = []
     branch = ss.forced_response(oscillator(velocity=10), omega=(3.0, 5.0), listeners=[told.append])
-    kinds = [type(event) for event in told]
+    kinds = [type(event) for event in told if not isinstance(event, Searching)]  # told where that took long
     assert (kinds[0], kinds[1], kinds[-1]) == (Started, StrategyTried, Stopped)
     points = [event for event in told if isinstance(event, PointFound)]
     assert len(points) == len(branch) == told[-1].points

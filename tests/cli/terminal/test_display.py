@@ -137,3 +137,22 @@ def test_the_line_of_a_study_fits_its_terminal(width: int) -> None:
     progress._position.update(999_999.0)
     assert len(progress.text) <= width
     assert progress.text.startswith("999999 of 1000000")
+
+
+def test_a_long_search_for_the_first_point_is_shown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The whole on a plain line; on a terminal what has room."""
+    now = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    told = ("first point at 1800 rad/s", "load ramp at 40 %", "evaluation 57", "residual 3.0e-04")
+    shown = CurveDisplay(Position(0.0, 10.0), " rad/s")
+    shown.search(told)
+    now[0] += 5.0
+    shown.search(told)
+    expected = "  first point at 1800 rad/s, load ramp at 40 %, evaluation 57, residual 3.0e-04"
+    assert capsys.readouterr().out.splitlines() == [expected]
+    with module._moving() as bar:
+        bar.console.width = 60
+        LiveCurve(Position(0.0, 10.0), " rad/s", bar).search(told)
+        assert bar.tasks[-1].description == "first point at 1800 rad/s, load ramp at 40 %"

@@ -26,6 +26,7 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
 from slipstick.html import MOST_SHOWN, html_table
+from slipstick.interrupts import pass_on
 from slipstick.results.saved_table import write_table
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
@@ -264,6 +265,7 @@ def integrate(
     z, states = start_at_rest(stepper) if initial is None else start_from_motion(stepper, initial)
     end = None
     for end in follow_periods(stepper, z, states, shooting=method == "shooting"):
+        pass_on()
         if end.change < tolerance or end.period >= periods:
             break
     assert end is not None

@@ -259,7 +259,8 @@ class AtFrequency(SteadyWear):
 
     def guess(self) -> Array | None:
         """By the ladder of every first point."""
-        return FirstPoint(self.balance, self.inputs, self._omega, report=self._report).find()
+        report = self._report
+        return FirstPoint(self.balance, self.inputs, self._omega, report=report, searching=report).find()
 
     def omega(self, y: Array) -> float:
         """The one given."""

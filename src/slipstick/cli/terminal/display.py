@@ -217,7 +217,7 @@ class ShownCurve(RunListener):
     def searching(self, event: Searching) -> None:
         """Show how far the search for the first point is."""
         where = f"first point at {self._case.frequency_text(event.omega)}"
-        self._display.search((where, *search_text(event)))
+        self._display.search((where, *event.parts))
 
     def strategy_tried(self, event: StrategyTried) -> None:
         """Show how the first point is sought."""
@@ -240,18 +240,6 @@ class ShownCurve(RunListener):
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._display.at(value, step, states_text(event.values))
-
-
-def search_text(event: Searching) -> tuple[str, str, str]:
-    """How far a search for a first point is: the innermost strategy, evaluations, and what is left of the balance.
-
-    >>> told = Searching(name="fewer harmonics first: load ramp", omega=1.0, evaluations=9, residual=0.02, share=0.5)
-    >>> search_text(told)
-    ('load ramp at 50 %', 'evaluation 9', 'residual 2.0e-02')
-    """
-    *_, name = event.name.split(": ")
-    way = name if event.share is None else f"{name} at {event.share:.0%}".replace("%", " %")
-    return way, f"evaluation {event.evaluations}", f"residual {event.residual:.1e}"
 
 
 def states_text(record: Mapping[str, Any]) -> str:
