@@ -244,7 +244,7 @@ class Memory(Sink):
         else:
             entries *= 16  # between the ports of a contact; in the Jacobian and twice in what stands for it too
         self._most = max(1, _KEPT // entries)
-        self._slices: list[Mapping[str, Array]] = []
+        self._slices: list[dict[str, Array]] = []
 
     def due(self, waiting: Sequence[PointFound]) -> bool:
         """As many at once as memory allows: their derivatives are let go with them."""
@@ -252,13 +252,16 @@ class Memory(Sink):
 
     def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
         """Keep the values alone."""
-        self._slices.append(values)
+        self._slices.append(dict(values))
 
     def values(self) -> Mapping[str, Array]:
-        """Those of all points, one array each."""
-        slices = self._slices or [self.run.recorder.values([])]
-        self._slices = [{name: np.concatenate([values[name] for values in slices]) for name in slices[0]}]
-        return self._slices[0]
+        """Those of all points, one array each; of one variable after another, so that memory holds no more twice."""
+        slices = self._slices or [dict(self.run.recorder.values([]))]
+        first, *others = slices
+        for name in first if others else ():
+            first[name] = np.concatenate([first[name], *(values.pop(name) for values in others)])
+        self._slices = [first]
+        return first
 
     def branch(self) -> Branch:
         """The points, with warnings, which are given to the user too."""
