@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from slipstick.structure.residuals import Residuals, WrittenResiduals
 from slipstick.typing import AnyArray, Array, ComplexArray
 
-_SMALL = 2**14
+SMALL = 2**14
 """Entries of a matrix up to which products with many vectors cost as much one by one."""
 _LARGE = 2**25
 """Above so many products (256 MB) they are not kept but formed for each frequency."""
@@ -467,7 +467,7 @@ def mapped(matrix: Any, columns: Array) -> Array:
     By a large matrix of all together, which is read once; by a small one of one after another, so that what is beside
     one changes no bit of it.
     """
-    if not isinstance(matrix, np.ndarray) or matrix.size > _SMALL:
+    if not isinstance(matrix, np.ndarray) or matrix.size > SMALL:
         n, _, k = columns.shape
         joined = matrix @ columns.transpose(1, 0, 2).reshape(columns.shape[1], n * k)
         return np.ascontiguousarray(joined.reshape(-1, n, k).transpose(1, 0, 2))
