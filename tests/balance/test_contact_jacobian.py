@@ -173,6 +173,48 @@ def test_the_bound_is_one_and_not_far(both):
     assert ratio.max() < 50.0
 
 
+def at(x, pairs, omega=OMEGA):
+    """Dense and own Jacobian at a motion."""
+    problem = ss.Problem(
+        structure(2 * len(pairs)), contacts=pairs, loads=[ss.Load(dof="d1", harmonic=1, cos=3.0)],
+        harmonics=ss.Harmonics([0, 1, 2, 5]),
+    )  # fmt: skip
+    balance = Balance(problem)
+    found = detail(balance, np.resize(x, balance.size), omega, problem.inputs)
+    dense = balanced(balance, np.resize(x, balance.size), found, balance.compliance(omega)).jacobian
+    compliance = FactoredCompliance(balance.receptance.factors(balance.orders, omega))
+    return dense, ContactJacobian(balance, [r.by_motion for r in found.responses], compliance)
+
+
+@pytest.mark.parametrize("border", [False, True])
+@pytest.mark.parametrize(("far", "solutions", "own_ones"), [(1e-4, 1, 0), (1e-4, 6, 1), (3.0, 6, 1)])
+def test_what_stands_for_another_serves_until_its_own_is_worth_it(far, solutions, own_ones, border, monkeypatch):
+    """Digits and sign stay."""
+    made = []
+    first = contact_jacobian.Preconditioner.__init__
+    monkeypatch.setattr(
+        contact_jacobian.Preconditioner, "__init__", lambda self, *of: made.append(self) or first(self, *of)
+    )
+    rng = np.random.default_rng(12)
+    x, y = 0.1 * rng.standard_normal((2, 500))
+    (_, one), (dense, own) = at(x, grid(4)), at(x + far * y, grid(4), OMEGA * (1.0 + 0.1 * far))
+    if border:
+        column, row = rng.standard_normal(own.size), rng.standard_normal(own.size + 1)
+        one, dense, own = (J.bordered(column, row) for J in (one, dense, own))
+    v = rng.standard_normal(own.size)
+    one.solve(v)
+    own.take_over(one)
+    assert len(made) == 1
+    for _ in range(solutions):
+        np.testing.assert_allclose(own.solve(v), dense.solve(v), rtol=0, atol=1e-6 * np.abs(dense.solve(v)).max())
+    assert own.sign() == dense.sign()
+    assert len(made) == 1 + own_ones
+    third = at(x, grid(4))[1]
+    third.take_over(dense)
+    third.solve(v[: third.size])
+    assert len(made) == 2 + own_ones
+
+
 @pytest.mark.parametrize("options", [{"loss": 0.0}, {"second": False}, {"loss": np.linspace(0.0, 0.02, 9)}])
 def test_every_kind_of_damping_and_residual(options):
     dense, own = jacobians(grid(4), **options)

@@ -10,12 +10,15 @@ import pytest
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
+from slipstick.balance.base_motion import BaseReceptance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.io.loading import load
+from slipstick.results import truncation as truncation_module
 from slipstick.results.record import Point, Recorder
-from slipstick.results.truncation import truncation_sentence, with_further
+from slipstick.results.truncation import moved, truncation_sentence, with_further
 from slipstick.solve.newton import newton
+from slipstick.structure.receptance import ModalReceptance
 from slipstick.verify.oscillator_checks import oscillator
 
 Array = np.ndarray
@@ -179,3 +182,32 @@ def test_sentence() -> None:
     said = truncation_sentence("damper.mu", values, np.array([0.05, 0.2, np.nan]))
     assert said is not None
     assert "about 20 % of the amplitude at damper.mu = 2 (and more than 1 % at 2 of 3 points)" in said
+
+
+def test_points_are_looked_at_in_slices(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = branch(10.0, [0, 1, 2, 3]).dataset["truncation"].to_numpy()
+    monkeypatch.setattr(truncation_module, "_HELD", 5000)
+    np.testing.assert_array_equal(branch(10.0, [0, 1, 2, 3]).dataset["truncation"], whole)
+
+
+@pytest.mark.parametrize("base", [False, True])
+@pytest.mark.parametrize("n", [20, 140])
+def test_many_frequencies_are_each_of_them(n: int, base: bool) -> None:
+    """Large receptances are applied to all points together; those of moving supports have factors on columns."""
+    rng = np.random.default_rng(3)
+    left, right = rng.standard_normal((n, 7)), rng.standard_normal((n + 1, 7))
+    whole = rng.standard_normal((2, n, n + 1))
+    plain = ModalReceptance(
+        left=left, right=right, stiffness=np.arange(1.0, 8.0) ** 2 * (1.0 + 0.01j), damping=np.full(7, 0.1),
+        static=whole[0] + (left / np.arange(1.0, 8.0) ** 2) @ right.T, residual=whole[0], second=1e-3 * whole[1],
+    )  # fmt: skip
+    receptance = BaseReceptance(plain, [None] * n + ["displacement"]) if base else plain
+    orders, omega, forces = np.array([3.0, 5.0]), np.array([0.7, 1.9, 4.2]), rng.standard_normal((3, n + 1, 4))
+    found = moved(receptance, orders, forces, omega, [{}] * 3)
+    A, _ = receptance.at(orders, omega)
+    for each, at, F in zip(found, A, forces, strict=True):
+        assert not each[:, 0].any()
+        for k, own in enumerate(at):
+            answer = own @ (F[:, 2 * k] - 1j * F[:, 2 * k + 1])
+            np.testing.assert_allclose(each[:, 1 + 2 * k], -answer.real, rtol=0, atol=1e-11 * np.abs(answer).max())
+            np.testing.assert_allclose(each[:, 2 + 2 * k], answer.imag, rtol=0, atol=1e-11 * np.abs(answer).max())

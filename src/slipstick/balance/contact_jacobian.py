@@ -118,10 +118,15 @@ class Preconditioner:
     ----------
     elements
         Tangents of all batches.
+
+    Attributes
+    ----------
+    by_digit
+        Most products by digit that a solution took with the Jacobian that it was made for.
     """
 
     def __init__(self, elements: Sequence[Elements], compliance: FactoredCompliance) -> None:
-        self._elements, self._by_digit = elements, 0.0
+        self._elements, self.by_digit = elements, 0.0
         apart = _modes_apart(elements, compliance)
         self._set_apart(apart, compliance)
         self._inverse, sign = [], 1
@@ -139,11 +144,9 @@ class Preconditioner:
         negative = np.count_nonzero(self._lu[0].diagonal() < 0.0)
         self.sign: int = 0 if np.any(self._lu[0].diagonal() == 0.0) else (-sign if (swaps + negative) % 2 else sign)
 
-    def usual(self, products: int, tolerance: float) -> float:
-        """Products that solutions took at first, of as many digits."""
-        digits = -log10(tolerance)
-        self._by_digit = self._by_digit or products / digits
-        return self._by_digit * digits
+    def see(self, by_digit: float) -> None:
+        """Take note of the products by digit of a solution with the Jacobian that it was made for."""
+        self.by_digit = max(self.by_digit, by_digit)
 
     def _set_apart(self, apart: NDArray[np.bool_], compliance: FactoredCompliance) -> None:
         """Order by order: the cosines of its modes, then their sines; harmonic 0 has one coefficient."""
@@ -357,10 +360,11 @@ class ContactJacobian(IterativeJacobian):
         """One of its own stands for it once one that was taken over has cost as many products as making it costs."""
         if self._standing_in is None:
             return False
-        usual = self._standing_in.usual(products, tolerance)
+        digits = -log10(tolerance)
         if self._wasted is None:
+            self._standing_in.see(products / digits)
             return False
-        self._wasted += products - usual
+        self._wasted += products - self._standing_in.by_digit * digits
         if self._wasted <= _WORTH:
             return False
         del self._standing_in

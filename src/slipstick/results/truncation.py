@@ -24,7 +24,7 @@ from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
-from slipstick.structure.receptance import mapped
+from slipstick.structure.receptance import SMALL, mapped
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray, IntArray
 
@@ -282,10 +282,14 @@ def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Arr
 
 def _moved_by_modes(receptance: Any, orders: Array, G: Array, omega: Array) -> Array:
     """The same without a receptance between all ports, which would be large."""
-    n, rows, k = len(G), receptance.static.shape[0], orders.size
-    out = np.zeros((n, rows, 1 + 2 * k))
-    force = np.zeros((G.shape[1], 1 + n * k), dtype=complex)
-    force[:, 1:] = (G[:, :, 0::2] + 1j * G[:, :, 1::2]).transpose(1, 0, 2).reshape(-1, n * k)
-    answer = FactoredCompliance(receptance.factors(orders, omega)).answer(force)
-    out[:, :, 1:] = -answer.reshape(rows, -1)[:, 1:].reshape(rows, n, 2 * k).transpose(1, 0, 2)
+    rows, k = receptance.static.shape[0], orders.size
+    out, together = np.zeros((len(G), rows, 1 + 2 * k)), len(G) if receptance.static.size > SMALL else 1
+    for first in range(0, len(G), max(1, together)):
+        w, F = (part[first : first + together] for part in (omega, G))
+        n = len(w)
+        force = np.zeros((F.shape[1], 1 + n * k), dtype=complex)
+        force[:, 1:] = (F[:, :, 0::2] + 1j * F[:, :, 1::2]).transpose(1, 0, 2).reshape(-1, n * k)
+        answer = FactoredCompliance(receptance.factors(orders, w)).answer(force)
+        answered = answer.reshape(rows, -1)[:, 1:].reshape(rows, n, 2 * k)
+        out[first : first + n, :, 1:] = -answered.transpose(1, 0, 2)
     return out

@@ -15,11 +15,13 @@ from numpy.typing import ArrayLike
 from slipstick.structure.residuals import Residuals, WrittenResiduals
 from slipstick.typing import AnyArray, Array, ComplexArray
 
-_SMALL = 2**14
+SMALL = 2**14
 """Entries of a matrix up to which products with many vectors cost as much one by one."""
 _LARGE = 2**25
 """Above so many products (256 MB) they are not kept but formed for each frequency."""
 
+_SYMMETRIC = 1e-11
+"""What a symmetric matrix may be apart from its transpose, over its largest entry (measured: 5e-13)."""
 _ROUNDING = 1e-14
 """Loss factors of modes are one up to that."""
 
@@ -209,6 +211,15 @@ class ModalReceptance(SummedReceptance):
                 _modal_sums()(shapes * self._right, row, *arguments)
         return out
 
+    @cached_property
+    def _symmetric(self) -> bool:
+        """Whether what is left out is symmetric between the rows, to rounding."""
+        n = self._shape[0]
+        parts = [matrix[:, :n] for matrix in self._left_out if matrix is not None]
+        return self._shape[1] >= n and all(
+            np.abs(part - part.T).max(initial=0.0) <= _SYMMETRIC * np.abs(part).max(initial=0.0) for part in parts
+        )
+
     @property
     def summands(self) -> tuple[Array, ComplexArray, ComplexArray, ComplexArray]:
         """What is summed over modes: products (n_columns n_rows, n_modes), stiffness, damping, what modes leave out."""
@@ -289,7 +300,7 @@ class ModalReceptance(SummedReceptance):
             right=self._right,
             weight=np.vstack([1.0 / self._stiffness.real + 0j, D]),
             slope=np.vstack([still, slope]),
-            parts=WrittenResiduals([matrix for matrix, _ in left_out]),
+            parts=WrittenResiduals([matrix for matrix, _ in left_out], symmetric=self._symmetric),
             part_weight=np.hstack([static, powers]),
             part_slope=np.hstack([0.0 * static, part_slope]),
         )
@@ -456,7 +467,7 @@ def mapped(matrix: Any, columns: Array) -> Array:
     By a large matrix of all together, which is read once; by a small one of one after another, so that what is beside
     one changes no bit of it.
     """
-    if not isinstance(matrix, np.ndarray) or matrix.size > _SMALL:
+    if not isinstance(matrix, np.ndarray) or matrix.size > SMALL:
         n, _, k = columns.shape
         joined = matrix @ columns.transpose(1, 0, 2).reshape(columns.shape[1], n * k)
         return np.ascontiguousarray(joined.reshape(-1, n, k).transpose(1, 0, 2))

@@ -45,11 +45,18 @@ class Residuals(Protocol):
         """Entries of each matrix between ports of one contact, of the shape of ``rows`` and ``columns`` together."""
 
 
-class WrittenResiduals:
-    """Matrices (n_rows, n_columns) that are written out."""
+_CACHED, _TILE = 2**18, 200
+"""Entries of a matrix that stays in the cache as a whole; rows and columns of a part that does (measured)."""
 
-    def __init__(self, matrices: Sequence[Array]) -> None:
-        self.matrices = tuple(matrices)
+
+class WrittenResiduals:
+    """Matrices (n_rows, n_columns) that are written out; ``symmetric``: the first columns are the rows, as of one body.
+
+    Of large symmetric ones one half is read, in tiles that stay in the cache, which is what products take time for.
+    """
+
+    def __init__(self, matrices: Sequence[Array], *, symmetric: bool = False) -> None:
+        self.matrices, self._symmetric = tuple(matrices), symmetric
         self._known: tuple[ComplexArray | None, dict[int, ComplexArray]] = None, {}
 
     def __len__(self) -> int:
@@ -67,8 +74,24 @@ class WrittenResiduals:
         for p, (matrix, share) in enumerate(zip(self.matrices, weight, strict=True)):
             if share.any():
                 if p not in products:
-                    products[p] = (matrix[:, : len(x)] @ pairs).view(complex)
+                    products[p] = self._product(matrix, pairs).view(complex)
                 out = out + products[p] * share
+        return out
+
+    def _product(self, matrix: Array, x: Array) -> Array:
+        """``R x`` for numbers (any, k) on the first columns."""
+        n = len(matrix)
+        if not self._symmetric or n * n <= _CACHED or len(x) < n:
+            return np.asarray(matrix[:, : len(x)] @ x)
+        out = np.asarray(matrix[:, n : len(x)] @ x[n:])
+        for i in range(0, n, _TILE):
+            below = slice(i, min(i + _TILE, n))
+            out[below] += matrix[below, below] @ x[below]
+            for j in range(0, i, _TILE):
+                before = slice(j, j + _TILE)
+                tile = matrix[below, before]
+                out[below] += tile @ x[before]
+                out[before] += tile.T @ x[below]
         return out
 
     def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
