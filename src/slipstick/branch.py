@@ -560,7 +560,9 @@ class Branch:
 
         An interpolated point is solved for first. Both use the same structure, so an error of its reduction to modes
         stays unseen: ``reduction_error`` of the outcome is its estimate. Heated contacts keep the parameters they
-        have at this point. ``options`` are those of ``slipstick.transient``.
+        have at this point. A loss factor becomes viscous damping, equal at each mode's own frequency: away from
+        resonances that moves amplitudes, and the difference is no error of the balance. Nor is the force that contacts
+        which never slip were left with, which has no one value. ``options`` are those of ``slipstick.transient``.
         Raises InputError where the problem is not known.
         """
         from slipstick.analysis.time_domain.check import check_in_time
