@@ -398,18 +398,19 @@ class KrylovBasis:
 
     def step(self) -> None:
         """Take the next block into the basis and make the one after it."""
-        Q, m, width = self.Q, self.m, self.Q.shape[1]
-        self.V[:, m : m + width] = Q
+        m, width = self.m, self.Q.shape[1]
+        self.V[:, m : m + width] = self.Q
         self.m = m + width
-        W = self.solve(self.MQ)
-        C = self._remove(W, self.M @ W)
+        blocks = [self.solve(self.MQ)]
+        self.Q = self.MQ = np.zeros((self.n, 0))  # memory that the next block takes
+        C = self._remove(blocks[0], self.M @ blocks[0])
         H = np.zeros((self.m, self.m), dtype=self.dtype)
         H[:m, :m] = self.H
         H[:, m:] = C
         H[m:, :m] = C[:m].conj().T
         H[m:, m:] = 0.5 * (C[m:] + C[m:].conj().T)
         self.H = H
-        self.Q, self.MQ, self.coupling = self._orthonormalise(W)
+        self.Q, self.MQ, self.coupling = self._orthonormalise(blocks.pop())
 
     def ritz(self) -> tuple[Array, Array, Array]:
         """Ritz values (largest first), vectors in the basis, and relative residuals."""
@@ -494,7 +495,9 @@ class KrylovBasis:
             values, vectors = values[-room:], vectors[:, -room:]
             floor = max(1e-14 * values[-1], np.finfo(float).tiny)
             root = np.sqrt(np.maximum(values, floor))
-            W, MW, R = W @ (vectors / root), MW @ (vectors / root), (root[:, None] * vectors.conj().T) @ R
+            R = (root[:, None] * vectors.conj().T) @ R
+            W = W @ (vectors / root)
+            MW = MW @ (vectors / root)
             if turn and values[0] > 0.25:  # unit vectors that lost less than half to the basis
                 return W, MW, R
             dead = values <= floor
