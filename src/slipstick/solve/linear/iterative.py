@@ -144,7 +144,7 @@ class IterativeJacobian(ABC):
                 left[i] = 0.0
             enough = left[open_] ** 2 <= _SURE * tolerance * size[open_] * before[open_]
             for i in open_[enough & (left[open_] > 0.0)]:
-                x[:, i] += self._nearly(rest[:, i])
+                x[:, i] += self._nearly(rest[:, i], max(_NEARLY, _SURE * tolerance * size[i] / left[i]))
                 left[i] = 0.0
             open_ = np.flatnonzero(left > 0.0)
         return x.reshape(right.shape)
