@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.benchmarks import benchmark
 from helpers.oscillator import damper, one_mass, opening
 
 import slipstick as ss
@@ -19,6 +20,7 @@ from slipstick.verify.cases import oscillator
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
+PLATE = benchmark("many_contacts")
 STEEP = ss.FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])
 COARSE = {"max_step": 0.05, "first_step": 0.05}
 
@@ -38,6 +40,9 @@ REQUESTS: dict[str, Callable[[], CurveRequest]] = {
     ),
     "thermal fold": lambda: parameter_request(heated(), "damper.velocity", (1900.0, 2400.0), 6.0, (), None, COARSE),
     "stability": lambda: frequency_request(oscillator(velocity=10.0), (2.5, 6.0), (), None, COARSE, (), None, True),
+    "iterative Jacobian": lambda: frequency_request(
+        PLATE.problem(*PLATE.plate(5, 2, modes=60)), (1650.0, 1800.0), (), None, {**COARSE, "jacobian": "iterative"}
+    ),
     "point limit": lambda: frequency_request(oscillator(velocity=0.5), (2.0, 15.0), (), None, {"max_points": 12}),
 }
 
