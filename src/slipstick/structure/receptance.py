@@ -221,6 +221,11 @@ class ModalReceptance(SummedReceptance):
         )
 
     @property
+    def _parts(self) -> Residuals:
+        """What is left out, as the products with it are made."""
+        return WrittenResiduals([part for part in self._left_out if part is not None], symmetric=self._symmetric)
+
+    @property
     def summands(self) -> tuple[Array, ComplexArray, ComplexArray, ComplexArray]:
         """What is summed over modes: products (n_columns n_rows, n_modes), stiffness, damping, what modes leave out."""
         return self._products, self._stiffness, self._damping, self._rest
@@ -300,7 +305,7 @@ class ModalReceptance(SummedReceptance):
             right=self._right,
             weight=np.vstack([1.0 / self._stiffness.real + 0j, D]),
             slope=np.vstack([still, slope]),
-            parts=WrittenResiduals([matrix for matrix, _ in left_out], symmetric=self._symmetric),
+            parts=self._parts,
             part_weight=np.hstack([static, powers]),
             part_slope=np.hstack([0.0 * static, part_slope]),
         )

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -20,8 +19,8 @@ from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import any_directions
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Receptance
-from slipstick.structure.receptance import Factors, ModalReceptance
-from slipstick.structure.residuals import SOLVED, FullModel, NearField, SolvedResiduals, SolvedStatic
+from slipstick.structure.receptance import ModalReceptance
+from slipstick.structure.residuals import SOLVED, FullModel, NearField, Residuals, SolvedResiduals, SolvedStatic
 from slipstick.structure.skin import Skin, SolvedFields
 from slipstick.structure.strains import Strains
 from slipstick.structure.truncation import Truncation, load_arrays
@@ -213,10 +212,9 @@ class SolvedReceptance(ModalReceptance):
             second=nothing, static=SolvedStatic(residuals, left, right, np.sqrt(stiffness.real)),  # type: ignore[arg-type]
         )  # fmt: skip
 
-    def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """As of a modal receptance."""
-
-        return replace(super().factors(orders, omega, along), parts=self._residuals)
+    @property
+    def _parts(self) -> Residuals:
+        return self._residuals
 
     def nearly(self) -> SolvedReceptance:
         """The same without solutions, see ``SolvedResiduals.nearly``; where there are none, this."""
