@@ -125,8 +125,12 @@ def test_a_search_is_interrupted_between_two_evaluations(monkeypatch: pytest.Mon
             FirstPoint(Balance(problem), problem.inputs, 1830.0, searching=stop).find()
 
     monkeypatch.setattr(start, "_PAUSE", 0.0)
-    with pytest.raises(KeyboardInterrupt):
-        search()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            search()
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert told == [1]
 
 
