@@ -14,6 +14,7 @@ import json
 import os
 import time
 import zlib
+from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -126,7 +127,7 @@ class Journal:
         self, path: Path, layout: Layout, about: Mapping[str, Any] | None = None, keep: int = 0,
         places: Sequence[int] = (),
     ) -> None:  # fmt: skip
-        self.path, self._layout, self._places = path, layout, list(places)
+        self.path, self._layout, self._places = path, layout, array("q", places)  # eight bytes a point
         if not keep:
             header = json.dumps({"magic": _MAGIC, **asdict(layout), "about": dict(about or {})}).encode()
             keep = _begin(path, b"%08x " % zlib.crc32(header) + header + b"\n")
