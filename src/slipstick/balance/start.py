@@ -14,12 +14,12 @@ from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Line
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import Scales, motions_at, scales
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import Reason
 from slipstick.interrupts import pass_on
 from slipstick.solve.continuation import ContinuationOptions, continuation
-from slipstick.solve.newton import Evaluation, NewtonOptions, newton
+from slipstick.solve.newton import Evaluation, NewtonOptions, newton_at
 from slipstick.solve.norm import norm
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
@@ -117,9 +117,9 @@ class _Watch:
 
 
 class _Watched:
-    """A system over the part of a ramp, each evaluation of which is told of."""
+    """A system, each evaluation of which is told of: state, evaluation, parameter."""
 
-    def __init__(self, system: ParameterSystem, see: Callable[[Array, Evaluation, float], None]) -> None:
+    def __init__(self, system: AnySystem, see: Callable[[Array, Evaluation, float], None]) -> None:
         self._system, self._see = system, see
 
     def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
@@ -229,8 +229,8 @@ class FirstPoint:
         return dict.fromkeys(ramp for batch, contact_inputs in pairs for ramp in batch.law.ramps(contact_inputs.values))
 
     def _solve(self, x: Array, options: NewtonOptions = _NEWTON) -> Array | None:
-        system = FrequencySystem(self.balance, self.inputs)
-        result = newton(self._watched(system), x, options=options, scale=self._scale(x))
+        system = self._watched(FrequencySystem(self.balance, self.inputs))
+        result = newton_at(system, x, self.omega, options=options, scale=self._scale(x))
         self._reason = result.reason
         return result.x if result.converged else None
 
@@ -238,20 +238,18 @@ class FirstPoint:
         """Take the residual of a first guess away bit by bit."""
         from slipstick.solve.homotopy import homotopy
 
-        system = FrequencySystem(self.balance, self.inputs)
-        result = homotopy(self._watched(system), x, scale=self._scale(x), options=_NEWTON)
+        system = self._watched(FrequencySystem(self.balance, self.inputs))
+        result = homotopy(lambda z: system.evaluate(z, self.omega), x, scale=self._scale(x), options=_NEWTON)
         self._reason = result.reason
         return result.x if result.converged else None
 
-    def _watched(self, system: FrequencySystem) -> Callable[[Array], Evaluation]:
-        """The system at the frequency, each evaluation of which is told of."""
+    def _watched(self, system: AnySystem, *, ramp: bool = False) -> _Watched:
+        """The system, each evaluation of which is told of; along a ramp its parameter is the part of the way made."""
 
-        def evaluate(x: Array) -> Evaluation:
-            value = system.evaluate(x, self.omega)
-            self._watch.see(self._name, self.omega, x, value, None)
-            return value
+        def see(x: Array, value: Evaluation, parameter: float) -> None:
+            self._watch.see(self._name, self.omega, x, value, parameter if ramp else None)
 
-        return evaluate
+        return _Watched(system, see)
 
     def _part(self, balance: Balance, inputs: Inputs) -> FirstPoint:
         """A search that is part of this one."""
@@ -275,11 +273,7 @@ class FirstPoint:
         else:
             self._reason = NoStart.RAMP
             return None
-
-        def see(x: Array, value: Evaluation, share: float) -> None:
-            self._watch.see(self._name, self.omega, x, value, share)
-
-        system = _Watched(ParameterSystem(self.balance, Line(base, direction), self.omega), see)
+        system = self._watched(ParameterSystem(self.balance, Line(base, direction), self.omega), ramp=True)
         run = continuation(system, x, 0.0, 1.0, options=options, scaling=self.scales.arclength(weight=weight))
         last = None
         for step in run:
