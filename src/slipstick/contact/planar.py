@@ -184,7 +184,8 @@ class _Inputs:
 
     def trace(self, e: int) -> tuple[Any, ...]:
         """Pieces of one element's period: kinds, ``at``, angles at the nodes, arcs of contact."""
-        from slipstick.contact.kernel.planar import FULL, LOST, trace
+        from slipstick.contact.kernel.planar.elements import trace
+        from slipstick.contact.kernel.planar.motion import FULL, LOST
 
         for room in _PIECES:
             count, kind, at, theta, arcs = trace(self.X[e], self.parameters[e], self.tables, self.tolerance, room)
@@ -196,7 +197,8 @@ class _Inputs:
 
     def in_time(self, e: int, tau: Array) -> tuple[Array, Array, Array]:
         """Both friction forces and the normal one at phases (k,)."""
-        from slipstick.contact.kernel.planar import STICK, angle_within
+        from slipstick.contact.kernel.planar.motion import STICK
+        from slipstick.contact.kernel.planar.slip import angle_within
 
         X, (v1, v2, kt, mu, kn, gap) = self.X[e], self.parameters[e]
         H = self.harmonics.H_minus(tau)
@@ -236,7 +238,7 @@ class _Forces(_Inputs):
 
     def _run(self, first: int, last: int) -> None:
         """Elements from first to last, those with too little room again with more."""
-        from slipstick.contact.kernel.planar import run_planar
+        from slipstick.contact.kernel.planar.elements import run_planar
 
         outputs, rooms = (self.forces, self.derivatives, self.scalars), iter(_PIECES)
         room = next(rooms)
@@ -292,7 +294,7 @@ def _failed(e: int, full: bool) -> SlipstickError:
 
 def _intervals(kinds: Array, ats: Array, thetas: Array, arcs: Array) -> list[Interval]:
     """States of one period, neighbours of one kind joined, cyclically."""
-    from slipstick.contact.kernel.planar import NAMES
+    from slipstick.contact.kernel.planar.motion import NAMES
 
     del thetas
     turn = 2.0 * np.pi

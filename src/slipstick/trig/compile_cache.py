@@ -35,7 +35,7 @@ def code_key() -> str:
     """Key of all compiled code."""
     package = Path(__file__).parent.parent
     digest = hashlib.sha256(f"{__version__} {numba.__version__}".encode())
-    for path in sorted(path for room in ROOMS for path in (package / room).glob("*.py")):
+    for path in sorted(path for room in ROOMS for path in (package / room).rglob("*.py")):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
