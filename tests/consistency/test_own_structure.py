@@ -13,7 +13,7 @@ from slipstick.structure.protocol import TimeEquations
 from slipstick.structure.receptance import SolvedReceptance
 
 
-class MeasuredReceptance:
+class MeasuredReceptance(ss.models.Receptance):
     """``rows^T H columns`` of a spline through a table."""
 
     def __init__(self, table, static, rows, columns):

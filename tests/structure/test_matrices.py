@@ -8,7 +8,8 @@ from scipy.sparse import coo_array, csc_array, csr_matrix, diags_array
 from slipstick.errors import InputError
 from slipstick.structure import matrices
 from slipstick.structure.matrices import MatrixStructure
-from slipstick.structure.protocol import Receptance, Structure
+from slipstick.structure.protocol import Structure
+from slipstick.structure.receptance import Receptance
 
 RNG = np.random.default_rng(4)
 FREQUENCIES = np.array([0.3, 0.9, 1.7, 2.5, 6.0])

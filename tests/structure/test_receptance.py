@@ -9,10 +9,11 @@ import pytest
 import scipy.sparse.linalg
 from scipy.sparse import csc_array, diags_array
 
+import slipstick as ss
 from slipstick.structure import receptance
 from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
 from slipstick.structure.modal import ModalStructure
-from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance, undamped
+from slipstick.structure.receptance import ModalReceptance, PoleReceptance, Receptance, SolvedReceptance, undamped
 
 RNG = np.random.default_rng(8)
 M = np.diag([1.0, 2.0, 1.5])
@@ -166,3 +167,34 @@ def test_an_answer_is_the_receptance_times_the_forces(loss):
     assert found[:, :, 0::2] == pytest.approx(expected.real, rel=1e-13, abs=1e-13)
     assert found[:, :, 1::2] == pytest.approx(-expected.imag, rel=1e-13, abs=1e-13)
     assert receptance.answer(orders[:0], omega, F[:, :, :0]).shape == (3, 2, 0)
+
+
+class OnlyAt(Receptance):
+    """A receptance of one's own: it tells what it must."""
+
+    def __init__(self, own):
+        self.static, self.at = own.static, own.at
+
+    def at(self, orders, omega):
+        raise NotImplementedError
+
+
+def test_a_receptance_that_tells_only_what_it_must() -> None:
+    """All that is made of ``at`` equals what a sum over modes makes without it; the rest is said to be unknown."""
+    own = ss.ModalStructure(
+        omega=[2.0, 3.0], mode_shapes=[[1.0, 0.2], [0.3, -1.0]], dofs=["x", "y"], loss_factor=0.02
+    ).project(np.eye(2), np.eye(2)[:, :1])
+    plain, orders, omega = OnlyAt(own), np.array([1.0, 3.0]), np.array([0.7, 1.1, 2.5])
+    np.testing.assert_allclose(plain.conjugates(orders, 0.7), own.conjugates(orders, 0.7), rtol=1e-12, atol=1e-15)
+    outs = [np.empty((3, 2, 1, 2, 3), dtype=complex) for _ in range(2)]
+    for kind, out in zip((plain, own), outs, strict=True):
+        kind.conjugates_of(orders, omega, out)
+    np.testing.assert_allclose(*outs, rtol=1e-12, atol=1e-15)
+    forces = np.random.default_rng(1).standard_normal((3, 1, 4))
+    np.testing.assert_allclose(plain.answer(orders, omega, forces), own.answer(orders, omega, forces), rtol=1e-12)
+    assert not plain.summed
+    assert plain.waves is plain.of_order(0, 1.0) is None
+    assert plain.adjusted({}) is plain.written() is plain.nearly() is plain.turning_with(1.0) is plain
+    for ask in (lambda: plain.adjusted({"k": 1.0}), lambda: plain.by_parameter("k", orders, 1.0)):
+        with pytest.raises(ss.InputError, match="k cannot be followed: a OnlyAt does not know its parameters"):
+            ask()

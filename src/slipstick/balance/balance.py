@@ -15,8 +15,7 @@ from slipstick.balance.ports import Forces, PortLayout, Tangents
 from slipstick.balance.problem import Problem
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.state.contact_state import Carried
-from slipstick.structure.dynamic import adjusted
-from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import Receptance
 from slipstick.structure.residuals import own_compliance
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
@@ -74,8 +73,7 @@ class Balance:
 
     def nearly(self) -> Balance | None:
         """The same without what residuals that are solved for carry far; None where none are."""
-        of = getattr(self.receptance, "nearly", None)
-        receptance = self.receptance if of is None else of()
+        receptance = self.receptance.nearly()
         if receptance is self.receptance:
             return None
         near = copy(self)
@@ -135,7 +133,7 @@ class Balance:
 
         ``structure`` holds parameters of the structure that are not its own, ``along`` a direction in them.
         """
-        receptance = adjusted(self.receptance, structure or {})
+        receptance = self.receptance.adjusted(structure or {})
         compliance = self.backend.compliance(receptance, self.orders, omega, along)
         if anchored and self.springs is not None and isinstance(compliance, Compliance):
             compliance.anchor(self.springs)

@@ -7,7 +7,7 @@ receptance from that column, with its derivative, so that nothing else need know
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.balance.contacts import dof_faults
 from slipstick.balance.loads import UNBALANCE, Load
-from slipstick.errors import Fault
+from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import beside, dense
-from slipstick.structure.dynamic import turning_with
-from slipstick.structure.protocol import Receptance
-from slipstick.structure.receptance import Factors
+from slipstick.structure.receptance import Factors, Receptance
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -52,6 +50,10 @@ class LoadColumns:
         if not getattr(structure, "sparse_directions", False):
             rows, columns = dense(rows), dense(columns)
         plain = structure.project(rows, columns, self.shapes)
+        if not isinstance(plain, Receptance):
+            found = f"a {type(structure).__name__} projects to a {type(plain).__name__}"
+            remedy = "derive its class from ss.models.Receptance"
+            raise InputError(Fault("structure", found, expected="a receptance", remedy=remedy))
         if not any(self.motions):
             return plain
         return BaseReceptance(plain, (None,) * ports.shape[1] + self.motions)
@@ -123,58 +125,71 @@ def _factors(motions: Sequence[str | None], w: Array) -> tuple[Array, Array]:
     return np.where(square, frequency**2, constant), np.where(square, 2.0 * frequency, 0.0)
 
 
-class BaseReceptance:
+class BaseReceptance(Receptance):
     """A receptance whose columns of moving supports are asked for their motion instead of their force."""
 
-    def __init__(self, plain: Any, motions: Sequence[str | None]) -> None:
+    def __init__(self, plain: Receptance, motions: Sequence[str | None]) -> None:
         self._plain, self._motions = plain, tuple(motions)
-        self.static: Array = plain.static * _factors(self._motions, np.zeros(()))[0]
+        self._at_rest = _factors(self._motions, np.zeros(()))[0]
+        self.static = plain.static * self._at_rest
+        self.highest, self.summed, self.waves = plain.highest, plain.summed, plain.waves
 
-    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+    def _of(self, plain: Receptance) -> BaseReceptance:
+        return self if plain is self._plain else BaseReceptance(plain, self._motions)
+
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """As of every receptance, with the derivative by the fundamental frequency."""
         value, slope = self._plain.at(orders, omega)
-        factor, rate = self._factor(np.asarray(orders, dtype=float), omega)
+        factor, rate = self._factor(orders, omega)
         order = np.asarray(orders, dtype=float)[:, None, None]
         return value * factor, slope * factor + value * (order * rate)
 
+    def of_order(self, order: int, frequency: ArrayLike, wave_number: int = 0) -> ComplexArray | None:
+        """As of the receptance of forces, whose columns of supports stay: disturbances do not move them."""
+        return self._plain.of_order(order, frequency, wave_number)
+
+    def conjugates(self, orders: Array, omega: float) -> ComplexArray:
+        """As of every receptance, of all entries."""
+        return super(BaseReceptance, self.written()).conjugates(orders, omega)
+
+    def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
+        """As of the receptance of forces, with the forces that the motions are."""
+        factor = self._factor(orders, omega)[0][:, :, 0].transpose(0, 2, 1)
+        return self._plain.answer(orders, omega, forces * np.repeat(factor, 2, axis=2))
+
     def changed(self, **values: float) -> BaseReceptance:
         """With other values of the structure's parameters."""
-        return BaseReceptance(self._plain.changed(**values), self._motions)
+        return self._of(self._plain.changed(**values))
 
     def turning_with(self, omega: float) -> BaseReceptance:
         """As it is at a fundamental frequency that a speed of rotation is tied to."""
-        return BaseReceptance(turning_with(self._plain, omega), self._motions)
+        return self._of(self._plain.turning_with(omega))
 
-    def by_parameter(self, name: str, orders: Array, omega: float) -> ComplexArray:
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by a parameter of the structure."""
-        rate: ComplexArray = self._plain.by_parameter(name, orders, omega) * self._factor(orders, omega)[0]
-        return rate
+        return np.asarray(self._plain.by_parameter(name, orders, omega) * self._factor(orders, omega)[0])
 
-    @property
-    def static_by_parameter(self) -> Callable[[str], Array]:
-        """As of the receptance of forces, if that has it."""
-        plain, factor = self._plain.static_by_parameter, _factors(self._motions, np.zeros(()))[0]
-        return lambda name: plain(name) * factor
+    def static_by_parameter(self, name: str) -> Array:
+        """Derivative of ``static`` by a parameter of the structure."""
+        return self._plain.static_by_parameter(name) * self._at_rest
 
-    @property
-    def written(self) -> Callable[[], BaseReceptance]:
-        """With all entries, if the receptance of forces is applied by solutions."""
-        plain = self._plain.written
-        return lambda: BaseReceptance(plain(), self._motions)
+    def written(self) -> BaseReceptance:
+        """With all entries, where the receptance of forces is applied by solutions."""
+        return self._of(self._plain.written())
 
-    @property
-    def factors(self) -> Callable[..., Factors] | None:
-        """As of the receptance of forces, if it is known by its modes."""
-        return self._with_columns if hasattr(self._plain, "factors") else None
+    def nearly(self) -> BaseReceptance:
+        """Without solutions, where the receptance of forces is applied by them."""
+        return self._of(self._plain.nearly())
 
-    def _with_columns(self, orders: Array, omega: float | Array, along: Mapping[str, float] | None = None) -> Factors:
+    def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
+        """As of the receptance of forces, if that is a sum over modes, with factors on the columns."""
         w = np.append(0.0, np.multiply.outer(omega, orders))
-        m = np.append(0.0, np.resize(orders, w.size - 1))
+        m = np.append(0.0, np.resize(np.asarray(orders, dtype=float), w.size - 1))
         factor, rate = _factors(self._motions, w)
         slope = np.zeros_like(rate) if along else m[:, None] * rate
         return replace(self._plain.factors(orders, omega, along), columns=factor.T, columns_slope=slope.T)
 
-    def _factor(self, orders: Array, omega: float | Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _factor(self, orders: ArrayLike, omega: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         w = np.asarray(omega, dtype=float)[..., None] * np.asarray(orders, dtype=float)
         factor, rate = _factors(self._motions, w)
         return factor[..., None, :], rate[..., None, :]

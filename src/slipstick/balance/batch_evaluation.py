@@ -12,9 +12,7 @@ from slipstick.balance.balance import Balance
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.inputs import Assigned, ContactInputs
 from slipstick.contact.law import Motion, Response
-from slipstick.structure.dynamic import adjusted, written
-from slipstick.structure.protocol import Receptance
-from slipstick.structure.receptance import ModalReceptance, mapped
+from slipstick.structure.receptance import Receptance, mapped
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -143,7 +141,7 @@ class Together:
         G, out = np.concatenate([self.forces, -self.loads], axis=1), np.empty_like(self.forces)
         for receptance, at in self._receptances():
             out[at, :, 0] = mapped(receptance.static, G[at, :, 0, None])[:, :, 0]
-            out[at, :, 1:] = applied(receptance, self._balance.orders, self._omega[at], G[at, :, 1:])
+            out[at, :, 1:] = receptance.answer(self._balance.orders, self._omega[at], G[at, :, 1:])
         return out
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
@@ -151,38 +149,25 @@ class Together:
         first = 0
         for structure, same in groupby(self._inputs.structures):
             at = slice(first, first + len(list(same)))
-            yield adjusted(self._balance.receptance, structure), at
+            yield self._balance.receptance.adjusted(structure), at
             first = at.stop
 
 
 def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
     """``|A|`` times stiffnesses (n, n_ports), for each coefficient (n, n_ports, L)."""
     n, ports = stiffness.shape
-    if receptance.static.size > _MANY and getattr(receptance, "factors", None) is not None:
+    if receptance.static.size > _MANY and receptance.summed:
         by_modes = [
-            FactoredCompliance(receptance.factors(orders, float(w))).reach(k)  # type: ignore[attr-defined]
+            FactoredCompliance(receptance.factors(orders, float(w))).reach(k)
             for w, k in zip(omega, stiffness, strict=True)
         ]
         reached = np.array(by_modes).reshape(n, -1, 1 + orders.size)
         return np.concatenate([reached[..., :1], np.repeat(reached[..., 1:], 2, axis=2)], axis=2)
-    receptance = written(receptance)
+    receptance = receptance.written()
     out = np.empty((n, ports, 1 + 2 * orders.size))
     out[..., 0] = mapped(np.abs(receptance.static[:, :ports]), stiffness[:, :, None])[:, :, 0]
     if orders.size:
         A, _ = receptance.at(orders, omega)
         size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)
         out[..., 1::2] = out[..., 2::2] = size
-    return out
-
-
-def applied(receptance: Receptance, orders: Array, omega: Array, forces: Array) -> Array:
-    """``A F`` at the orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
-    if isinstance(receptance, ModalReceptance):
-        return receptance.answer(orders, omega, forces)
-    out = np.empty((len(forces), receptance.static.shape[0], 2 * orders.size))
-    if orders.size:
-        A, _ = receptance.at(orders, omega)
-        hat = (forces[:, :, 0::2] - 1j * forces[:, :, 1::2]).transpose(0, 2, 1)
-        answer = (A @ hat[..., None])[..., 0].transpose(0, 2, 1)
-        out[..., 0::2], out[..., 1::2] = answer.real, -answer.imag
     return out

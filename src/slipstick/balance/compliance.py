@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.structure.dynamic import written
-from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array, ComplexArray
 
 
@@ -26,14 +24,13 @@ class Compliance:
     def __init__(
         self, receptance: Receptance, orders: Array, omega: float, along: Mapping[str, float] | None = None
     ) -> None:
-        known = getattr(receptance, "conjugates", None)
         self.value: ComplexArray
         self.slope: ComplexArray
-        self.value, self.slope = known(orders, omega) if known else _conjugates(receptance, orders, omega)
+        self.value, self.slope = receptance.conjugates(orders, omega)
         if along and orders.size:
             rate = derivative_along(receptance, along, orders, omega)
             np.conjugate(rate.transpose(2, 1, 0), out=self.slope[:, :, 1:])
-        if along and hasattr(receptance, "static_by_parameter"):
+        if along:
             still = [rate * receptance.static_by_parameter(name) for name, rate in along.items()]
             self.slope[:, :, 0] = np.add.reduce(still, axis=0).T
 
@@ -86,19 +83,7 @@ def _times(value: ComplexArray, G: ComplexArray) -> Array:
     return out.reshape(-1)
 
 
-def _conjugates(receptance: Receptance, orders: Array, omega: float) -> ComplexArray:
-    """As a ``ModalReceptance`` gives them, of any receptance."""
-    receptance = written(receptance)
-    static = receptance.static
-    out = np.zeros((2, static.shape[1], static.shape[0], orders.size + 1), dtype=complex)
-    out[0, :, :, 0] = static.T
-    if orders.size:
-        for conjugate, value in zip(out, receptance.at(orders, omega), strict=True):
-            np.conjugate(value.transpose(2, 1, 0), out=conjugate[:, :, 1:])
-    return out
-
-
-def derivative_along(receptance: Any, along: Mapping[str, float], orders: Array, omega: float) -> ComplexArray:
+def derivative_along(receptance: Receptance, along: Mapping[str, float], orders: Array, omega: float) -> ComplexArray:
     """Derivative of a receptance along a direction in the parameters of its structure, (k, n_rows, n_columns)."""
     parts = [rate * receptance.by_parameter(name, orders, omega) for name, rate in along.items()]
     return np.asarray(np.add.reduce(parts, axis=0), dtype=complex)

@@ -16,7 +16,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.state.contact_state import Carried
-from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def backend_of(asked: JacobianBackend | str, receptance: Receptance, unknowns: i
     InputError
         If modes are needed and the structure is not known by them, or there are more unknowns than memory holds.
     """
-    modal = getattr(receptance, "factors", None) is not None
+    modal = receptance.summed
     if asked == "iterative" and not modal:
         raise InputError(
             'options, jacobian: found "iterative", but the structure is not known by its modes; give "dense", or the '

@@ -15,8 +15,7 @@ from slipstick.balance.batch_evaluation import evaluated_together
 from slipstick.balance.batches import Batch, Places
 from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.contact.law import Motion, Response
-from slipstick.structure.dynamic import adjusted
-from slipstick.structure.receptance import ModalReceptance
+from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array, ComplexArray
 
 Numbers = NDArray[np.intp]
@@ -70,12 +69,12 @@ class ManyBalances:
         self._balance, self.inputs = balances[0], Assigned(inputs, np.arange(len(inputs)))
         self._P = self.inputs.loads
         structures: dict[Any, int] = {}
-        receptances, which = list[Any](), list[int]()
+        receptances, which = list[Receptance](), list[int]()
         for balance, one in zip(balances, inputs, strict=True):
             key = id(balance.problem.structure), tuple(sorted(one.structure.items()))
             if key not in structures:
                 structures[key] = len(receptances)
-                receptances.append(adjusted(balance.receptance, one.structure))
+                receptances.append(balance.receptance.adjusted(one.structure))
             which.append(structures[key])
         self._receptances, self.structure = receptances, np.array(which)
 
@@ -157,12 +156,7 @@ class ManyBalances:
             at = np.flatnonzero(which == number)
             receptance = self._receptances[number]
             part = out if len(at) == len(out) else np.empty((len(at), *out.shape[1:]), dtype=complex)
-            part[:, 0, :, :, 0], part[:, 1, :, :, 0] = receptance.static.T, 0.0
-            if isinstance(receptance, ModalReceptance):
-                _compiled().modal_sums_of_many(*receptance.summands, b.orders, np.ascontiguousarray(omega[at]), part)
-            elif b.orders.size:
-                for i, one in enumerate(receptance.at(b.orders, omega[at])):
-                    np.conjugate(one.transpose(0, 3, 2, 1), out=part[:, i, :, :, 1:])
+            receptance.conjugates_of(b.orders, omega[at], part)
             if part is not out:
                 out[at] = part
         return out

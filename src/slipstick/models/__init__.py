@@ -19,6 +19,7 @@ _PUBLIC = {
     "jeffcott_rotor": "slipstick.models.rotor",
     "Bearing": "slipstick.models.rotor",
     "Disc": "slipstick.models.rotor",
+    "Receptance": "slipstick.structure.receptance",
     "Shaft": "slipstick.models.rotor",
     "StatorContact": "slipstick.contact.stator",
     "BoucWenContact": "slipstick.contact.hysteresis",
@@ -49,6 +50,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.structure.campbell import campbell as campbell
     from slipstick.structure.free import free_structure as free_structure
     from slipstick.structure.interference import interference as interference
+    from slipstick.structure.receptance import Receptance as Receptance
     from slipstick.structure.reduction.craig_bampton import craig_bampton as craig_bampton
 
 

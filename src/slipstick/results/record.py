@@ -27,7 +27,6 @@ from slipstick.results.stability import PointStability, Unjudged, is_wave, judge
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import EachReaction, Reaction, Reactions, Structures, moved, truncation
 from slipstick.solve.continuation import Step
-from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array, IntArray, Matrix
 
 _REMEMBERED = 8
@@ -183,7 +182,7 @@ class Outputs:
             dG = b.layout.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
             assert self.receptance is not None
             along = None if isinstance(system, FrequencySystem) else system.path.at(step.parameter)[1].structure
-            at = Compliance(adjusted(self.receptance, detail.inputs.structure), b.orders, detail.omega, along)
+            at = Compliance(self.receptance.adjusted(detail.inputs.structure), b.orders, detail.omega, along)
             rates = at.answer(dG)
             if along is None or along:
                 rates += rate * at.rate(G)
@@ -222,8 +221,7 @@ class Outputs:
     def _static(self, values: Mapping[str, float]) -> Array:
         """Static compliance with parameters of the structure, on which that of few depends."""
         assert self.receptance is not None
-        depends = values and hasattr(self.receptance, "static_by_parameter")
-        return adjusted(self.receptance, values).static if depends else self.receptance.static
+        return self.receptance.adjusted(values).static
 
 
 def _ports_alone(directions: Matrix) -> dict[int, tuple[int, float]]:

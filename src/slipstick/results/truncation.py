@@ -17,14 +17,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.batch_evaluation import applied, respond
+from slipstick.balance.batch_evaluation import respond
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.inputs import Assigned
 from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
-from slipstick.structure.dynamic import adjusted
-from slipstick.structure.protocol import Receptance
-from slipstick.structure.receptance import SMALL, mapped
+from slipstick.structure.receptance import SMALL, Receptance, mapped
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray, IntArray
 
@@ -146,7 +144,7 @@ def truncation(
     """
     balance, n = outputs.balance, len(x)
     h, wide = balance.harmonics, with_further(balance.harmonics)
-    told = omega * wide.highest <= getattr(balance.receptance, "highest", np.inf)
+    told = omega * wide.highest <= balance.receptance.highest
     if not told.all():  # a table of receptances ends there: not known
         out = np.full(n, np.nan)
         if told.any():
@@ -262,7 +260,7 @@ def moved(receptance: Receptance, orders: Array, G: Array, omega: Array, structu
     out, first = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * orders.size)), 0
     for values, same in groupby(structures):
         part = slice(first, first + len(list(same)))
-        out[part] = _moved(adjusted(receptance, values), orders, G[part], omega[part])
+        out[part] = _moved(receptance.adjusted(values), orders, G[part], omega[part])
         first = part.stop
     return out
 
@@ -270,17 +268,17 @@ def moved(receptance: Receptance, orders: Array, G: Array, omega: Array, structu
 def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Array:
     """The same of one structure, in slices of limited memory."""
     n = orders.size
-    if receptance.static.size > _MANY and getattr(receptance, "factors", None) is not None:
+    if receptance.static.size > _MANY and receptance.summed:
         return _moved_by_modes(receptance, orders, G, omega)
     out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * n))
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
     for first in range(0, len(G) if n else 0, slices):
         w, g = omega[first : first + slices], G[first : first + slices]
-        out[first : first + slices, :, 1:] = -applied(receptance, orders, w, g)
+        out[first : first + slices, :, 1:] = -receptance.answer(orders, w, g)
     return out
 
 
-def _moved_by_modes(receptance: Any, orders: Array, G: Array, omega: Array) -> Array:
+def _moved_by_modes(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Array:
     """The same without a receptance between all ports, which would be large."""
     rows, k = receptance.static.shape[0], orders.size
     out, together = np.zeros((len(G), rows, 1 + 2 * k)), len(G) if receptance.static.size > SMALL else 1

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Reason
 from slipstick.interrupts import pass_on
-from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, UndefinedJacobian, correction, take_over
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, UndefinedJacobian
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
@@ -195,7 +195,7 @@ class NewtonResult:
         """Move to a trial state: x, residual, Jacobian, evaluation, residual norm; and the next correction expected."""
         self._expected, before = expected, self.jacobian
         self.x, self.residual, self.jacobian, self.evaluation, self.residual_norm = trial
-        take_over(self.jacobian, before)
+        self.jacobian.take_over(before)
 
     def __repr__(self) -> str:
         ended = "under way" if self.reason is None else self.reason.text
@@ -266,7 +266,8 @@ def iterate(
     """
     result = NewtonResult(x)
     result.residual, result.jacobian, result.evaluation = evaluate(x)
-    take_over(result.jacobian, beside)
+    if beside is not None:
+        result.jacobian.take_over(beside)
     result.evaluations = 1
     result.residual_norm = norm(result.residual)
     allowance = options.non_monotone
@@ -293,7 +294,7 @@ def _correction(result: NewtonResult, inverse_scale: Array, options: NewtonOptio
     if result.jacobian.singular:
         result.correction_norm, result.reason = np.inf, NewtonStop.SINGULAR
         return None
-    step = correction(result.jacobian, result.residual, to=_needed(result, options))
+    step = result.jacobian.solve_correction(result.residual, _needed(result, options))
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
@@ -369,7 +370,7 @@ def line_search(
         result.evaluations += 1
         natural = np.inf
         if isfinite(trial[4]):
-            simplified = correction(result.jacobian, trial[1], to=_ROUGHLY)
+            simplified = result.jacobian.solve_correction(trial[1], _ROUGHLY)
             natural = norm(simplified * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:

@@ -32,7 +32,8 @@ from slipstick.structure.checks import (
     symmetry_faults,
 )
 from slipstick.structure.dynamic import checked_values
-from slipstick.structure.protocol import Receptance, TimeEquations
+from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.receptance import Receptance, Waves
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -484,7 +485,7 @@ class _PhaseTerms(NamedTuple):
     """How what the modes leave out grows with the square of the frequency."""
 
 
-class WaveReceptance:
+class WaveReceptance(Receptance, Waves):
     """``A_m(w) = rows_m Z(phi_m, m w)^-1 columns_m`` by the modes of each phase and their residual (24.3).
 
     Parameters
@@ -523,7 +524,12 @@ class WaveReceptance:
         return value, rate
 
     @property
-    def wave_numbers(self) -> int:
+    def waves(self) -> Waves:  # type: ignore[override]
+        """Itself: it knows disturbances with every phase."""
+        return self
+
+    @property
+    def wave_numbers(self) -> int:  # type: ignore[override]
         """How many wave numbers disturbances may have: N."""
         return self._wave.sectors
 

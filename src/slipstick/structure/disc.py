@@ -14,8 +14,8 @@ from slipstick.faults import number, shown, suggestion, whole
 from slipstick.structure.checks import array_faults, directions, known_shapes, number_faults, real, symmetry_faults
 from slipstick.structure.cyclic import DIAGONAL, NEXT, CyclicStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.protocol import Receptance, TimeEquations
-from slipstick.structure.receptance import Factors, ModalReceptance, SolvedReceptance
+from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.receptance import Factors, ModalReceptance, Receptance, SolvedReceptance
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -573,7 +573,7 @@ class DiscReceptance(_OfDisc, ModalReceptance):
         return replace(found, coupling=-(moved.T * sizes) @ moved, coupling_weight=between)
 
 
-class CoupledDiscReceptance(_OfDisc):
+class CoupledDiscReceptance(_OfDisc, Receptance):
     """Of a disc whose modes are coupled by damping or the gas: solved at each frequency.
 
     ``A(w) = left^T (K + i w C - w^2)^-1 right + residual / (1 + i eta)``.

@@ -94,21 +94,3 @@ def checked_values(known: Mapping[str, float], values: Mapping[str, Any]) -> dic
 def turning_with(structure: Any, omega: float) -> Any:
     """A structure as it is at a fundamental frequency: at the speed that this is tied to; others as they are."""
     return structure.turning_with(omega) if hasattr(structure, "turning_with") else structure
-
-
-def written(receptance: Any) -> Any:
-    """A receptance with all its entries: one that is applied by solutions is written out; others as they are."""
-    return receptance.written() if hasattr(receptance, "written") else receptance
-
-
-def adjusted(receptance: Any, values: Mapping[str, float]) -> Any:
-    """A receptance with other values of the structure's parameters; InputError where it knows none."""
-    if not values:
-        return receptance
-    missing = [name for name in ("changed", "by_parameter") if not hasattr(receptance, name)]
-    if missing:
-        raise InputError(
-            f"{', '.join(values)} cannot be followed: a {type(receptance).__name__} has no {missing[0]}; "
-            "change the structure instead, one problem for each value"
-        )
-    return receptance.changed(**values)

@@ -21,7 +21,8 @@ from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.structure.checks import directions
 from slipstick.structure.matrix_checks import matrix_faults
 from slipstick.structure.modal import ModalStructure
-from slipstick.structure.protocol import Receptance, TimeEquations
+from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.receptance import Receptance
 from slipstick.structure.reduction.request import real_matrices
 from slipstick.typing import Array, ComplexArray, Matrix, Reals
 
@@ -118,14 +119,14 @@ class FreeStructure:
         return f"FreeStructure({self.rigid_shapes.shape[1]} rigid-body modes, {self.elastic!r})"
 
 
-class FreeReceptance:
+class FreeReceptance(Receptance):
     """A receptance of elastic modes, less ``rigid / w^2``, with the matrix ``rigid`` (n_rows, n_columns)."""
 
     def __init__(self, elastic: Any, rigid: Array) -> None:
         self._elastic, self._rigid = elastic, rigid
         self.static: Array = elastic.static
 
-    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """As of every receptance."""
         value, slope = self._elastic.at(orders, omega)
         fundamental = np.asarray(omega, dtype=float)[..., None, None, None]

@@ -33,8 +33,8 @@ from slipstick.structure.matrix_checks import (
     system_matrices,
 )
 from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.protocol import Receptance, TimeEquations
-from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
+from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.receptance import ModalReceptance, PoleReceptance, Receptance, SolvedReceptance
 from slipstick.typing import Array, Matrix, MatrixLike, Reals
 
 DENSE_LIMIT = 1500

@@ -28,8 +28,8 @@ from slipstick.structure.checks import (
 from slipstick.structure.dynamic import checked_values, structure_values
 from slipstick.structure.matrix_checks import fed_modes, semidefinite_to
 from slipstick.structure.npz import array_shapes, read_any, read_arrays
-from slipstick.structure.protocol import Receptance, TimeEquations
-from slipstick.structure.receptance import MODE_QUANTITIES, ModalReceptance, mode_name, mode_place
+from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.receptance import MODE_QUANTITIES, ModalReceptance, Receptance, mode_name, mode_place
 from slipstick.structure.skin import Skin, with_more
 from slipstick.structure.strains import Strains
 from slipstick.structure.truncation import Truncation, load_arrays

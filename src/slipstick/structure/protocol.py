@@ -6,30 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from numpy.typing import ArrayLike
-
-from slipstick.typing import Array, ComplexArray
-
-
-@runtime_checkable
-class Receptance(Protocol):
-    """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md (9.1)).
-
-    Time dependence ``exp(+i w t)``: a lag is a negative imaginary part. Nothing need be symmetric. One that has
-    ``conjugates`` and ``factors`` as a ``ModalReceptance`` is asked for these where they serve.
-    """
-
-    static: Array
-    """Exact static compliance, (n_rows, n_columns), real, length/force: harmonic 0."""
-
-    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
-        """Receptance at the harmonics ``orders`` (k,) of ``omega`` (rad/s) and its derivative by omega.
-
-        Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the
-        fundamental frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from
-        sector to sector), which is why they are asked for by number. Where they do, stability asks for
-        ``of_order(0, frequency)`` too, (n_rows, n_columns): the receptance of order 0 away from rest.
-        """
+from slipstick.structure.receptance import Receptance
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

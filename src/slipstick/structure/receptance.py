@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipstick.errors import InputError
 from slipstick.structure.residuals import Residuals, WrittenResiduals
 from slipstick.typing import AnyArray, Array, ComplexArray
 
@@ -86,10 +87,141 @@ class Factors:
     coupling_weight: ComplexArray | None = None
 
 
-class SummedReceptance(ABC):
-    """A receptance that is a sum over real modes; a kind says what its factors are."""
+class Receptance(ABC):
+    """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md (9.1)).
+
+    Time dependence ``exp(+i w t)``: a lag is a negative imaginary part. Nothing need be symmetric. A kind gives
+    ``static`` and ``at``; all else has a default that is made of these, or says that it is not known.
+
+    Attributes
+    ----------
+    static
+        Exact static compliance, (n_rows, n_columns), real, length/force: harmonic 0.
+    highest
+        Frequency in rad/s above which it is not known.
+    summed
+        Whether it is a sum over real modes, which ``factors`` gives.
+    waves
+        What is known of disturbances with a phase from sector to sector; None: it is not that of a wave.
+    """
 
     static: Array
+    highest: float = np.inf
+    summed: bool = False
+    waves: Waves | None = None
+
+    @abstractmethod
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at the harmonics ``orders`` (k,) of ``omega`` (rad/s) and its derivative by omega.
+
+        Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the
+        fundamental frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from
+        sector to sector), which is why they are asked for by number.
+        """
+
+    def of_order(self, order: int, frequency: ArrayLike, wave_number: int = 0) -> ComplexArray | None:
+        """Receptance of a harmonic away from its own frequency, (..., n_rows, n_columns); None: it is not known.
+
+        Stability asks for order 0 where orders differ in more than frequency.
+        """
+        return None
+
+    def conjugates(self, orders: Array, omega: float) -> ComplexArray:
+        """``at`` one frequency as a balance sums it: conjugates (2, n_columns, n_rows, 1 + k), order 0 first."""
+        out = np.zeros((2, *self.static.shape[::-1], orders.size + 1), dtype=complex)
+        out[0, :, :, 0] = self.static.T
+        if orders.size:
+            for conjugate, value in zip(out, self.at(orders, omega), strict=True):
+                np.conjugate(value.transpose(2, 1, 0), out=conjugate[:, :, 1:])
+        return out
+
+    def conjugates_of(self, orders: Array, omega: Array, out: ComplexArray) -> None:
+        """``conjugates`` at frequencies (n,), into ``out`` (n, 2, n_columns, n_rows, 1 + k)."""
+        out[:, 0, :, :, 0], out[:, 1, :, :, 0] = self.static.T, 0.0
+        if orders.size:
+            for i, one in enumerate(self.at(orders, omega)):
+                np.conjugate(one.transpose(0, 3, 2, 1), out=out[:, i, :, :, 1:])
+
+    def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
+        """``A F`` at orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
+        out = np.empty((len(forces), self.static.shape[0], 2 * orders.size))
+        if orders.size:
+            A, _ = self.at(orders, omega)
+            hat = (forces[:, :, 0::2] - 1j * forces[:, :, 1::2]).transpose(0, 2, 1)
+            answer = (A @ hat[..., None])[..., 0].transpose(0, 2, 1)
+            out[..., 0::2], out[..., 1::2] = answer.real, -answer.imag
+        return out
+
+    def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
+        """The sum over modes, apart; only of a receptance that is ``summed``."""
+        raise NotImplementedError(f"a {type(self).__name__} is no sum over modes")
+
+    def changed(self, **values: float) -> Receptance:
+        """A copy with other values of the structure's parameters; InputError where it knows none."""
+        raise InputError(self._not_followed(values))
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by a parameter of the structure, of the shape of ``at``; InputError where it knows none."""
+        raise InputError(self._not_followed([name]))
+
+    def static_by_parameter(self, name: str) -> Array:
+        """Derivative of ``static`` by a parameter, (n_rows, n_columns)."""
+        return np.zeros(self.static.shape)
+
+    def adjusted(self, values: Mapping[str, float]) -> Receptance:
+        """With other values of the structure's parameters; itself where there are none."""
+        return self.changed(**values) if values else self
+
+    def written(self) -> Receptance:
+        """With all its entries: one that is applied by solutions is written out."""
+        return self
+
+    def nearly(self) -> Receptance:
+        """Without what needs solutions, where it is applied by them."""
+        return self
+
+    def turning_with(self, omega: float) -> Receptance:
+        """As it is at a fundamental frequency: at the speed of rotation that is tied to it."""
+        return self
+
+    def _not_followed(self, names: Iterable[str]) -> str:
+        return (
+            f"{', '.join(names)} cannot be followed: a {type(self).__name__} does not know its parameters; "
+            "change the structure instead, one problem for each value"
+        )
+
+
+class Waves(ABC):
+    """What a travelling wave of ``sectors`` sectors knows of disturbances that run round with another phase."""
+
+    wave_numbers: int
+    static: Array
+
+    @abstractmethod
+    def phase_number(self, order: int) -> int:
+        """``d`` of a harmonic of the wave, whose phase from sector to sector is ``2 pi d / wave_numbers``."""
+
+    @abstractmethod
+    def natural(self, d: int) -> Array:
+        """Natural frequencies for the phase ``2 pi d / wave_numbers``, rad/s."""
+
+    @abstractmethod
+    def growing(self, d: int) -> ComplexArray:
+        """Growing poles of the sector without contacts, of positive frequency, with that phase."""
+
+    @abstractmethod
+    def vibration(self, d: int, stiffness: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Poles of positive frequency, rad/s, with springs at the ports, and their motion (n_rows, n_poles)."""
+
+    @abstractmethod
+    def of_order(self, order: int, frequency: ArrayLike, wave_number: int = 0) -> ComplexArray:
+        """Receptance of a harmonic at any frequencies (...), rad/s, (..., n_rows, n_columns)."""
+
+
+class SummedReceptance(Receptance):
+    """A receptance that is a sum over real modes; a kind says what its factors are."""
+
+    summed = True
     _left: Array
     _right: Array
 
@@ -200,7 +332,7 @@ class ModalReceptance(SummedReceptance):
         return rest
 
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
-        """What ``at`` tells of one frequency as a balance sums it: (2, n_columns, n_rows, 1 + k), order 0 first."""
+        """As of every receptance, by a compiled sum."""
         out = np.empty((2, *self._shape[::-1], orders.size + 1), dtype=complex)
         out[0, :, :, 0], out[1, :, :, 0] = self.static.T, 0.0
         arguments = self._stiffness, self._damping, self._rest, orders, omega * orders, out
@@ -225,10 +357,13 @@ class ModalReceptance(SummedReceptance):
         """What is left out, as the products with it are made."""
         return WrittenResiduals([part for part in self._left_out if part is not None], symmetric=self._symmetric)
 
-    @property
-    def summands(self) -> tuple[Array, ComplexArray, ComplexArray, ComplexArray]:
-        """What is summed over modes: products (n_columns n_rows, n_modes), stiffness, damping, what modes leave out."""
-        return self._products, self._stiffness, self._damping, self._rest
+    def conjugates_of(self, orders: Array, omega: Array, out: ComplexArray) -> None:
+        """``conjugates`` at frequencies (n,), see ``Receptance``: each as it is summed alone."""
+        from slipstick.structure.kernel.modal_sums import modal_sums_of_many
+
+        out[:, 0, :, :, 0], out[:, 1, :, :, 0] = self.static.T, 0.0
+        sums = self._products, self._stiffness, self._damping, self._rest
+        modal_sums_of_many(*sums, orders, np.ascontiguousarray(omega), out)
 
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
         """``A F`` at orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
@@ -328,7 +463,7 @@ class ModalReceptance(SummedReceptance):
         return still
 
 
-class PoleReceptance:
+class PoleReceptance(Receptance):
     """``A(w) = sum_k left_k right_k / (i w - pole_k)`` over the 2 n poles of a viscously damped structure.
 
     Parameters
@@ -376,7 +511,7 @@ class PoleReceptance:
         return np.asarray(self._solved.by_parameter(name, orders, omega), dtype=complex)
 
 
-class SolvedReceptance:
+class SolvedReceptance(Receptance):
     """``A(w) = rows^T Z(w)^-1 columns`` with one factorisation of ``Z(w)``, which need not be symmetric, a frequency.
 
     The derivative needs no further one: ``dA/dw = -(Z^-T rows)^T (dZ/dw) (Z^-1 columns)``.

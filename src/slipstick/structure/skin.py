@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import array_faults, number_faults, real
-from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array, IntArray, Matrix, Sparse
 
 if TYPE_CHECKING:

@@ -18,8 +18,7 @@ from scipy import sparse
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import any_directions
 from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.protocol import Receptance
-from slipstick.structure.receptance import ModalReceptance
+from slipstick.structure.receptance import ModalReceptance, Receptance
 from slipstick.structure.residuals import SOLVED, FullModel, NearField, Residuals, SolvedResiduals, SolvedStatic
 from slipstick.structure.skin import Skin, SolvedFields
 from slipstick.structure.strains import Strains
@@ -248,6 +247,10 @@ class SolvedReceptance(ModalReceptance):
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
         """As of a modal receptance, written out."""
         return self.written().conjugates(orders, omega)
+
+    def conjugates_of(self, orders: Array, omega: Array, out: ComplexArray) -> None:
+        """As of a modal receptance, written out."""
+        self.written().conjugates_of(orders, omega, out)
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by a parameter, written out."""

@@ -25,6 +25,7 @@ from slipstick.faults import shown
 from slipstick.structure.checks import array_faults, checked_names, known_shapes, number_faults
 from slipstick.structure.modal_fit import FLOOR, resonances
 from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array, ComplexArray, IntArray
 
 Beyond = Literal["refuse", "line"]
@@ -64,7 +65,7 @@ class _Rational(NamedTuple):
         return (self.a + self.b * s) / (1.0 + self.d * s)
 
 
-class TabulatedReceptance:
+class TabulatedReceptance(Receptance):
     """``A(w)`` between a few directions, by a spline through its values at the lines of a table.
 
     Parameters
@@ -87,7 +88,7 @@ class TabulatedReceptance:
         self._first, self._last = values[0], values[-1]
         self._spline = CubicSpline(omega, values, extrapolate=False)
 
-    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """See ``Receptance.at``; InputError for what the table does not reach."""
         m = np.asarray(orders, dtype=float)
         w = np.multiply.outer(np.asarray(omega, dtype=float), m)

@@ -25,7 +25,7 @@ def at(receptance, orders, omega):
     return tuple(np.array([[f[k] for f in row] for row in found], dtype=complex).reshape(shape) for k in (0, 1))
 
 
-class WaveReceptance:
+class WaveReceptance(ss.models.Receptance):
     """One dof a sector, stiffness and damping by nodal diameter, seen from a wave in which order m has diameter m."""
 
     def __init__(self, damping, rows, columns):
@@ -99,7 +99,7 @@ class Ring:
         return TimeEquations(M=np.eye(N), C=self.C, K=self.K, rows=rows.T, columns=columns, feedthrough=still)
 
 
-class RingReceptance:
+class RingReceptance(ss.models.Receptance):
     """Of all sectors."""
 
     def __init__(self, own, rows, columns):
@@ -159,12 +159,15 @@ def test_which_disturbances_are_judged_is_said() -> None:
     assert set(branch.dataset.stable.values.tolist()) == {1}
 
 
-class Mute:
+class Mute(ss.models.Receptance):
     """A receptance that can be asked for harmonics alone."""
 
     def __init__(self, *given):
-        own = WaveReceptance(*given)
-        self.static, self.at = own.static, own.at
+        self._own = WaveReceptance(*given)
+        self.static = self._own.static
+
+    def at(self, orders, omega):
+        return self._own.at(orders, omega)
 
 
 class MuteSector(WaveSector):

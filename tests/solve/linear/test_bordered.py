@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.solve.linear.bordered import Eliminated, EmbeddedJacobian, Scaled
 from slipstick.solve.linear.dense import DenseJacobian
-from slipstick.solve.linear.jacobian import Jacobian, correction, take_over
+from slipstick.solve.linear.jacobian import Jacobian
 
 
 def test_it_is_the_matrix_with_scaled_rows_and_columns():
@@ -112,7 +112,7 @@ def test_how_many_digits_are_asked_for_is_passed_on() -> None:
     asked: list[float] = []
     inner, right = np.diag([2.0, 4.0, 8.0]), np.ones(5)
     J = EmbeddedJacobian(Asked(inner), ACTIVE)
-    found = correction(J, right, to=0.03)
+    found = J.solve_correction(right, 0.03)
     np.testing.assert_allclose(found, [0.5, 1.0, 0.25, 0.125, 1.0])
     assert asked == [0.03]
 
@@ -124,9 +124,9 @@ def test_what_serves_another_is_taken_over_where_the_same_unknowns_are_active() 
 
     taken: list[object] = []
     one, other = Taking(np.eye(3)), DenseJacobian(np.eye(3))
-    take_over(EmbeddedJacobian(one, ACTIVE), EmbeddedJacobian(other, ACTIVE))
+    EmbeddedJacobian(one, ACTIVE).take_over(EmbeddedJacobian(other, ACTIVE))
     assert taken == [other]
-    for beside in (EmbeddedJacobian(other, ACTIVE[::-1]), other, None):
-        take_over(EmbeddedJacobian(one, ACTIVE), beside)
-    take_over(other, EmbeddedJacobian(one, ACTIVE))
+    for beside in (EmbeddedJacobian(other, ACTIVE[::-1]), other):
+        EmbeddedJacobian(one, ACTIVE).take_over(beside)
+    other.take_over(EmbeddedJacobian(one, ACTIVE))
     assert taken == [other]

@@ -20,7 +20,6 @@ from slipstick.faults import SMALLEST, Gathering, frequency, in_radians, numbers
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.results.schema import attributes_of, layout_of, make_table
-from slipstick.structure.dynamic import written
 from slipstick.typing import Array, FrequencyList
 from slipstick.units import Units
 
@@ -155,7 +154,7 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
     p = balance.n_ports
     unit, x = np.eye(p), np.empty((w.size, p, balance.L))
     push = np.concatenate([-c, P])
-    receptance = written(balance.receptance)
+    receptance = balance.receptance.written()
     static = receptance.static
     x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ stiffness, static @ push[:, 0])
     if balance.orders.size:

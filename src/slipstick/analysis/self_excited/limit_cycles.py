@@ -150,7 +150,7 @@ def self_excited(
     """The request and its warnings: also that hysteretic damping is taken as viscous, equal at a frequency."""
     values = {*np.linspace(*span, _SLIDING_POINTS).tolist(), *requested}
     ordered = sorted(values, reverse=span[1] < span[0])
-    wave = hasattr(balance.receptance, "wave_numbers")
+    wave = balance.receptance.waves is not None
     sliding = WaveAtRest(balance, parameter) if wave else SteadySliding(balance, parameter)
     if not sliding.in_time:
         raise InputError("limit cycles need equations in time: give the structure as matrices or modes")

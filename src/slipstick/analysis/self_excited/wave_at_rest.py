@@ -6,15 +6,12 @@ gas and the contacts as they are at rest. Only that of the wave's own phase beco
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from slipstick.analysis.self_excited.steady_sliding import ROUNDING, Sliding, SteadySliding
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.balance.balance import Balance
 from slipstick.balance.residual import Detail
-from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array
 
 
@@ -34,22 +31,22 @@ class WaveAtRest(SteadySliding):
         return True
 
     def _sliding(self, value: float, x: Array, detail: Detail) -> Sliding:
-        receptance: Any = adjusted(self._balance.receptance, detail.inputs.structure)
+        waves = self._balance.receptance.adjusted(detail.inputs.structure).waves
+        assert waves is not None
         form = self._watch.form(x, detail)
         stiffness = form.fixed.reshape(x.size, x.size).real
-        own = receptance.phase_number(1)
-        exponents, shapes = receptance.vibration(own, stiffness)
+        own = waves.phase_number(1)
+        exponents, shapes = waves.vibration(own, stiffness)
         order = np.lexsort((exponents.imag, -exponents.real))
         exponents, shapes = exponents[order], shapes[:, order]
         size = np.abs(exponents).max(initial=0.0)
         growing = {
-            d: int(np.sum(receptance.vibration(d, stiffness)[0].real > ROUNDING * size))
-            for d in range(receptance.wave_numbers)
+            d: int(np.sum(waves.vibration(d, stiffness)[0].real > ROUNDING * size)) for d in range(waves.wave_numbers)
         }
         others = [d for d in growing if growing[d] and d != own]
         return Sliding(
             value=value, x=x, exponents=np.concatenate([exponents, exponents.conj()]),
             shapes=np.concatenate([shapes, shapes.conj()], axis=1), neutral=form.neutral,
             elsewhere=2 * sum(growing[d] for d in others),
-            wave_number=(others[0] - own) % receptance.wave_numbers if others else 0 if growing[own] else None,
+            wave_number=(others[0] - own) % waves.wave_numbers if others else 0 if growing[own] else None,
         )  # fmt: skip

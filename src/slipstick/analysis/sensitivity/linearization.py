@@ -20,7 +20,6 @@ from slipstick.contact.law import add_to
 from slipstick.contact.power import Power
 from slipstick.results.record import Outputs
 from slipstick.state.contact_state import Carried
-from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
 
 Moved = Collection[tuple[int, str]]
@@ -212,7 +211,7 @@ class Linearization:
         """Receptances to outputs that are no port, with their derivative by omega, or along structural parameters."""
         if self.outputs.receptance is None:
             return None
-        receptance = adjusted(self.outputs.receptance, self.inputs.structure)
+        receptance = self.outputs.receptance.adjusted(self.inputs.structure)
         return Compliance(receptance, self.balance.orders, self.omega, along)
 
     def _at_states(self, inputs: Inputs | None) -> Inputs | None:

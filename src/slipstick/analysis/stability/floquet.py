@@ -37,7 +37,6 @@ from slipstick.contact.law import Law
 from slipstick.errors import Fault, InputError
 from slipstick.faults import warn
 from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, WAVE_COUNT, PointStability
-from slipstick.structure.dynamic import adjusted, turning_with
 from slipstick.typing import Array, ComplexArray
 
 BEYOND = 1e-6
@@ -235,9 +234,9 @@ class StabilityWatch:
         if self.systems.in_time:
             answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
         else:
-            receptance = turning_with(adjusted(balance.receptance, inputs.structure), detail.omega)
-            if hasattr(receptance, "wave_numbers"):
-                answers = wave_answers(receptance, orders, detail.omega, 0)
+            receptance = balance.receptance.adjusted(inputs.structure).turning_with(detail.omega)
+            if receptance.waves is not None:
+                answers = wave_answers(receptance.waves, orders, detail.omega, 0)
             else:
                 answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = self._iterate.truncated(x, detail)
@@ -247,17 +246,17 @@ class StabilityWatch:
     def _by_order(self, omega: float) -> bool:
         """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
         if self._orders_differ is None:
-            receptance = turning_with(self.balance.receptance, omega)
+            receptance = self.balance.receptance.turning_with(omega)
             self._orders_differ = depends_on_order(receptance, self.balance.harmonics.m, omega)
         return self._orders_differ
 
     def _counted(self, x: Array, detail: Detail) -> PointStability:
         if self.systems.law_ports.size:  # the form is that of friction contacts
             return PointStability(multipliers=NO_MULTIPLIERS, unstable=UNKNOWN, method="", neutral=0)
-        if hasattr(self.balance.receptance, "wave_numbers"):
+        if self.balance.receptance.waves is not None:
             return self._of_wave(x, detail)
         by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
-        if by_order and not hasattr(self.balance.receptance, "of_order"):
+        if by_order and self.balance.receptance.of_order(0, detail.omega) is None:
             if not self._told:
                 warn([_WITHOUT_ORDER_0])
             self._told = True
@@ -289,8 +288,9 @@ class StabilityWatch:
         return UNKNOWN if count is None else count
 
     def _ring(self, x: Array, detail: Detail) -> WaveDisturbances:
-        receptance = adjusted(self.balance.receptance, detail.inputs.structure)
-        return WaveDisturbances(self.form(x, detail), receptance, BEYOND * detail.omega / (2.0 * np.pi))
+        waves = self.balance.receptance.adjusted(detail.inputs.structure).waves
+        assert waves is not None
+        return WaveDisturbances(self.form(x, detail), waves, BEYOND * detail.omega / (2.0 * np.pi))
 
     def difference(self, x: Array, detail: Detail, stability: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""

@@ -22,7 +22,7 @@ from slipstick.analysis.stability.dynamics import Dynamics
 from slipstick.analysis.stability.switched_system import FrictionPorts
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
-from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import Receptance
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray, Array, ComplexArray, IntArray
 
@@ -241,7 +241,7 @@ def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_
         if asked:
             answer = receptance.at(np.array([float(asked)]), abs(w) / asked)[0][0][:, :n]
         else:
-            answer = np.asarray(receptance.of_order(0, abs(w)))[:, :n]  # type: ignore[attr-defined]
+            answer = np.asarray(receptance.of_order(0, abs(w)))[:, :n]
         return answer if w > 0.0 else answer.conj()
 
     def at(exponent: complex) -> ComplexArray:

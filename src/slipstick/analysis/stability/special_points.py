@@ -60,7 +60,7 @@ class SpecialPoints:
         switching = any(batch.law.regimes is not None for batch in watch.balance.batches)
         self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS and not switching
         """Whether interpolated points are judged too."""
-        self._of_wave = hasattr(watch.balance.receptance, "wave_numbers")
+        self._of_wave = watch.balance.receptance.waves is not None
         self._known: list[tuple[Step, PointStability]] = []
         self._last: tuple[Word, float] | None = None
 

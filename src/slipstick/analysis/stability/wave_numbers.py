@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import pi
-from typing import Any
 
 import numpy as np
 
 from slipstick.analysis.stability.harmonic_form import FIRST, WHOLE, Answers, HarmonicForm, refined
+from slipstick.structure.receptance import Waves
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 _FINEST = 1e-9
@@ -30,13 +30,13 @@ class Growing:
     exponent: complex
 
 
-def wave_answers(receptance: Any, orders: Array, omega: float, k: int) -> Answers:
+def wave_answers(waves: Waves, orders: Array, omega: float, k: int) -> Answers:
     """Receptances that a disturbance of wave number k meets, at any exponent."""
-    n = receptance.static.shape[0]
+    n = waves.static.shape[0]
 
     def at(exponent: complex) -> ComplexArray:
         each = orders.astype(int).tolist()
-        return np.array([receptance.of_order(m, -1j * (exponent + 1j * m * omega), k)[:, :n] for m in each])
+        return np.array([waves.of_order(m, -1j * (exponent + 1j * m * omega), k)[:, :n] for m in each])
 
     return at
 
@@ -48,17 +48,16 @@ class WaveDisturbances:
     ----------
     form
         Of the sector.
-    receptance
-        That of a sector in a wave: with ``wave_numbers``, ``of_order(order, frequency, wave_number)``,
-        ``phase_number``, ``growing`` and ``natural``.
+    waves
+        What the receptance of a wave knows of them.
     margin
         Growth rate, rad/s, from which a disturbance counts.
     """
 
-    def __init__(self, form: HarmonicForm, receptance: Any, margin: float) -> None:
-        self._form, self._receptance, self._margin = form, receptance, margin
+    def __init__(self, form: HarmonicForm, waves: Waves, margin: float) -> None:
+        self._form, self._waves, self._margin = form, waves, margin
         self._contacts: dict[float, ComplexArray] = {}
-        self.N = int(receptance.wave_numbers)
+        self.N = waves.wave_numbers
         self._distinct = range(self.N // 2 + 1)  # D of -k is the conjugate one
 
     @property
@@ -71,7 +70,7 @@ class WaveDisturbances:
         orders, omega = self._form.orders, self._form.omega
         w = -1j * (np.asarray(exponents)[:, None] + 1j * omega * orders)
         each = orders.astype(int).tolist()
-        A = np.stack([self._receptance.of_order(m, w[:, i], k) for i, m in enumerate(each)], axis=1)
+        A = np.stack([self._waves.of_order(m, w[:, i], k) for i, m in enumerate(each)], axis=1)
         J = np.stack([self._contact_answer(complex(own)) for own in exponents])
         n, K, ports = J.shape[:3]
         D: ComplexArray = (A[..., :ports] @ J.reshape(n, K, ports, -1)).reshape(n, K * ports, K * ports)
@@ -94,7 +93,7 @@ class WaveDisturbances:
         found = [np.linspace(-half, half, FIRST)]
         for m in self._form.orders.astype(int).tolist():
             for sign in (1.0, -1.0):
-                natural = self._receptance.natural(int(sign) * (self._receptance.phase_number(m) + k))
+                natural = self._waves.natural(int(sign) * (self._waves.phase_number(m) + k))
                 found.append(sign * natural - m * omega)
         nodes = np.concatenate(found)
         return np.unique(nodes[np.abs(nodes) <= half])
@@ -137,7 +136,7 @@ class WaveDisturbances:
 
     def _growing_poles(self) -> int | None:
         """Growing poles of the ring without contacts; None where one is above all harmonics kept."""
-        found = [s for d in range(self.N) for s in self._receptance.growing(d) if s.real > self._margin]
+        found = [s for d in range(self.N) for s in self._waves.growing(d) if s.real > self._margin]
         highest = (float(self._form.orders[-1]) + 0.5) * self._form.omega
         return 2 * len(found) if all(s.imag <= highest for s in found) else None
 
@@ -146,7 +145,7 @@ class WaveDisturbances:
         found: list[Growing] = []
         for k in self._distinct:
             nodes = self._nodes(k)
-            form = replace(self._form, answers=wave_answers(self._receptance, self._form.orders, self._form.omega, k))
+            form = replace(self._form, answers=wave_answers(self._waves, self._form.orders, self._form.omega, k))
             for rate in (self._margin, *(share * self._form.omega for share in _RATES)):
                 size = np.linalg.slogdet(self.matrices(k, rate + 1j * nodes))[1]
                 inner = np.concatenate([[np.inf], size, [np.inf]])

@@ -3,19 +3,8 @@
 from __future__ import annotations
 
 from slipstick.balance.kernel.sums import add_products, compliance_times
-from slipstick.structure.kernel.modal_sums import modal_sums
 from slipstick.trig.compiled import compiled
 from slipstick.typing import Array, ComplexArray, IntArray
-
-
-@compiled(allocates=True, nogil=True)
-def modal_sums_of_many(
-    products: Array, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
-    orders: Array, omega: Array, out: ComplexArray,
-) -> None:  # fmt: skip
-    """``modal_sums`` at every omega (k,), into ``out`` (k, 2, n_columns, n_rows, n + 1)."""
-    for i in range(omega.size):
-        modal_sums(products, 0, stiffness, damping, left_out, orders, omega[i] * orders, out[i])
 
 
 @compiled(allocates=True, nogil=True)

@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.step import RestartPoint, Step
-from slipstick.solve.linear.jacobian import Jacobian, correction
+from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
@@ -147,7 +147,7 @@ class Corrector:
         if unknown is not None:
             right[:, unknown] = 0.0
         self.solves += len(residuals)
-        off = correction(near.jacobian, right, to=_OFF).T
+        off = near.jacobian.solve_correction(right, _OFF).T
         if unknown is not None:
             off[unknown] = inf
         return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, inf)

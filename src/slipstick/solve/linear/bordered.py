@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, correction, take_over
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian
 from slipstick.typing import Array, BoolArray
 
 
-class Eliminated:
+class Eliminated(Jacobian):
     """J (N, N) with further ``columns`` (N, k) and then further ``rows`` (k, N + k), solved by eliminating these.
 
     J itself must not be singular. ``solved`` is ``J^-1 columns`` where that is known.
@@ -93,7 +93,7 @@ class Eliminated:
         return f"Eliminated({self.size})"
 
 
-class Scaled:
+class Scaled(Jacobian):
     """``S^-1 J S`` for ``S`` diagonal with ``sizes`` (N,) > 0: unknowns and equations in units of their own.
 
     >>> from slipstick.solve.linear.dense import DenseJacobian
@@ -145,7 +145,7 @@ class Scaled:
         return Eliminated(self, column[:, None], row[None])
 
 
-class EmbeddedJacobian:
+class EmbeddedJacobian(Jacobian):
     """Some of the unknowns, the others held at zero: ``inner`` on those that ``active`` (N,) marks, else ones.
 
     ``beside`` is what the last row, an active one, has in the columns of the others; zero without it.
@@ -183,15 +183,15 @@ class EmbeddedJacobian:
         return out
 
     def take_over(self, other: Jacobian) -> None:
-        """What the inner one has use for, of one with the same unknowns, see ``jacobian.take_over``."""
+        """What the inner one has use for, of one with the same unknowns, where they help."""
         if isinstance(other, EmbeddedJacobian) and np.array_equal(other._active, self._active):
-            take_over(self._inner, other._inner)
+            self._inner.take_over(other._inner)
 
     def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
-        """Solution to fewer digits where the inner one has such, see ``jacobian.correction``."""
+        """Solution to fewer digits, where that costs the inner one less."""
         out = np.array(right, dtype=float)
         out[-1] -= self._beside @ right[~self._active]
-        out[self._active] = correction(self._inner, out[self._active], to=to)
+        out[self._active] = self._inner.solve_correction(out[self._active], to)
         return out
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:

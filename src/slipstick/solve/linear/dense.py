@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
-from slipstick.solve.linear.jacobian import Bordered
+from slipstick.solve.linear.jacobian import Bordered, Jacobian
 from slipstick.typing import Array
 
 
-class _Factorised(ABC):
+class _Factorised(Jacobian):
     """LU factors, made on first use in the memory they stay in; a kind says its size and how it is written there."""
 
     __slots__ = ("_lu",)
 
     _lu: tuple[Array, NDArray[np.int32], int] | None
 
-    @property
-    @abstractmethod
-    def size(self) -> int:
-        """N."""
-
     @abstractmethod
     def write(self, out: Array) -> None:
         """Write all entries into the first rows and columns of ``out``, which is zero and in Fortran order."""
-
-    @abstractmethod
-    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
-        """``J @ x``, or the transpose times x."""
-
-    @abstractmethod
-    def bound(self, x: Array) -> Array:
-        """``|J| @ |x|``."""
 
     def _factors(self) -> tuple[Array, NDArray[np.int32], int]:
         """LU factors, pivots, and LAPACK's word on singularity (positive: an exact zero on the diagonal)."""

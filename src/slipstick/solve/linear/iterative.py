@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -38,7 +38,7 @@ _GIVEN_UP = 1e-3
 _SEED = 20120601
 
 
-class IterativeJacobian(ABC):
+class IterativeJacobian(Jacobian):
     """Solved by corrections with what is near to J, all right-hand sides together, or else by GMRES on ``J P^-1``.
 
     A kind says its products, what stands for ``P``, and its products ``nearby`` where some are had for little.
@@ -51,15 +51,6 @@ class IterativeJacobian(ABC):
     leaves: float | None = None
     _told: float | None = None
 
-    @property
-    @abstractmethod
-    def size(self) -> int:
-        """N."""
-
-    @abstractmethod
-    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
-        """``J @ x``, or the transpose times x, for x (N,) or (N, k)."""
-
     @abstractmethod
     def precondition(self, x: Array, *, transposed: bool = False) -> Array:
         """``P^-1 @ x`` (N,), or with the transposes."""
@@ -68,10 +59,6 @@ class IterativeJacobian(ABC):
     @abstractmethod
     def preconditioner_sign(self) -> int:
         """Sign of the determinant of P; 0 where it is singular."""
-
-    @abstractmethod
-    def bound(self, x: Array) -> Array:
-        """``|J| @ |x|``, or more."""
 
     def nearby(self, x: Array) -> Array:
         """``J @ x`` (N,), nearly, for much less than that costs."""

@@ -1,78 +1,79 @@
-"""What Newton and the continuation ask of a Jacobian: they never see its entries. And what two kinds of it share."""
+"""Base class of Jacobians: Newton and the continuation ask them, and never see their entries."""
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from abc import ABC, abstractmethod
 
 import numpy as np
 
 from slipstick.typing import Array
 
+OF_CORRECTIONS = 1e-6
+"""Relative error of a solution that is corrected again."""
 
-@runtime_checkable
-class Jacobian(Protocol):
+
+class Jacobian(ABC):
     """A square matrix J (N, N) in whatever form serves it; it is not changed once made."""
 
+    __slots__ = ()
+
     @property
+    @abstractmethod
     def size(self) -> int:
         """N."""
 
     @property
+    @abstractmethod
     def singular(self) -> bool:
         """Whether J is exactly singular: ``solve`` and ``sign`` then have no meaning."""
 
+    @abstractmethod
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
         """``J @ x`` or ``J.T @ x`` for x (N,) or (N, k)."""
 
+    @abstractmethod
     def solve(self, right: Array, *, transposed: bool = False) -> Array:
         """Solution of ``J @ x = right`` or ``J.T @ x = right`` for right (N,) or (N, k)."""
 
+    @abstractmethod
     def sign(self) -> int:
         """Sign of the determinant, 1 or -1."""
 
+    @abstractmethod
     def bound(self, x: Array) -> Array:
         """``|J| @ |x|`` (N,), or more: the sizes of the terms whose sum each entry of ``J @ x`` is."""
 
+    @abstractmethod
     def bordered(self, column: Array, row: Array) -> Jacobian:
         """J with a further ``column`` (N,) and then a further ``row`` (N + 1,), the corner being the row's last."""
 
+    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
+        """``solve`` to a relative error, where that costs less: for a solution that is corrected again."""
+        return self.solve(right)
 
-OF_CORRECTIONS = 1e-6
-"""Relative error of what is corrected again."""
-
-
-def correction(jacobian: Jacobian, right: Array, *, to: float = OF_CORRECTIONS) -> Array:
-    """``jacobian.solve(right)`` to some relative error, of one that costs less then: for what is corrected again.
-
-    It is ``solve_correction`` that such a one has besides.
-    """
-    solve = getattr(jacobian, "solve_correction", None)
-    return np.asarray(jacobian.solve(right) if solve is None else solve(right, to))
+    def take_over(self, other: Jacobian) -> None:
+        """Keep what helps to solve with ``other``, a Jacobian of a state nearby: solutions stay as exact."""
+        del other
 
 
-def take_over(jacobian: Jacobian, other: Jacobian | None) -> None:
-    """Before ``jacobian`` is solved with, hand it what serves to solve with ``other``, one of a state nearby.
-
-    Of those that have such, which say so by ``take_over``: solutions are as exact, and cost less.
-    """
-    take = getattr(jacobian, "take_over", None)
-    if take is not None and other is not None:
-        take(other)
-
-
-class UndefinedJacobian:
+class UndefinedJacobian(Jacobian):
     """Singular, of any size, all of its answers nan.
 
     >>> UndefinedJacobian(2).bordered(np.ones(2), np.ones(3)).solve(np.ones(3))
     array([nan, nan, nan])
     """
 
-    __slots__ = ("size",)
+    __slots__ = ("_size",)
 
     singular = True
 
     def __init__(self, size: int) -> None:
-        self.size = size
+        self._size = size
+
+    @property
+    def size(self) -> int:
+        """N."""
+        return self._size
 
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
         """Nan."""
@@ -95,7 +96,7 @@ class UndefinedJacobian:
         return UndefinedJacobian(self.size + 1)
 
 
-class Bordered:
+class Bordered(Jacobian):
     """Products of a Jacobian ``_inner`` with a further column (N,) and row (N + 1,)."""
 
     __slots__ = ()

@@ -42,3 +42,13 @@ def modal_sums(
                 A = complex(sum_here[k], sum_here[n + k]) + rest + square * second
                 dA = complex(sum_here[2 * n + k], sum_here[3 * n + k]) + grows * second
                 out[0, column, row, 1 + k], out[1, column, row, 1 + k] = A.conjugate(), dA.conjugate()
+
+
+@compiled(allocates=True, nogil=True)
+def modal_sums_of_many(
+    products: Array, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
+    orders: Array, omega: Array, out: ComplexArray,
+) -> None:  # fmt: skip
+    """``modal_sums`` at every omega (k,), into ``out`` (k, 2, n_columns, n_rows, n + 1)."""
+    for i in range(omega.size):
+        modal_sums(products, 0, stiffness, damping, left_out, orders, omega[i] * orders, out[i])
