@@ -1,6 +1,7 @@
 """Makes what several rooms' tests share importable, ``from helpers.cases import ...``; everything is compiled once."""
 
 import gc
+import os
 import sys
 from collections.abc import Generator
 from functools import cache
@@ -24,6 +25,25 @@ def pytest_configure(config: pytest.Config) -> None:
     """Compile before there are workers, each of which would do so for itself."""
     if getattr(config.option, "numprocesses", None) and not config.option.collectonly:
         _compile()
+
+
+def pytest_report_header() -> list[str]:
+    """What a run that is repeated has to set."""
+    names = ("SLIPSTICK_SEED", "SLIPSTICK_PART")
+    return [f"{name}={os.environ[name]}" for name in names if os.environ.get(name)]
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """SLIPSTICK_PART=2/5 keeps the second of five parts: every fifth file, or every fifth test of a single file."""
+    if not (part := os.environ.get("SLIPSTICK_PART")):
+        return
+    number, parts = (int(word) for word in part.split("/"))
+    places = list(dict.fromkeys(item.path for item in items))
+    which = [i if len(places) == 1 else places.index(item.path) for i, item in enumerate(items)]
+    kept = [item for item, i in zip(items, which, strict=True) if i % parts == number - 1]
+    config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
+    items[:] = kept
 
 
 @pytest.hookimpl(wrapper=True)
