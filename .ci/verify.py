@@ -38,7 +38,7 @@ VENV = os.environ.get("VENV", ".venv")
 LOWEST = os.environ.get("LOWEST", ".venv-lowest")
 SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 
-PARTS: dict[str, int] = {}
+PARTS: dict[str, int] = {"tests/test_wrong_values.py": 3, "tests/consistency/test_peaks_found.py": 3}
 """Files whose long tests take more than about three minutes of a processor, and in how many pieces they run."""
 
 AFTER = {"tests/consistency/test_site_in_browser.py": "docs"}
@@ -240,7 +240,7 @@ class Run:
         results.unlink(missing_ok=True)
         tests = "pytest" in piece.command
         command = [*piece.command, f"--junit-xml={results}"] if tests else piece.command
-        environment = os.environ | {"SLIPSTICK_SEED": self.seed} | piece.environment
+        environment = {"OMP_NUM_THREADS": "1"} | os.environ | {"SLIPSTICK_SEED": self.seed} | piece.environment
         begin, when = time.monotonic(), datetime.now(UTC).isoformat(timespec="seconds")
         with log.open("wb") as stream:
             process = subprocess.Popen(
@@ -258,7 +258,7 @@ class Run:
             "log": str(log.relative_to(ROOT)),
         }  # fmt: skip
         if code is None:
-            record |= {"status": "failed", "why": f"killed after {LIMIT:g} s"}
+            record |= {"status": "killed", "why": f"more than {LIMIT:g} s"}
         if tests:
             record |= counted(results)
             if not code and code is not None and not record.get("tests"):
@@ -406,6 +406,8 @@ def main() -> int:
     print(f"{commit}: {len(todo)} of {len(every)} pieces, {JOBS} at a time, SLIPSTICK_SEED={seed}", flush=True)
     compiled = subprocess.run((sys.executable, "-c", COMPILE), cwd=ROOT)
     run = Run(commit, seed, todo, good)
+    for number in (signal.SIGINT, signal.SIGTERM):  # also where it was started in the background
+        signal.signal(number, signal.default_int_handler)
     try:
         run.all()
     except KeyboardInterrupt:

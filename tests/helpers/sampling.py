@@ -1,29 +1,29 @@
 """Samples of large families of cases: others on every commit, so that all of them are run in time.
 
-``make verify`` sets SLIPSTICK_SEED to the commit, prints it and keeps it with the results, so that a failure is found
+``make verify`` sets SLIPSTICK_SEED to the commit, shows it and keeps it with the results, so that a failure is found
 again by it. Where it is not set, or "all", families are whole.
+
+Tests marked ``verify(sample=5)`` are sampled when they are collected; ``sample`` is for what one test goes through.
 """
 
 from __future__ import annotations
 
 import os
-import random
-from collections.abc import Iterable
+from collections.abc import Callable, Hashable, Iterable
+from hashlib import sha256
 from typing import TypeVar
 
 T = TypeVar("T")
 
 
-def seed() -> str | None:
-    """What the samples are drawn by; None where families are taken whole."""
-    found = os.environ.get("SLIPSTICK_SEED", "all")
-    return None if found == "all" else found
+def sample(family: Iterable[T], count: int, name: Callable[[T], Hashable] = str) -> list[T]:
+    """As many cases of a family, in its order; ``name`` tells them from each other and from those of other families.
 
-
-def sample(family: Iterable[T], count: int, name: str) -> list[T]:
-    """As many cases of a family, in its order; `name` draws families of one size independently."""
-    cases = list(family)
-    if (by := seed()) is None or count >= len(cases):
+    Of a part of the family those are taken that are taken of the whole, and others beside them.
+    """
+    cases, seed = list(family), os.environ.get("SLIPSTICK_SEED", "all")
+    if seed == "all" or count >= len(cases):
         return cases
-    chosen = random.Random(f"{by}: {name}").sample(range(len(cases)), count)
-    return [cases[i] for i in sorted(chosen)]
+    ranks = [sha256(f"{seed}: {name(case)}".encode()).digest() for case in cases]
+    last = sorted(ranks)[count - 1]
+    return [case for case, rank in zip(cases, ranks, strict=True) if rank <= last]
