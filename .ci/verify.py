@@ -62,6 +62,9 @@ class Piece:
     """The piece that has to pass before this one."""
 
 
+NO_COMMIT = "no commit"
+"""Where there is no repository: nothing is known to be as it was."""
+
 COMPILE = "from slipstick.balance.kernel.compilation import compile_all; compile_all()"
 """Once, before there are several processes that would each do it."""
 
@@ -69,8 +72,8 @@ COMPILE = "from slipstick.balance.kernel.compilation import compile_all; compile
 # --- the pieces ---
 
 
-def pieces() -> list[Piece]:
-    """All of them; names are files where they are tests of one file."""
+def pieces(files: Iterable[str]) -> list[Piece]:
+    """All of them, with a piece or several for each of the files that have long tests."""
     make = ("make", f"VENV={VENV}", f"LOWEST={LOWEST}")
     made = [
         # nothing is installed for it while tests run
@@ -78,7 +81,7 @@ def pieces() -> list[Piece]:
         Piece(name="table", command=(sys.executable, "-m", "slipstick", "verify")),
         Piece(name="lowest: install", command=(*make, f"{LOWEST}/.ready")),
     ]
-    for file in _files_with_long_tests():
+    for file in files:
         made += _tests(file, [file], PARTS.get(file, 1), "-m", "verify", after=AFTER.get(file, ""))
     for place, paths in _folders().items():
         made += _tests(f"fast: {place}", paths, FAST.get(place, 1))
@@ -104,8 +107,11 @@ def _tests(
         )  # fmt: skip
 
 
-def _files_with_long_tests() -> list[str]:
-    """As pytest finds them: marks stand in lists of parameters too."""
+def files_with_long_tests(commit: str, known: list[dict]) -> list[str]:
+    """As pytest has found them on this commit, or finds them now: marks stand in lists of parameters too."""
+    for row in known:
+        if row.get("commit") == commit != NO_COMMIT and "files" in row:
+            return list(row["files"])
     command = (sys.executable, "-m", "pytest", "-q", "--collect-only", "-m", "verify", "tests", "src")
     found = subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, env=os.environ | {"SLIPSTICK_SEED": "all"}
@@ -113,6 +119,7 @@ def _files_with_long_tests() -> list[str]:
     files = {line.split("::")[0] for line in found.stdout.splitlines() if "::" in line}
     if found.returncode or not files:
         raise SystemExit(f"the tests cannot be collected:\n{found.stdout[-3000:]}{found.stderr[-3000:]}")
+    remember({"commit": commit, "files": sorted(files)})
     return sorted(files)
 
 
@@ -135,7 +142,7 @@ def state() -> str:
     """The commit; where files were changed, with a hash of the changes."""
     commit, changes = _git("rev-parse", "HEAD").decode().strip(), hashlib.sha256()
     if not commit:
-        return "no commit"
+        return NO_COMMIT
     if not (new := _git("status", "--porcelain", "-z", "--untracked-files=all")):
         return commit
     changes.update(_git("diff", "HEAD", "--binary"))
@@ -385,7 +392,7 @@ def main() -> int:
         chosen = [name for name in commits if name.startswith(asked.report)] if asked.report else [commit]
         print("\n\n".join(report(name, known) for name in chosen) or f"nothing is remembered of {asked.report}")
         return 0
-    every = pieces()
+    every = pieces(files_with_long_tests(commit, known))
     lasted = {row["piece"]: float(row["seconds"]) for row in known if "piece" in row}
     every.sort(key=lambda piece: -lasted.get(piece.name, LIMIT))
     every.sort(key=lambda piece: piece.name != "lowest: install")  # others wait for it
@@ -395,7 +402,8 @@ def main() -> int:
     seed = os.environ.get("SLIPSTICK_SEED") or commit[:12]
     good = {
         name for name, row in latest(known, commit).items()
-        if row["status"] == "passed" and (row["seed"] in (seed, "all") or "SLIPSTICK_SEED" not in os.environ)
+        if row["status"] == "passed" and commit != NO_COMMIT
+        and (row["seed"] in (seed, "all") or "SLIPSTICK_SEED" not in os.environ)
     }  # fmt: skip
     todo = [piece for piece in every if piece.name not in good]
     if asked.names:

@@ -48,6 +48,7 @@ def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
         monkeypatch.setattr(module, name, value)
     monkeypatch.setattr(module, "state", lambda: "c0")
     monkeypatch.setattr(module, "COMPILE", "pass")
+    monkeypatch.setattr(module, "files_with_long_tests", lambda commit, known: [])
     monkeypatch.setattr(sys, "argv", ["verify.py"])
     monkeypatch.delenv("SLIPSTICK_SEED", raising=False)
     return module
@@ -66,7 +67,7 @@ def test_what_has_passed_is_not_run_again(
         piece(runner, "wrong", "print('what was wrong'); raise SystemExit(3)"),
         piece(runner, "third", "", after="wrong"),
     ]  # fmt: skip
-    monkeypatch.setattr(runner, "pieces", lambda: list(cut))
+    monkeypatch.setattr(runner, "pieces", lambda files: list(cut))
     assert runner.main() == 1
     said = capfd.readouterr().out
     assert "what was wrong" in said
@@ -91,7 +92,7 @@ def test_a_piece_that_exceeds_the_limit_is_killed(
 ) -> None:
     monkeypatch.setattr(runner, "LIMIT", 0.2)
     sleeper = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'import time; time.sleep(1000)'])"
-    monkeypatch.setattr(runner, "pieces", lambda: [piece(runner, "slow", sleeper)])
+    monkeypatch.setattr(runner, "pieces", lambda files: [piece(runner, "slow", sleeper)])
     assert runner.main() == 1
     assert "killed slow: 0 s (more than 0.2 s)" in capfd.readouterr().out
 
@@ -109,7 +110,7 @@ def test_results_of_other_files_are_not_those_of_the_commit(
 ) -> None:
     states = iter(["c0", "c1"])
     monkeypatch.setattr(runner, "state", lambda: next(states))
-    monkeypatch.setattr(runner, "pieces", lambda: [piece(runner, "one", "")])
+    monkeypatch.setattr(runner, "pieces", lambda files: [piece(runner, "one", "")])
     assert runner.main() == 1
     assert "files changed while it ran" in capfd.readouterr().out
     assert "one" not in runner.latest(runner.records(), "c0")
