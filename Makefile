@@ -29,11 +29,9 @@ demo: $(VENV)/.ready
 test: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2 $(TESTS)
 
-verify: $(VENV)/.ready
-	$(MAKE) docs
-	$(BIN)/python -m pytest -m verify -n 2
-	$(BIN)/slipstick verify
-	$(MAKE) lowest
+# all of the verification that has not passed yet on this commit, JOBS=2 pieces at a time, or the pieces named in TESTS
+verify: $(VENV)/.ready $(VENV)/.docs $(VENV)/.browser
+	VENV=$(VENV) LOWEST=$(LOWEST) $(BIN)/python .ci/verify.py $(TESTS)
 
 # the site, in build/site; warnings are errors
 docs: $(VENV)/.docs
@@ -42,6 +40,10 @@ docs: $(VENV)/.docs
 $(VENV)/.docs: $(VENV)/.ready
 	$(BIN)/python -m pip install -q --group docs
 	$(BIN)/python -c "open('$(VENV)/.docs', 'w').close()"
+
+$(VENV)/.browser: $(VENV)/.ready
+	$(BIN)/python -m pip install -q --group browser
+	$(BIN)/python -c "open('$(VENV)/.browser', 'w').close()"
 
 # the paper with its figure and citations, in build/paper/paper.html; needs pandoc
 paper:

@@ -178,7 +178,7 @@ class Session:
             assert done.exit_code == 0, f"{' '.join(words)}\n{done.output}"
             return done.stdout
         assert words[0] == "python", words
-        script = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, timeout=300)
+        script = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, timeout=600)
         assert script.returncode == 0, f"{' '.join(words)}\n{script.stderr}"
         return script.stdout
 

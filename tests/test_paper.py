@@ -34,7 +34,7 @@ def test_pandoc_builds_it_with_its_figure_and_citations(tmp_path: Path) -> None:
     made = tmp_path / "paper.html"
     options = "--fail-if-warnings --standalone --citeproc --mathml --lua-filter figures.lua paper.md -o"
     assert options in (PAPER.parent / "Makefile").read_text(encoding="utf-8")
-    subprocess.run(["pandoc", *options.split(), str(made)], cwd=PAPER, check=True, timeout=60)
+    subprocess.run(["pandoc", *options.split(), str(made)], cwd=PAPER, check=True, timeout=600)
     page = made.read_text(encoding="utf-8")
     assert '<img src="figure.png"' in page
     assert "Figure 1 shows" in page

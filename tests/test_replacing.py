@@ -31,7 +31,7 @@ def test_the_file_is_the_old_one_until_the_new_one_is_whole(tmp_path: Path) -> N
 
 
 def test_threads_that_write_one_name_do_not_write_into_each_other(tmp_path: Path) -> None:
-    path, both = tmp_path / "a.txt", Barrier(2, timeout=20)
+    path, both = tmp_path / "a.txt", Barrier(2, timeout=600)
 
     def write(letter: str) -> Path:
         with replacing(path) as temporary:

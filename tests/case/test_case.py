@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 from helpers.cases import oscillator
 from helpers.command import slipstick
+from helpers.counting import traced
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
@@ -335,14 +335,14 @@ def test_a_huge_file_is_refused(tmp_path: Path) -> None:
         Case.from_file(tmp_path / "big.toml")
 
 
-def test_too_many_unknowns_are_refused_quickly() -> None:
+def test_too_many_unknowns_are_refused_before_anything_is_made_of_them() -> None:
     head, rest = GOOD.split("[[contact]]")
     contact, response = rest.split("[response]")
     many = "".join("[[contact]]" + contact.replace('"damper"', f'"c{i}"') for i in range(700))
-    begin = time.process_time()
-    (found,) = faults(head + many + "[response]" + response)
+    with traced() as memory:
+        (found,) = faults(head + many + "[response]" + response)
     assert "14700 unknowns" in found
-    assert time.process_time() - begin < 3.0
+    assert memory.peak < 100e6  # their matrix alone has 14700^2 numbers of 8 bytes, 1.7e9
 
 
 values = st.one_of(

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.ansys import BLADE, needs_blade
 from helpers.command import slipstick
 from typer.testing import CliRunner
 
@@ -26,7 +27,6 @@ from slipstick.models.surface_model import contact_model
 from slipstick.structure.reduction.reduce import reduce_model
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0, conductivity=40.0)
-BLADE_FILE = Path(__file__).parents[3] / "shared" / "data" / "turbine_blade" / "blade.cdb"
 EXAMPLE = Path(__file__).parents[2] / "examples" / "blade" / "blade.toml"
 
 STRUCTURE = """
@@ -386,7 +386,7 @@ def test_check_tells_of_the_full_model(tmp_path: Path) -> None:
 
 
 @pytest.mark.verify
-@pytest.mark.skipif(not BLADE_FILE.is_file(), reason="the turbine blade is not beside this checkout")
+@needs_blade
 def test_turbine_blade_through_the_command_line(tmp_path: Path) -> None:
     """Import with the fir tree fixed, four contacts on the tip, pressure: the first resonance as by the objects."""
     pytest.importorskip("mapdl_archive")
@@ -394,7 +394,7 @@ def test_turbine_blade_through_the_command_line(tmp_path: Path) -> None:
 
     fixed = [word for k in range(1, 5) for word in ("--fix", f"FIRTREE{k}")]
     imported = CliRunner().invoke(
-        app, ["import", str(BLADE_FILE), "-o", str(tmp_path / "model.h5"), *fixed, "--units", "inch, lbf, s"]
+        app, ["import", str(BLADE), "-o", str(tmp_path / "model.h5"), *fixed, "--units", "inch, lbf, s"]
     )
     assert imported.exit_code == 0, imported.output
     assert "PRESSURE_SURF" in imported.stdout

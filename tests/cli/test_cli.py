@@ -328,7 +328,7 @@ def started(path: Path, out: Path) -> subprocess.Popen[str]:
     compile_all()
     command = [sys.executable, "-m", "slipstick", "run", str(path), "-o", str(out), "--no-figures"]
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=heard)
-    file, end = out / "results.nc.journal", time.monotonic() + 60
+    file, end = out / "results.nc.journal", time.monotonic() + 600
     while time.monotonic() < end and child.poll() is None:
         if file.exists() and file.stat().st_size > 20_000:
             return child
@@ -342,7 +342,7 @@ def started(path: Path, out: Path) -> subprocess.Popen[str]:
 def test_an_interrupt_keeps_the_points(tmp_path: Path, number: signal.Signals) -> None:
     child = started(case(tmp_path, SLOW), tmp_path / "out")
     child.send_signal(number)
-    output = child.communicate(timeout=60)[0]
+    output = child.communicate(timeout=600)[0]
     assert child.returncode == 1, output
     assert "interrupted by the user; every point found is kept" in output
     assert "Traceback" not in output
@@ -358,7 +358,7 @@ def test_a_kill_leaves_a_file_that_opens(tmp_path: Path) -> None:
     """From outside; children that kill themselves are in hostile/test_kills.py and io/test_store.py."""
     child = started(case(tmp_path, SLOW), tmp_path / "out")
     child.kill()
-    child.communicate(timeout=60)
+    child.communicate(timeout=600)
     data = xarray.load_dataset(tmp_path / "out" / "results.nc", engine="h5netcdf")
     whole = load_dataset(tmp_path / "out" / "results.nc")
     assert 0 < data.sizes["point"] <= whole.sizes["point"]

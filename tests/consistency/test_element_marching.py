@@ -56,7 +56,7 @@ def test_random_states_with_gaps_in_the_harmonics(n):
     assert_marched(orders, random_states(rng, 50, orders), first=2**13)
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=3)
 @pytest.mark.parametrize("n", range(1, 11))
 def test_ten_thousand_random_states(n):
     """Ten times 1e4 states: 1e5 in all."""

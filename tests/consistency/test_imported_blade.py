@@ -1,19 +1,17 @@
 """A blade nobody here made, from another code's archive to a rubbing response curve."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from helpers.ansys import BLADE, needs_blade
 
 import slipstick as ss
 from slipstick.errors import SlipstickWarning
 
-BLADE = Path(__file__).parents[3] / "shared" / "data" / "turbine_blade" / "blade.cdb"
 ROOT = ["FIRTREE1", "FIRTREE2", "FIRTREE3", "FIRTREE4"]
 
 
 @pytest.mark.verify
-@pytest.mark.skipif(not BLADE.is_file(), reason="the turbine blade is not beside this checkout")
+@needs_blade
 def test_turbine_blade_rubs_at_its_tip():
     """Fir tree fixed, pressure side loaded, four contacts on the tip rubbing along x; inch, lbf, s."""
     pytest.importorskip("mapdl_archive")

@@ -33,7 +33,9 @@ def random_system(seed):
     return ss.Problem(structure, contacts=pairs, harmonics=range(8))
 
 
-@pytest.mark.parametrize("seed", [pytest.param(s, marks=[] if s in _FAST else [pytest.mark.verify]) for s in range(60)])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(s, marks=[] if s in _FAST else [pytest.mark.verify(sample=20)]) for s in range(60)]
+)
 def test_stable_cycles_are_kept_in_time(seed):
     branch = ss.limit_cycles(random_system(seed), "*.mu", (0.05, 2.0))
     data = branch.dataset

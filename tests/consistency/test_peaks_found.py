@@ -144,7 +144,7 @@ def test_the_same_peaks_in_another_form(seed):
     assert varying(seed) == []
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=5)
 @pytest.mark.parametrize("chunk", range(20))
 def test_peaks_of_500_structured_systems(chunk):
     """None above a prominence of 1e-3 is missed or off by more than 1e-4; most curves end."""
@@ -154,7 +154,7 @@ def test_peaks_of_500_structured_systems(chunk):
     assert sum(each is None for each in found) <= 3
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=5)
 @pytest.mark.parametrize("chunk", range(20))
 def test_the_same_peaks_in_another_form_of_400_systems(chunk):
     found = [varying(seed) for seed in range(20 * chunk, 20 * (chunk + 1))]
@@ -162,7 +162,7 @@ def test_the_same_peaks_in_another_form_of_400_systems(chunk):
     assert sum(each is None for each in found) <= 3
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=2)
 @pytest.mark.parametrize("chunk", range(8))
 def test_peaks_of_a_hundred_random_systems(chunk):
     systems = {seed: random_system(seed) for seed in range(15 * chunk, 15 * (chunk + 1))}

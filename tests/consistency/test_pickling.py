@@ -97,6 +97,6 @@ def test_a_process_of_its_own(tmp_path: Path) -> None:
     """A branch with its problem, read and computed again bit for bit where nothing is known of this process."""
     (tmp_path / "b").write_bytes(pickle.dumps(ss.forced_response(problem(), omega=(4.0, 4.4))))
     found = subprocess.run(
-        [sys.executable, "-c", ELSEWHERE, str(tmp_path / "b")], capture_output=True, text=True, timeout=100
+        [sys.executable, "-c", ELSEWHERE, str(tmp_path / "b")], capture_output=True, text=True, timeout=600
     )
     assert found.stdout == "same\n", found.stderr

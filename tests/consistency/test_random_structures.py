@@ -62,7 +62,7 @@ def test_balance_against_time(seed):
     assert_agree(seed)
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=50)
 @pytest.mark.parametrize("seed", range(10, 200))
 def test_balance_against_time_long(seed):
     assert_agree(seed)

@@ -43,7 +43,7 @@ def test_a_few_that_slide_in_the_plane(seed):
     assert followed(seed, planar=True, points=1).outcome.ok
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=3)
 @pytest.mark.parametrize("chunk", range(10))
 def test_a_thousand_random_systems(chunk):
     branches = {seed: followed(seed) for seed in range(chunk * CHUNK, (chunk + 1) * CHUNK)}

@@ -37,7 +37,7 @@ def test_shift_in_time(orders):
     assert_shifts(orders, orders[-1], 60)
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=6)
 @every_set
 def test_shift_in_time_of_1e5_states(orders):
     """20 sets of 5000: 1e5 in all."""

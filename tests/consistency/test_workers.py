@@ -29,7 +29,7 @@ def test_workers_agree_and_end(method: str) -> None:
         [sys.executable, str(Path(__file__).parent / "workers.py"), method],
         capture_output=True,
         text=True,
-        timeout=100,
+        timeout=600,
         env={**os.environ, "NUMBA_NUM_THREADS": "2", "OMP_NUM_THREADS": "1"},
     )
     assert found.stdout == "True\n", found.stderr

@@ -67,7 +67,7 @@ def run(path: Path) -> None:
         cwd=path.parent,
         check=True,
         capture_output=True,
-        timeout=120,
+        timeout=600,
         env={**os.environ, "OMP_NUM_THREADS": "1"},
     )
 

@@ -37,6 +37,6 @@ def opened(content: Any, script: str, *, study: bool = False, address: str = "")
         console.log(JSON.stringify((() => {{ {script} }})()));
       }}, 0);"""
     told = json.dumps({"content": made, "numbers": numbers, "address": address})
-    done = subprocess.run([str(NODE), "-e", text], input=told, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([str(NODE), "-e", text], input=told, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

@@ -1,7 +1,7 @@
 """Runs killed at any moment and gone on with, perhaps killed again: nothing is lost, and what comes out at the end is
 what a run finds that nobody disturbs, to the last bit.
 
-``python kills.py COUNT FOLDER``: children forked from one warm process, so that hundreds take minutes.
+``python kills.py COUNT FOLDER SEED``: children forked from one warm process, so that hundreds take minutes.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ def gone_on(out: Path, rng: random.Random, length: float, reference: xarray.Data
     same(load_dataset(out / "results.nc"), reference)
 
 
-def main(count: int, folder: Path) -> None:
-    rng, case = random.Random(1), folder / "case.toml"
+def main(count: int, folder: Path, seed: int) -> None:
+    rng, case = random.Random(seed), folder / "case.toml"
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     case.write_text(CASE)
     run_case(case, folder / "whole", options=QUIET)  # compiles the kernel where that is new
@@ -130,4 +130,4 @@ def main(count: int, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), Path(sys.argv[2]))
+    main(int(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))

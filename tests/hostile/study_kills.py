@@ -1,7 +1,7 @@
 """Studies killed at any moment and gone on with, perhaps killed again: no case that was stored is lost, and the results
 are those of a study that nobody disturbs, to the last bit.
 
-``python study_kills.py COUNT FOLDER``, as ``kills.py``.
+``python study_kills.py COUNT FOLDER SEED``, as ``kills.py``.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def results(out: Path) -> tuple[xarray.Dataset, xarray.Dataset]:
     return load_dataset(out / STUDY_FILE).drop_vars("seconds"), load_dataset(out / CURVES_FILE)
 
 
-def main(count: int, folder: Path) -> None:
-    rng, case = random.Random(2), folder / "case.toml"
+def main(count: int, folder: Path, seed: int) -> None:
+    rng, case = random.Random(seed), folder / "case.toml"
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     case.write_text(STUDY)
     run_study(case, folder / "whole", spread=HERE, options=QUIET)  # compiles the kernel where that is new
@@ -66,4 +66,4 @@ def main(count: int, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), Path(sys.argv[2]))
+    main(int(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))

@@ -100,7 +100,7 @@ DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa
 SHORT = ("stability", "tolerance_band", "tornado", "run_up")
 
 
-@pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.verify)], ids=["some", "all"])
+@pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.verify(sample=12))], ids=["some", "all"])
 @pytest.mark.parametrize("name", DRAWN)
 def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str, every: int) -> None:
     """One argument gets every other wrong value, the next the others."""

@@ -11,11 +11,13 @@ import pytest
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-@pytest.mark.parametrize("count", [1, pytest.param(40, marks=pytest.mark.verify)])
+@pytest.mark.parametrize(
+    "count, seed", [(1, 0), *(pytest.param(8, seed, marks=pytest.mark.verify(sample=4)) for seed in range(1, 6))]
+)
 @pytest.mark.parametrize("what", ["kills.py", "study_kills.py"])
-def test_kills(tmp_path: Path, what: str, count: int) -> None:
+def test_kills(tmp_path: Path, what: str, count: int, seed: int) -> None:
     found = subprocess.run(
-        [sys.executable, str(Path(__file__).parent / what), str(count), str(tmp_path)],
+        [sys.executable, str(Path(__file__).parent / what), str(count), str(tmp_path), str(seed)],
         capture_output=True,
         text=True,
         timeout=1200,

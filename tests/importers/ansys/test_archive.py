@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers.ansys import BEAM, BLADE, CUBE, archive_text, cube
+from helpers.ansys import BEAM, BLADE, CUBE, archive_text, cube, needs_blade
 from scipy.sparse.linalg import eigsh
 from scipy.spatial.transform import Rotation
 
@@ -93,7 +93,7 @@ def test_archive_that_claims_too_much_or_ends_early(shipped, tmp_path):
         assert len(caught.value.sentences) == 1
 
 
-@pytest.mark.skipif(not BLADE.is_file(), reason="the turbine blade is not beside this checkout")
+@needs_blade
 def test_real_turbine_blade(tmp_path):
     pytest.importorskip("mapdl_archive")
     root = ["FIRTREE1", "FIRTREE2", "FIRTREE3", "FIRTREE4"]
@@ -117,7 +117,7 @@ def test_real_turbine_blade(tmp_path):
 
 
 @pytest.mark.verify
-@pytest.mark.skipif(not BLADE.is_file(), reason="the turbine blade is not beside this checkout")
+@needs_blade
 def test_real_turbine_blade_quadratic():
     pytest.importorskip("mapdl_archive")
     root = ["FIRTREE1", "FIRTREE2", "FIRTREE3", "FIRTREE4"]

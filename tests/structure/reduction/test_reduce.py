@@ -236,7 +236,7 @@ def test_progress_names_the_stages(beam: ElasticModel, tip: list[str]) -> None:
     made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=8, listener=events.append)
     assert {"factorisation", "static solutions", "modes", "counting modes"} <= {event.stage for event in events}
     assert set(made.seconds) == {"factorisation", "static solutions", "modes"}
-    assert all(0.0 < seconds < 60.0 for seconds in made.seconds.values())
+    assert min(made.seconds.values()) > 0.0
 
 
 def small() -> tuple[sparse.csr_array, sparse.csr_array]:
