@@ -256,7 +256,7 @@ def common_arguments(
 def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
     from slipstick.analysis.stability.floquet import StabilityWatch
 
-    if getattr(balance.problem.structure, "covers", (0.0, inf))[1] < inf:
+    if balance.problem.structure.covers[1] < inf:
         remedy = (
             'fit modes to it (ss.models.modal_analysis), or say beyond="line": then it is counted from the receptance'
         )
