@@ -328,12 +328,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.track_peak,
         {
             "problem": PROBLEM, "parameter": "damper.normal_load", "span": (700.0, 800.0), "omega": (9.0, 12.0),
-            "dof": "x", "requested": (), "options": SHORT,
+            "dof": "x", "requested": (), "options": SHORT, "listeners": (),
         },
     ),
     "limit_cycles": (
         lambda: ss.limit_cycles,
-        {"problem": BRAKE, "parameter": "brake.mu", "span": (0.5, 0.6), "requested": (), "options": SHORT},
+        {"problem": BRAKE, "parameter": "brake.mu", "span": (0.5, 0.6), "requested": (), "options": SHORT,
+         "listeners": ()},
     ),
     "wear": (
         lambda: ss.wear,
@@ -353,7 +354,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.nonlinear_modes,
         {
             "problem": STEADY, "amplitude": (20.0, 30.0), "mode": 1, "dof": "x", "load_factors": (0.5,),
-            "options": SHORT,
+            "options": SHORT, "listeners": (),
         },
     ),
     "modal_analysis": (
@@ -371,14 +372,14 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.identify,
         {
             "problem": STEADY, "measured": MEASURED, "parameters": {"damper.kt": 90.0},
-            "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "starts": 1, "seed": 0,
+            "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "starts": 1, "seed": 0, "listeners": (),
         },
     ),
     "optimal": (
         lambda: ss.optimal,
         {
             "problem": PROBLEM, "parameter": "damper.normal_load", "omega": (9.0, 12.0), "dof": "x", "start": 700.0,
-            "options": SHORT,
+            "options": SHORT, "listeners": (),
         },
     ),
     "study": (
@@ -467,7 +468,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "tolerance": 1e-6, "surface": "tip", "contacts": 1, "radius": 0.01,
             "between": ("shroud_low", "shroud_high"), "between_contacts": 1, "pressure": {"push": "concave"},
             "keep": (), "speed": 0.0, "modes": 3, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0,
-            "cache": None, "listener": None,
+            "force": False, "cache": None, "listener": None,
         },
     ),
     "ReducedSector.mistuned": (

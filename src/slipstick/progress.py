@@ -7,7 +7,16 @@ import sys
 import time
 from typing import Any
 
-from slipstick.analysis.events import CaseDone, Listener, PointFound, Searching, Started, Stopped
+from slipstick.analysis.events import (
+    CaseDone,
+    Listener,
+    PointFound,
+    Searching,
+    StageProgress,
+    Started,
+    Stopped,
+    Working,
+)
 
 _PAUSE = 0.2
 """Seconds between two pictures."""
@@ -50,7 +59,7 @@ class Position:
 
 
 class Progress(Listener):
-    """Shows how far a curve, a tracked peak, a mode or a study is: ``listeners=ss.Progress()``.
+    """Shows how far an analysis or a study is: ``listeners=ss.Progress()``; of reductions ``listener=ss.Progress()``.
 
     In a notebook a bar that moves, on a terminal a line that is written over, elsewhere the last line alone. Nothing of
     the results depends on it.
@@ -86,6 +95,18 @@ class Progress(Listener):
         self._position.update(event.progress)
         self._points = event.number
         self._show(f"at {event.parameter:.6g}, point {event.number}{self._left}")
+
+    def working(self, event: Working) -> None:
+        """It takes long: what is done meanwhile."""
+        self._position.update(event.progress)
+        self._show(f"{event.text}{self._left}")
+
+    def stage(self, event: StageProgress) -> None:
+        """A stage of a reduction."""
+        if event.done == 0:
+            self._position = Position(0.0, 1.0)
+        self._position.update(event.done / max(event.total, 1))
+        self._show(event.stage)
 
     def stopped(self, event: Stopped) -> None:
         """The computation ended."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import xarray as xr
 from helpers.faults import raises_fault
 
 import slipstick as ss
@@ -140,3 +143,62 @@ def test_what_a_structure_does_not_have_is_no_parameter() -> None:
         bare.parameter("damping")
     with raises_fault("loss_factor", found="-1.0", expected="a number >= 0"):
         bare.with_parameter("loss_factor", -1.0)
+
+
+BLOCKS = ["tip 1", "tip 2", "foot 1"]
+
+
+def blocks(**given: object) -> ss.Problem:
+    """A block of two contacts and one of one, as ``ss.surface_contacts`` names them."""
+    contacts = [
+        ss.ContactPair(
+            name=name, contact=ss.FrictionContact(kt=20.0, mu=mu, normal_load=1.5), tangential=dof,
+            rubbing=ss.RubbingMotion(velocity=1.0),
+        )
+        for name, mu, dof in zip(BLOCKS, (0.3, 0.5, 0.4), "xyz", strict=True)
+    ]  # fmt: skip
+    asked = {"harmonics": range(4), "told": None, "outputs": ["x", "z"], **given}
+    return ss.Problem(structure("modal"), contacts=contacts, loads=[ss.Load(dof="z", cos=2.0)], **asked)
+
+
+def test_a_block_of_contacts_has_parameters() -> None:
+    p = blocks()
+    assert {"tip.mu", "foot.mu", "tip 1.mu"} <= {*known_parameters(p)}
+    assert p.parameter("tip.mu") == pytest.approx(0.4)
+    assert [pair.contact.mu for pair in p.with_parameter("tip.mu", 0.2).contacts] == [0.2, 0.2, 0.4]
+    with raises_fault(says="did you mean 'tip.mu'"):
+        p.parameter("tip.um")
+    called = replace(p, contacts=(*p.contacts[:2], replace(p.contacts[2], name="tip")))  # what is called so is meant
+    assert [pair.contact.mu for pair in called.with_parameter("tip.mu", 0.2).contacts] == [0.3, 0.5, 0.2]
+
+
+def test_derivatives_by_a_block_are_those_of_its_contacts_together() -> None:
+    p = blocks()
+    branch = ss.steady_response(p, omega=3.3)
+    both = branch.sensitivity(["tip.mu", "foot.mu"], dof="z").amplitude.values[:, 0]
+    of = branch.sensitivity(["tip 1.mu", "tip 2.mu", "foot 1.mu"], dof="z").amplitude.values[:, 0]
+    assert both == pytest.approx([of[0] + of[1], of[2]], rel=1e-9)
+
+    def amplitude(more: float) -> float:
+        moved = p.with_parameter("tip 1.mu", 0.3 + more).with_parameter("tip 2.mu", 0.5 + more)
+        return float(ss.steady_response(moved, omega=3.3).dataset.amplitude.sel(dof="z")[0])
+
+    assert both[0] == pytest.approx((amplitude(1e-4) - amplitude(-1e-4)) / 2e-4, rel=1e-5)
+
+
+def test_a_block_is_followed_studied_and_identified() -> None:
+    p = blocks()
+    curve = ss.parameter_response(p, "tip.mu", (0.2, 0.5), omega=3.3, requested=[0.4])
+    at = curve.dataset.isel(point=int(np.argmin(np.abs(curve.dataset.parameter.values - 0.4))))
+    alone = ss.steady_response(p.with_parameter("tip.mu", 0.4), omega=3.3)
+    assert at.amplitude.values == pytest.approx(alone.dataset.amplitude.values[0], rel=1e-7)
+    grid = ss.study(p, {"tip.mu": [0.2, 0.4]}, omega=(3.0, 4.0))
+    one = ss.forced_response(p.with_parameter("tip.mu", 0.4), omega=(3.0, 4.0))
+    assert float(grid.peak_amplitude.sel(dof="z")[1]) == pytest.approx(one.peaks("z")[0][1], rel=1e-6)
+    true = p.with_parameter("tip.mu", 0.35)
+    omega = [3.0, 3.2, 3.4, 3.6, 3.8]
+    measured = ss.steady_response(true, omega=omega).dataset[["displacement"]]
+    data = xr.Dataset({"amplitude": (("omega", "dof"), ss.steady_response(true, omega=omega).dataset.amplitude.values)},
+                      coords={"omega": omega, "dof": measured.dof.values})  # fmt: skip
+    fit = ss.identify(p, data, {"tip.mu": 0.25, "foot.mu": 0.5})
+    assert [fit.values["tip.mu"], fit.values["foot.mu"]] == pytest.approx([0.35, 0.4], rel=1e-4)

@@ -27,7 +27,7 @@ class MeasuredReceptance(ss.models.Receptance):
         return value, m[:, None, None] * slope
 
 
-class MeasuredStructure:
+class MeasuredStructure(ss.models.Structure):
     """Frequency response H (n_frequencies, n_dofs, n_dofs), length/force, over rad/s; static compliance apart."""
 
     load_shapes = ()
@@ -94,7 +94,7 @@ def test_no_first_point_is_an_outcome_without_equations_in_time(monkeypatch: pyt
     assert branch.outcome is Outcome.NO_FIRST_POINT
 
 
-class Rotor:
+class Rotor(ss.models.Structure):
     """``M q'' + (C + G) q' + K q = f`` with a gyroscopic G: forward and backward whirl, nothing symmetric."""
 
     dofs, load_shapes = ("tip", "root"), ()

@@ -8,14 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.ring_mesh import ring_model
 
 import slipstick as ss
-from slipstick.errors import InputError
+from slipstick.balance.reduction import reduction_warnings, worst_error
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.imported import ImportedModel
 from slipstick.models.parametric_sector import SectorShape, sector_shape
 from slipstick.solve.linear.condensation import Condensed
 from slipstick.solve.linear.lanczos import modes
+from slipstick.structure.reduction.reduce import reduce_model
 
 N = 6
 SHAPE = SectorShape(
@@ -51,7 +54,7 @@ def test_all_phases_share_one_elimination_at_rest_and_one_for_their_count(monkey
     assert shifts == [True, False]
 
 
-@pytest.mark.filterwarnings("ignore:the harmonics left out")
+@pytest.mark.filterwarnings("ignore:the harmonics left out", "ignore:the receptance of the reduced structure")
 def test_a_result_comes_back_with_its_sector(tmp_path: Path) -> None:
     sector = reduced(pressure="concave", loss_factor=1e-3)
     contact = ss.FrictionContact(kt=1e6, mu=0.3, normal_load=10.0)
@@ -165,3 +168,78 @@ def test_sizes_by_name() -> None:
     )
     with pytest.raises(InputError, match="size"):
         sector_shape("huge")
+
+
+def test_too_few_modes_are_told_again_by_the_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.structure.reduction.compute.MOST_BY_DEFAULT", 3)
+    said = []
+    for _ in range(2):
+        sector = reduced(modes=None, cache=tmp_path)
+        with pytest.warns(SlipstickWarning) as told:
+            sector.natural_frequencies(2)
+        said.append([str(warning.message) for warning in told])
+    assert sector.solver == ""  # the second was read
+    assert said[0] == said[1]
+    assert said[0][0].startswith("nodal diameter 2: the receptance of the reduced structure is wrong by about")
+
+
+def test_what_does_not_reach_up_to_is_refused_as_of_bodies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.structure.reduction.compute.MOST_BY_DEFAULT", 3)
+    asked: dict[str, Any] = {"modes": None, "up_to": 20.0 * reduced().natural_frequencies(2)[0], "cache": tmp_path}
+    for _ in range(2):
+        with raises_fault("nodal diameter 2", says="the receptance of the reduced structure .*keep more modes"):
+            reduced(**asked).natural_frequencies(2)
+    with pytest.warns(SlipstickWarning, match="nodal diameter 2: the receptance of the reduced structure"):
+        assert reduced(**asked, force=True).natural_frequencies(2).size == 3
+    K, M = np.diag(np.arange(1.0, 11.0)) - 0.4 * (np.eye(10, k=1) + np.eye(10, k=-1)), np.eye(10)
+    body = {"keep": ["0", "9"], "dofs": [str(i) for i in range(10)], "reach": 20.0}
+    with pytest.raises(InputError, match=r"the receptance of the reduced structure .*keep more modes"):
+        reduce_model(K, M, **body)
+    with pytest.warns(SlipstickWarning, match="the receptance of the reduced structure"):
+        reduce_model(K, M, **body, force=True)
+
+
+def test_a_wave_and_its_disc_tell_what_three_modes_leave_out() -> None:
+    """The estimate of a wave is that of the phases of its orders, a disc's that of all; both stand above the error."""
+    sector = reduced(modes=3, pressure="concave")
+    wave, disc = sector.travelling_wave(2), sector.mistuned()
+    omega, orders = 0.95 * sector.natural_frequencies(2)[0], range(1, 6)
+
+    def judged(structure: Any, loads: Any) -> tuple[Any, list[str]]:
+        problem = ss.Problem(
+            structure, loads=loads, harmonics=range(6), contacts=ss.ContactPair(
+                name="c", contact=ss.FrictionContact(kt=1e6, mu=0.3, normal_load=1.0), tangential=structure.dofs[0],
+            ),
+        )  # fmt: skip
+        return worst_error(problem, (omega, omega)), reduction_warnings(problem, (omega, omega))
+
+    load = ss.Load(shape="pressure", sin=1.0)
+    (of_wave, said), (of_disc, also) = judged(wave, load), judged(disc, disc.loads(load, engine_order=2))
+    assert of_wave.value <= of_disc.value
+    assert [text.partition(" by about")[0] for text in (*said, *also)] == 2 * [
+        "the receptance of the reduced structure is wrong"
+    ]
+    many = reduced(modes=40, pressure="concave").structure
+    for m in orders:
+        d = wave.phase_number(m)
+        few, full = (s.phase_modes(d) for s in (sector.structure, many))
+        scale = 1.0 / np.sqrt(np.diag(sector.structure.phase_modes(0).static).real)
+        A, B = (
+            scale[:, None] * ((s.shapes * (1 / (s.omega**2 - w2) - 1 / s.omega**2)) @ s.shapes.conj().T + s.static
+                              + w2 * s.second) * scale
+            for s in (few, full) for w2 in [(m * omega) ** 2]
+        )  # fmt: skip
+        (left_out,) = wave.truncations(m)
+        error = np.linalg.norm(A - B) / np.linalg.norm(B)
+        assert error <= 1.2 * left_out.error(m * omega) <= 100.0 * max(error, 1e-9)
+
+
+def test_a_load_on_a_disc_moves_it_as_the_wave() -> None:
+    sector = reduced(modes=3, pressure="concave")
+    wave, disc, E, w = sector.travelling_wave(2), sector.mistuned(), 2, 0.9 * sector.natural_frequencies(2)[0]
+    n, row = len(wave.dofs), np.eye(len(wave.dofs))[:, :1]
+    exact = wave.project(row, np.zeros((n, 0)), ["pressure"]).at([1, 2], w)[0][:, 0, 0]
+    shapes = [f"pressure@{s}" for s in range(N)]
+    parts = disc.project(np.eye(len(disc.dofs))[:, :1], np.zeros((len(disc.dofs), 0)), shapes).at([1, 2], w)[0][:, 0]
+    turns = np.exp(-2j * np.pi * E / N * np.outer([1, 2], np.arange(N)))
+    assert np.sum(parts * turns, axis=1) == pytest.approx(exact, rel=1e-9)

@@ -42,7 +42,7 @@ def test_frequencies_are_those_of_the_ring() -> None:
     assert errors[2] < errors[1] < errors[0] < 1e-2
 
 
-@pytest.mark.filterwarnings("ignore:the receptance of the reduced structure may be wrong")
+@pytest.mark.filterwarnings("ignore:the receptance of the reduced structure is wrong")
 def test_friction_response_by_the_first_families() -> None:
     """Blades of four masses in 12 sectors, shrouds that slip: what families leave out falls with their number (24.6).
 

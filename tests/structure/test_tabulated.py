@@ -118,7 +118,7 @@ def test_noise_is_seen_and_taken_off():
     assert noise_of(H) == pytest.approx(np.full(16, 1e-3), rel=0.1)
     left = ss.models.tabulated_structure(noisy, smooth=False)
     smooth = tabulated(noise=1e-3)
-    off = [np.sqrt(np.mean(np.abs(s.values.reshape(-1, 16) / exact - 1.0) ** 2)) for s in (left, smooth)]
+    off = [np.sqrt(np.mean(np.abs(s.table.reshape(-1, 16) / exact - 1.0) ** 2)) for s in (left, smooth)]
     assert off[1] < 0.5 * off[0] < 6e-4
     assert (left.noise, tabulated().noise) == (0.0, 0.0)
     assert smooth.noise == pytest.approx(7e-4, rel=0.1)  # of the mean of both ways
@@ -128,7 +128,7 @@ def test_noise_is_seen_and_taken_off():
 def test_reciprocity_fills_in_and_what_is_missing_is_refused():
     fit = ss.models.tabulated_structure(measured(inputs=["tip", "root"]))
     i, j = fit.dofs.index("tip"), fit.dofs.index("low")
-    np.testing.assert_array_equal(fit.values[:, i, j], fit.values[:, j, i])
+    np.testing.assert_array_equal(fit.table[:, i, j], fit.table[:, j, i])
     eye = np.eye(4)
     assert np.isfinite(fit.project(eye[:, [i]], eye).at([1.0], 3.0)[0]).all()
     with raises_fault("structure", says="'mid' by a force on 'low' was not measured|'low' by a force on"):
@@ -192,7 +192,7 @@ def test_files_hold_it(tmp_path):
     branch.save(tmp_path / "a.nc")
     read = ss.load(tmp_path / "a.nc").problem.structure
     assert isinstance(read, TabulatedStructure)
-    np.testing.assert_array_equal(read.values, problem.structure.values)
+    np.testing.assert_array_equal(read.table, problem.structure.table)
     assert read.summary() == problem.structure.summary()
     again = ss.steady_response(ss.load(tmp_path / "a.nc").problem, omega=[4.0, 5.0])
     np.testing.assert_allclose(again.dataset.displacement, branch.dataset.displacement, rtol=1e-10)

@@ -10,11 +10,15 @@ from slipstick.analysis.curve.resume import Checkpoint
 from slipstick.balance.start import Searching, StrategyTried
 from slipstick.errors import Outcome
 from slipstick.results.record import Point, Recorder
+from slipstick.solve.linear.modes import StageProgress
 
 if TYPE_CHECKING:
     from slipstick.studies.solving import CaseSolved
 
-__all__ = ["CaseDone", "Event", "Listener", "PointFound", "Searching", "Started", "Stopped", "StrategyTried"]
+__all__ = [
+    "CaseDone", "Event", "Listener", "PointFound", "Searching", "StageProgress", "Started", "Stopped", "StrategyTried",
+    "Working",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +91,30 @@ class CaseDone:
     total: int
 
 
-Event = Started | Searching | StrategyTried | PointFound | Stopped | CaseDone
+@dataclass(frozen=True, kw_only=True)
+class Working:
+    """What an analysis does, told now and then where it takes long and nothing else is told."""
+
+    doing: str
+    """In words, such as "steady sliding"; empty where it is on the way to the next point."""
+    points: int
+    """Found so far."""
+    evaluations: int
+    """Of the balance, so far."""
+    progress: float
+    """Part of the whole that is done, 0 to 1."""
+
+    @property
+    def text(self) -> str:
+        """What it says in one line.
+
+        >>> Working(doing="", points=3, evaluations=41, progress=0.2).text
+        'on the way to point 4, evaluation 41'
+        """
+        return f"{self.doing or f'on the way to point {self.points + 1}'}, evaluation {self.evaluations}"
+
+
+Event = Started | Searching | StrategyTried | PointFound | Working | Stopped | CaseDone | StageProgress
 
 
 class Listener:
@@ -107,10 +134,14 @@ class Listener:
                 self.strategy_tried(event)
             case PointFound():
                 self.point_found(event)
+            case Working():
+                self.working(event)
             case Stopped():
                 self.stopped(event)
             case CaseDone():
                 self.case_done(event)
+            case StageProgress():
+                self.stage(event)
 
     def started(self, event: Started) -> None:
         """A branch begins."""
@@ -124,8 +155,14 @@ class Listener:
     def point_found(self, event: PointFound) -> None:
         """A point was found."""
 
+    def working(self, event: Working) -> None:
+        """It takes long."""
+
     def stopped(self, event: Stopped) -> None:
         """The computation ended."""
+
+    def stage(self, event: StageProgress) -> None:
+        """A stage of a reduction has come so far: with it as ``listener`` of ``ss.reduce`` and the like."""
 
     def case_done(self, event: CaseDone) -> None:
         """A case of a study was computed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import Any
@@ -24,6 +24,12 @@ _UNDAMPED = 1e-5
 """Imaginary part of a receptance over itself, below which there is as good as no damping."""
 
 
+class Pulse:
+    """Felt at every evaluation by whoever computes with a balance: ``felt`` is called, where it is set."""
+
+    felt: Callable[[], None] | None = None
+
+
 class Balance:
     """A problem made ready for the balance.
 
@@ -41,6 +47,8 @@ class Balance:
         ``size``) are those of the balance.
     receptance
         From the contact forces and loads to the contact ports.
+    pulse
+        Of it and of those made from it.
     springs
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
     linear_known
@@ -48,6 +56,7 @@ class Balance:
     """
 
     def __init__(self, problem: Problem, *, backend: JacobianBackend | str = "auto") -> None:
+        self.pulse = Pulse()
         self._take(problem)
         self.directions = problem.direction_matrix(problem.port_directions)
         self.n_loads = len(problem.load_columns.places)

@@ -47,7 +47,7 @@ class LoadColumns:
     def receptance(self, structure: Structure, rows: Any, ports: Any) -> Receptance:
         """Receptance from contact ports (n_dofs, n_ports) and these loads to ``rows`` (n_dofs, n_rows)."""
         columns = beside(ports, self.vectors)
-        if not getattr(structure, "sparse_directions", False):
+        if not structure.sparse_directions:
             rows, columns = dense(rows), dense(columns)
         plain = structure.project(rows, columns, self.shapes)
         if not isinstance(plain, Receptance):

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from math import inf, isfinite
+from math import isfinite
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -290,7 +290,7 @@ def range_faults(start: float, stop: float, *, name: str = "frequency range", po
 
 def reach_faults(problem: Problem, ends: Sequence[float]) -> list[Fault]:
     """Faults of frequencies whose harmonics a structure does not answer: one known by a table, see its ``covers``."""
-    low, high = getattr(problem.structure, "covers", (0.0, inf))
+    low, high = problem.structure.covers
     orders = [m for m in problem.harmonics.orders if m]
     if not orders:
         return []

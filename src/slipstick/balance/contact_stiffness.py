@@ -6,7 +6,7 @@ at each contact. A contact with ``1/kn`` well below it is as hard as the reduced
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,8 +29,6 @@ def stiffness_shares(problem: Problem) -> tuple[Array, Array]:
 
     Of the friction contacts with a normal direction and a normal stiffness; empty for structures that are no modes.
     """
-    structure: Any = problem.structure
-    own_compliance = getattr(structure, "own_compliance", None)
     springs = [
         (float(pair.values("kn")[k]), direction)
         for pair in problem.contacts
@@ -38,9 +36,11 @@ def stiffness_shares(problem: Problem) -> tuple[Array, Array]:
         for k in range(len(pair))
         if (direction := pair.direction("normal", k)) and pair.values("kn")[k] > 0.0
     ]
-    if own_compliance is None or not springs:
+    along = problem.direction_matrix(direction for _, direction in springs) if springs else None
+    known = None if along is None else problem.structure.own_compliance(along)
+    if known is None:
         return np.empty(0), np.empty(0)
-    whole, left_out = own_compliance(problem.direction_matrix(direction for _, direction in springs))
+    whole, left_out = known
     there = left_out > _ROUNDING * whole
     kn = np.array([stiffness for stiffness, _ in springs])
     return 1.0 / (kn[there] * left_out[there]), left_out[there]

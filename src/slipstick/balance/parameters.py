@@ -1,4 +1,7 @@
-"""Named parameters: what "tip.velocity", "*.mu", "load.x.phase" or "load" is, and how the inputs move with it."""
+"""Named parameters: what "tip.velocity", "*.mu", "load.x.phase" or "load" is, and how the inputs move with it.
+
+"tip" is a contact, many contacts of one pair, or the block of contacts "tip 1", "tip 2", ...
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
 from slipstick.balance.paths import Line, Path, StructureValue
+from slipstick.contact.names import block_of
 from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
@@ -135,11 +139,12 @@ def _members(problem: Parts, owner: str, quantity: str) -> tuple[tuple[int, int]
     named = {name for pair in problem.contacts for name in (pair.name, *pair.elements)}
     if owner == RUBBING and RUBBING not in named and RubbingMotion.is_component(quantity):
         owner = ALL
+    in_block = owner not in named
     return tuple(
         (p, k)
         for p, pair in enumerate(problem.contacts)
         for k, element in enumerate(pair.elements)
-        if owner in (pair.name, element, ALL) and _has(pair, quantity)
+        if (owner in (pair.name, element, ALL) or (in_block and block_of(pair.name) == owner)) and _has(pair, quantity)
     )
 
 
@@ -148,6 +153,9 @@ def known_parameters(problem: Parts) -> Iterator[str]:
     for pair in problem.contacts:
         for owner in dict.fromkeys((pair.name, *pair.elements)):
             yield from (f"{owner}.{quantity}" for quantity in pair.quantities)
+    named = {pair.name for pair in problem.contacts}
+    blocks = [(block, pair) for pair in problem.contacts if (block := block_of(pair.name)) not in named]
+    yield from dict.fromkeys(f"{block}.{quantity}" for block, pair in blocks for quantity in pair.quantities)
     yield from dict.fromkeys(f"{ALL}.{quantity}" for pair in problem.contacts for quantity in pair.quantities)
     yield from dict.fromkeys(f"{RUBBING}.{part}" for pair in problem.contacts for part in pair.rubbing.names)
     yield from load_names(problem)

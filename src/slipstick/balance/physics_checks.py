@@ -100,9 +100,7 @@ def _static(problem: Problem) -> Any:
 
 def _may_feed(problem: Problem) -> bool:
     """Whether it may vibrate by itself without rubbing: by its damping, or by a law that is not friction."""
-    return bool(getattr(problem.structure, "energy_fed", "")) or not all(
-        pair.contact.coulomb for pair in problem.contacts
-    )
+    return bool(problem.structure.energy_fed) or not all(pair.contact.coulomb for pair in problem.contacts)
 
 
 def _motion_warnings(problem: Problem, still: bool) -> Iterator[str]:
@@ -118,13 +116,13 @@ def _motion_warnings(problem: Problem, still: bool) -> Iterator[str]:
 
 def _fed_warnings(problem: Problem) -> Iterator[str]:
     """Structures that grow by themselves, by their damping."""
-    if where := getattr(problem.structure, "energy_fed", ""):
+    if where := problem.structure.energy_fed:
         yield (
             f"the structure's damping feeds energy in ({where}): without friction vibration grows, and a periodic "
             "motion need not be stable; judge it with stability, or correct the signs of the damping and write its "
             "numbers with more digits"
         )
-    if where := getattr(problem.structure, "self_excited", ""):
+    if where := problem.structure.self_excited:
         yield (
             f"the structure's circulatory or negative stiffness makes it grow by itself ({where}): without contacts "
             "vibration grows, and a periodic motion need not be stable; judge it with stability"
@@ -137,7 +135,7 @@ _HEAVY = 0.5
 
 def _ratio_warnings(problem: Problem, natural: Array, low: float, high: float) -> Iterator[str]:
     """Modes met over the range, else the first one, that are damped as no structure is."""
-    ratios = getattr(problem.structure, "damping_ratios", None)
+    ratios = problem.structure.damping_ratios
     if ratios is None or natural.size == 0:
         return
     factor = problem.load_order

@@ -49,8 +49,6 @@ DENSE_DIRECTIONS = 2**18
 
 _FEW = 64
 
-_MEMBERS = ("dofs", "load_shapes", "natural_frequencies", "project", "time_equations")
-
 
 @dataclass(frozen=True, init=False)
 class Problem:
@@ -304,10 +302,11 @@ class Problem:
 def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
     """The fields in the form that is computed with, and what is of another kind; of lists, what is right stays."""
     checks, structure = Gathering(), problem.structure
-    missing = [m for m in _MEMBERS if not hasattr(type(structure), m) and not hasattr(structure, m)]
-    if missing or isinstance(structure, type):
+    if not isinstance(structure, Structure):
         expected = "one such as ss.MatrixStructure(M=..., K=..., dofs=...)"
-        checks.faults.append(Fault("structure", found=shown(structure), expected=expected))
+        like = hasattr(structure, "project") and not isinstance(structure, type)
+        remedy = "derive its class from ss.models.Structure" if like else ""
+        checks.faults.append(Fault("structure", found=shown(structure), expected=expected, remedy=remedy))
     values: dict[str, Any] = {
         "contacts": checks.take(several, "contacts", problem.contacts, ContactPair, "an ss.ContactPair"),
         "loads": checks.take(several, "loads", problem.loads, Load, "an ss.Load"),

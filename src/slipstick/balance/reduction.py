@@ -8,12 +8,13 @@ m moves the structure by ``(e / m)^2 |dA(m w)| / |A(e w)|`` relative to the moti
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.errors import Fault
-from slipstick.structure.truncation import REFUSED, WARNED_REDUCTION, WorstError
+from slipstick.structure.truncation import REFUSED, WARNED_REDUCTION, Truncation, WorstError
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -24,31 +25,31 @@ _FREQUENCIES = 9
 
 
 def worst_error(problem: Problem, omega: Sequence[float]) -> WorstError | None:
-    """The largest weighted error of the receptance over a range (rad/s); None for a structure without such an estimate.
+    """The largest weighted error of the receptance over a range (rad/s); None where nothing is left out, or not known.
 
-    A structure tells it by a method ``reduction_error(frequencies, relative_to)`` and attributes ``error_kind`` and
-    ``last_mode``, as :class:`slipstick.structure.modal.ModalStructure` does.
+    The structure tells what is left out at each harmonic (``Structure.truncations``): of a wave what the modes of its
+    phase leave out, of a whole disc what those of all phases do.
     """
-    structure = problem.structure
-    estimate = getattr(structure, "reduction_error", None)
-    orders = np.array([m for m in problem.harmonics.orders if m > 0], dtype=float)
-    if estimate is None or not len(orders):
-        return None
-    grid = np.linspace(min(omega), max(omega), _FREQUENCIES)
-    places, (base, weights) = np.multiply.outer(grid, orders), harmonic_weights(problem)
-    relative = np.asarray(estimate(places))
-    counted = weights * np.asarray(estimate(places, np.multiply.outer(grid, base)))
-    at, order = np.unravel_index(int(np.argmax(counted)), counted.shape)
-    part = np.divide(counted, relative, out=np.ones_like(relative), where=(relative > 0.0) & np.isfinite(relative))
-    return WorstError(
-        value=float(counted[at, order]),
-        relative=float(relative[at, order]),
-        omega=float(grid[at]),
-        reach=float(np.max(places * np.minimum(part, 1.0) ** 0.2)),  # a fifth power: see WorstError.needed
-        order=int(orders[order]),
-        last_mode=float(structure.last_mode),  # type: ignore[attr-defined]
-        kind=str(structure.error_kind),  # type: ignore[attr-defined]
-    )
+    orders = [m for m in problem.harmonics.orders if m > 0]
+    grid, (bases, weights) = np.linspace(min(omega), max(omega), _FREQUENCIES), harmonic_weights(problem)
+    worst: WorstError | None = None
+    reach = 0.0
+    for m, base, weight in zip(orders, bases, weights, strict=True):
+        pairs = zip(problem.structure.truncations(m) or (), problem.structure.truncations(int(base)) or (), strict=True)
+        for left_out, of_base in pairs:
+            relative = left_out.error(m * grid)
+            counted = weight * left_out.error(m * grid, base * grid, of_base)
+            known = (relative > 0.0) & np.isfinite(relative)
+            part = np.divide(counted, relative, out=np.ones_like(relative), where=known)
+            # a fifth power: see WorstError.needed
+            reach = max(reach, float(np.max(m * grid * np.minimum(part, 1.0) ** 0.2)))
+            at = int(np.argmax(counted))
+            if worst is None or counted[at] > worst.value:
+                worst = WorstError(
+                    value=float(counted[at]), relative=float(relative[at]), omega=float(grid[at]), reach=reach,
+                    order=m, last_mode=left_out.last, kind=left_out.kind,
+                )  # fmt: skip
+    return None if worst is None else replace(worst, reach=reach)
 
 
 def harmonic_weights(problem: Problem) -> tuple[Array, Array]:
@@ -68,17 +69,30 @@ def excited_orders(problem: Problem) -> list[int]:
 
 
 def reduction_attributes(problem: Problem) -> dict[str, str]:
-    """What results say of the reduced structure: how many modes it has, whether its residuals are solved for, and up to
-    which frequency its receptance is right to one percent."""
-    limit = getattr(problem.structure, "valid_to", None)
-    if limit is None:
+    """What results say of the reduced structure: how many modes it has (of a phase from sector to sector), whether its
+    residuals are solved for, and up to which frequency its receptance is right to one percent."""
+    parts = _truncations(problem)
+    if not parts:
         return {}
-    told = {"reduction_modes": str(len(problem.structure.omega))}  # type: ignore[attr-defined]
-    if kind := getattr(problem.structure, "residuals", None):
-        told["reduction_residuals"] = str(kind)
-    if problem.structure.error_kind == "unknown" or not np.isfinite(limit):  # type: ignore[attr-defined]
+    told = {"reduction_modes": str(min(part.count for part in parts))}
+    if kind := problem.structure.residuals:
+        told["reduction_residuals"] = kind
+    limit = valid_to(problem)
+    if any(part.kind == "unknown" for part in parts) or not np.isfinite(limit):
         return told
-    return told | {"reduction_valid_to": f"{float(limit):.6g} {problem.units.angular}"}
+    return told | {"reduction_valid_to": f"{limit:.6g} {problem.units.angular}"}
+
+
+def valid_to(problem: Problem) -> float:
+    """Frequency (rad/s) up to which the receptance of all harmonics is right to one percent; infinite where it is."""
+    return min((part.valid_to() for part in _truncations(problem)), default=float("inf"))
+
+
+def _truncations(problem: Problem) -> list[Truncation]:
+    """What is left out at the harmonics kept, each once."""
+    orders = [m for m in problem.harmonics.orders if m > 0]
+    parts = [part for m in orders for part in problem.structure.truncations(m) or ()]
+    return [*{id(part): part for part in parts}.values()]
 
 
 def reduction_faults(

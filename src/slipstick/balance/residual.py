@@ -101,6 +101,8 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
     ``near`` (n_states,) are the states of the neighbouring solution, near which these are sought; from their start
     without it.
     """
+    if (felt := balance.pulse.felt) is not None:
+        felt()
     responses: list[Response] = []
     states: dict[int, Carried] = {}
     for k, contact_inputs in enumerate(inputs.batches):

@@ -191,8 +191,6 @@ class _Builder:
         body, response = self._described.body, self._sections.response
         if body is None or body.force or response is None:
             return []
-        if body.sector is not None:
-            return []
         count = body.reduced.modes_below if body.reduced is not None else None
         faults = reduction_faults(problem, frequencies_met(response.table), count)
         return [fault.inside("structure") for fault in faults]

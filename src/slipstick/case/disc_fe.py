@@ -151,9 +151,10 @@ def _disc(table: DiscFeTable, folder: Path, tell: Tell) -> Body:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
             sector = reduced_sector(
-                model, **given, up_to=table.up_to, sectors=table.sectors if table.file else None,
+                model, **given, up_to=table.up_to, force=True, sectors=table.sectors if table.file else None,
                 cache=reduction_folder(folder), listener=stages(tell),
             )  # fmt: skip
+            # the error is judged once range and harmonics are known
             wave = sector.travelling_wave(table.engine_order)
             disc = None
             if table.mistuning is not None:

@@ -8,19 +8,40 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
+from slipstick.cli.options import run_options
 from slipstick.cli.terminal.answers import Answer, files_in
-from slipstick.cli.terminal.guard import DONE, STOPPED, complain, prepare_kernel, say, warn_user
+from slipstick.cli.terminal.guard import (
+    DONE,
+    STOPPED,
+    complain,
+    prepare_kernel,
+    say,
+    termination_as_interrupt,
+    warn_user,
+)
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
+    from slipstick.analysis.events import EventFunction
     from slipstick.branch import Branch
     from slipstick.case.case import Case
 
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+@contextmanager
+def shown(time_limit: str | None, *, quiet: bool, answer: Answer) -> Iterator[tuple[EventFunction, ...]]:
+    """Who listens to an analysis: the terminal, and the clock that ends it; kills are as Ctrl-C meanwhile."""
+    from slipstick.cli.terminal.display import ShownAnalysis, curve_display
+    from slipstick.runs.run import Clock
+
+    options = run_options(time_limit, figures=True, report=True, quiet=quiet, answer=answer)
+    with termination_as_interrupt(), curve_display(0.0, 1.0, "", quiet=quiet) as display:
+        yield ShownAnalysis(display), Clock(options.until)
 
 
 def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:

@@ -21,6 +21,7 @@ _PUBLIC = {
     "Disc": "slipstick.models.rotor",
     "Receptance": "slipstick.structure.receptance",
     "Shaft": "slipstick.models.rotor",
+    "Structure": "slipstick.structure.protocol",
     "StatorContact": "slipstick.contact.stator",
     "BoucWenContact": "slipstick.contact.hysteresis",
     "DahlContact": "slipstick.contact.hysteresis",
@@ -50,6 +51,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.structure.campbell import campbell as campbell
     from slipstick.structure.free import free_structure as free_structure
     from slipstick.structure.interference import interference as interference
+    from slipstick.structure.protocol import Structure as Structure
     from slipstick.structure.receptance import Receptance as Receptance
     from slipstick.structure.reduction.craig_bampton import craig_bampton as craig_bampton
 

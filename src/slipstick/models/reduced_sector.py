@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,7 @@ from slipstick.faults import (
     suggestion,
     table,
     text,
+    truth,
     warn,
     whole,
 )
@@ -41,17 +43,16 @@ from slipstick.models.reduced_body import _contact_nodes, _surface
 from slipstick.models.surface_model import of_import
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
 from slipstick.structure.reduction import store
+from slipstick.structure.reduction.compute import Columns, ReducedData, stored_data
+from slipstick.structure.reduction.reduce import judge_served
 from slipstick.structure.reduction.request import Accuracy, tools
-from slipstick.structure.reduction.sector import PhaseReduction, SectorModes, reduce_phase
-from slipstick.structure.truncation import WARNED_REDUCTION
+from slipstick.structure.reduction.sector import SectorModes, reduce_phase
 from slipstick.typing import Array, ComplexArray, Frequency, IntArray, Reals, Sparse
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
     from slipstick.structure.cyclic import TravellingWave
     from slipstick.structure.disc import Disc
-
-_STORED = ("omega", "shapes", "static", "second", "residuals")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,16 +208,18 @@ class Phases:
         What is kept, sparse (n, n_keep).
     want
         How many modes.
+    force
+        Take a phase whose modes do not serve what is wanted.
     """
 
     def __init__(
         self, joined: Joined, K: Sparse, M: Sparse, directions: Sparse, want: Accuracy, *,
-        cache: Path | None, listener: StageListener | None,
+        cache: Path | None, listener: StageListener | None, force: bool = False,
     ) -> None:  # fmt: skip
         self.joined, self.directions, self.want = joined, csc_array(directions), want
         self.K, self.M = joined.coupled(K), joined.coupled(M)
         self._factors = SectorFactors(self.K, self.M, np.unique(joined.axial[joined.axial >= 0]))
-        self._cache, self._listener = cache, listener
+        self._cache, self._listener, self._force = cache, listener, force
         self._name: str | None = None
         self.seconds: dict[str, float] = {}
         self.complete: dict[int, bool | None] = {}
@@ -235,39 +238,46 @@ class Phases:
             found.append(_real(A))
         return found[0], found[1], _real(csc_array(self.joined.motion(k).conj().T @ self.directions))
 
-    def __call__(self, k: int) -> PhaseReduction:
+    def __call__(self, k: int) -> ReducedData:
         """The reduction of the phase ``2 pi k / N``, computed or read."""
         began = perf_counter()
         path = None if self._cache is None else self._cache / f"sector-{self.name}-{k}.npz"
-        made = None if path is None else self._read(path)
+        unread = Columns(self.directions, np.zeros((self.directions.shape[0], 0)))
+        made = None if path is None else stored_data(path, unread)
         if made is None:
-            made = self._reduced(k, *self.matrices(k))
+            made = self._reduced(k)
             if path is not None:
-                store.write(path, {n: getattr(made, n) for n in _STORED} | {"complete": np.array(str(made.complete))})
-        self.complete[k] = made.complete
+                store.write(path, made.arrays())
+        assert isinstance(made, ReducedData)
+        self._judge(k, made)
         self.seconds[f"nodal diameter {k}"] = perf_counter() - began
-        return replace(made, full=np.zeros((0, 0)))
-
-    def _reduced(self, k: int, K: Any, M: Any, B: Any) -> PhaseReduction:
-        made = reduce_phase(
-            K, M, B, self.want, self._phase_factors(k), listener=self._listener, where=f"nodal diameter {k}"
-        )
-        self.solver = made.solver
-        if self.want.modes is None and made.error > WARNED_REDUCTION:
-            what = f"the {made.omega.size} modes of nodal diameter {k} leave an error of about {made.error:.1g}"
-            warn([f"{what} of the receptance up to ten times the first natural frequency, or up_to"])
         return made
+
+    def _reduced(self, k: int, rows: IntArray | None = None) -> ReducedData:
+        """With the motion of some degrees of freedom of the sector by the modes, (n_rows, n_modes)."""
+        K, M, B = self.matrices(k)
+        seen = None if rows is None else csr_array(self.joined.motion(k)[rows].conj().T)
+        columns = Columns(B, np.zeros((B.shape[0], 0)), seen)
+        where = f"nodal diameter {k}"
+        made = reduce_phase(K, M, columns, self.want, self._phase_factors(k), listener=self._listener, where=where)
+        self.solver = made.solver
+        return made
+
+    def _judge(self, k: int, made: ReducedData) -> None:
+        """The error of what was made or read, by the rule of bodies."""
+        self.complete[k] = made.complete
+        left_out = made.left_out(self.directions.shape[1])
+        below, where = partial(self.modes_below, k), f"nodal diameter {k}"
+        judge_served((left_out,), made.omega, self.want, self._force, below, where)
 
     def _phase_factors(self, k: int) -> PhaseFactors:
         return PhaseFactors(self._factors, self.joined.phase(k), self.joined.left(k))
 
-    def with_motion(self, k: int, rows: IntArray) -> tuple[PhaseReduction, ComplexArray]:
+    def with_motion(self, k: int, rows: IntArray) -> tuple[ReducedData, ComplexArray]:
         """The reduction of a phase, and the modes at some degrees of freedom of the sector, (n_rows, n_modes)."""
-        K, M, B = self.matrices(k)
-        made = self._reduced(k, K, M, B)
-        self.complete[k] = made.complete
-        moved = self.joined.motion(k)[rows] @ made.full
-        return replace(made, full=np.zeros((0, 0))), np.asarray(moved, dtype=complex)
+        made = self._reduced(k, rows)
+        self._judge(k, made)
+        return made, np.asarray(made.seen_modes, dtype=complex)
 
     @property
     def name(self) -> str:
@@ -277,17 +287,6 @@ class Phases:
             parts = (*self.K, *self.M, self.directions, csr_array(self.joined.axial), csr_array(self.joined.turn))
             self._name = store.content_key(parts, about)
         return self._name
-
-    def _read(self, path: Path) -> PhaseReduction | None:
-        arrays = store.read(path)
-        if arrays is None or not set(arrays) >= {*_STORED, "complete"}:
-            return None
-        n, m = self.directions.shape[1], arrays["omega"].size
-        if arrays["shapes"].shape != (n, m) or arrays["static"].shape != (n, n) or arrays["second"].shape != (n, n):
-            return None
-        complete = {"True": True, "False": False}.get(str(arrays["complete"]))
-        known: dict[str, Any] = {name: arrays[name] for name in _STORED}
-        return PhaseReduction(**known, complete=complete, error=0.0, solver="", full=np.zeros((0, 0)))
 
     def modes_below(self, k: int, omega: float) -> int | None:
         """How many modes lie below a frequency."""
@@ -328,6 +327,7 @@ def reduced_sector(
     up_to: Frequency | None = None,
     loss_factor: float = 0.0,
     damping_ratio: float = 0.0,
+    force: bool = False,
     cache: str | Path | None = None,
     listener: StageListener | None = None,
 ) -> ReducedSector:
@@ -366,6 +366,8 @@ def reduced_sector(
         first natural frequency and up to ``up_to`` (rad/s), 128 at most.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
+    force
+        Take phases whose modes are too few for ``up_to``.
     cache
         Folder in which phases are kept and found again by content.
 
@@ -373,12 +375,14 @@ def reduced_sector(
     ------
     InputError
         For names that are not there, faces that do not meet (with the worst node and its distance), nodes held on one
-        face alone, and a sector that is not held.
+        face alone, and a sector that is not held; when a phase is asked for, an error above 1e-2 up to ``up_to``,
+        unless forced.
 
     Warns
     -----
     SlipstickWarning
-        A damping matrix, which is not used; a load shape without force.
+        A damping matrix, which is not used; a load shape without force. When a phase is asked for, computed or read:
+        128 modes that leave an error above 1e-4.
 
     Examples
     --------
@@ -391,7 +395,7 @@ def reduced_sector(
         model, surface=surface, sectors=sectors, axis=axis, tolerance=tolerance, radius=radius, between=between,
         pressure=pressure,
         keep=keep, speed=speed, modes=modes, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
-        cache=cache, listener=listener,
+        force=force, cache=cache, listener=listener,
     )  # fmt: skip
     symmetry = _symmetry(model, asked["sectors"], low, high, asked["axis"])
     alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
@@ -411,7 +415,7 @@ def reduced_sector(
     warn(warnings)
     phases = Phases(
         how, K, alone.M, found.directions, Accuracy(modes=asked["modes"], reach=asked["up_to"] or 0.0),
-        cache=None if cache is None else Path(cache), listener=listener,
+        cache=None if cache is None else Path(cache), listener=listener, force=force,
     )  # fmt: skip
     structure = SectorModes(
         dofs=found.names, sectors=symmetry.sectors, load_shapes=found.loads, loss_factor=loss_factor,
@@ -460,6 +464,7 @@ def _checked(model: Any, **given: Any) -> dict[str, Any]:
     ):
         expected = 'two surfaces, low and high, such as ("shroud_low", "shroud_high")'
         gathering.faults.append(Fault("between", found=shown(between), expected=expected))
+    gathering.take(truth, "force", given["force"])
     gathering.take(tools, None, given["cache"], given["listener"])
     gathering.end()
     return {**checked, "surface": surface, "pressure": shapes, "between": between}

@@ -36,6 +36,8 @@ def surface_contacts(
 ) -> list[ContactPair]:
     """Contacts "NAME 1", "NAME 2", ... at the contact points of a body, each with the number of its point.
 
+    In names of parameters NAME alone stands for all of them: "NAME.mu".
+
     Parameters
     ----------
     body

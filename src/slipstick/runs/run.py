@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.record import Run, Sink, undisturbed
 from slipstick.analysis.curve.resume import Checkpoint
-from slipstick.analysis.events import Event, Listener, PointFound, Searching, Started, StrategyTried
+from slipstick.analysis.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
@@ -106,7 +106,7 @@ class _Stored(Sink):
         return self._store.values()
 
 
-class _Clock(Listener):
+class Clock(Listener):
     """Ends a computation when its time is up; ``until`` is when that is, of the monotonic clock."""
 
     def __init__(self, until: float) -> None:
@@ -125,6 +125,10 @@ class _Clock(Listener):
         self._look()
 
     def point_found(self, event: PointFound) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def working(self, event: Working) -> None:
         """Look at the clock."""
         self._look()
 
@@ -260,7 +264,7 @@ class CaseRun:
                 for last in checkpoints[-1:]:
                     listener(GoingOn(points=run.count, value=last.value, part=last.part))
                 with undisturbed():
-                    for _ in run.follow(sink, _Clock(self.until), listener, guard=nullcontext):
+                    for _ in run.follow(sink, Clock(self.until), listener, guard=nullcontext):
                         pass
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
@@ -300,7 +304,7 @@ class CaseRun:
         """Branches from every point of the results at which the period doubles, a file each."""
         from slipstick.io.loading import load
 
-        branches = self.case.subharmonics(load(self.folder.results), listeners=(_Clock(self.until),))
+        branches = self.case.subharmonics(load(self.folder.results), listeners=(Clock(self.until),))
         self.doubled = {}
         for number, branch in enumerate(branches, 1):
             file = self.folder.results.with_name(SUBHARMONICS.format(number))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.contact.law import Law
+from slipstick.contact.names import block_of, pair_of, standing_for
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, numbers, shown, suggestion, table, wrong
 from slipstick.state.contact_state import ContactState, Rate, Sampled, StateModel, StateVariable
@@ -80,7 +81,7 @@ def _kappa(where: tuple[str, ...], value: Any) -> Any:
 
 
 def by_contact(what: str, given: Any, names: Sequence[str], missing: float = 0.0) -> Array:
-    """Numbers (n,) of contacts from one for all, or from those by pair or contact; raises InputError with all faults.
+    """Numbers (n,) of contacts from one for all, or from those by contact, pair or block; InputError with all faults.
 
     >>> by_contact("kappa", {"foot": [1.0, 2.0], "tip": 3.0}, ["foot.1", "foot.2", "tip", "stop"]).tolist()
     [1.0, 2.0, 3.0, 0.0]
@@ -88,12 +89,10 @@ def by_contact(what: str, given: Any, names: Sequence[str], missing: float = 0.0
     if not isinstance(given, Mapping):
         return np.full(len(names), float(given))
     out, faults = np.full(len(names), missing), list[Fault]()
-    pairs = [_pair(name) for name in names]
     for name, value in given.items():
-        own = [i for i, known in enumerate(names) if known == name]
-        rows = own or [i for i, pair in enumerate(pairs) if pair == name]
+        rows = standing_for(name, names)
         if not rows:
-            known = list(dict.fromkeys([*pairs, *names]))
+            known = list(dict.fromkeys(called(own) for called in (block_of, pair_of, str) for own in names))
             faults.append(Fault((what,), f"there is no contact {shown(name)}", remedy=suggestion(name, known)))
         elif np.ndim(value) and np.size(value) != len(rows):
             faults.append(Fault((what, name), found=f"{np.size(value)} numbers", expected=f"one, or {len(rows)}"))
@@ -102,12 +101,6 @@ def by_contact(what: str, given: Any, names: Sequence[str], missing: float = 0.0
     if faults:
         raise InputError(faults)
     return out
-
-
-def _pair(name: str) -> str:
-    """Of the k-th of many contacts, "name.k", that of its pair."""
-    first, _, last = name.rpartition(".")
-    return first if first and last.isdigit() else name
 
 
 @dataclass(frozen=True, kw_only=True)

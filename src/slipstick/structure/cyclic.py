@@ -32,8 +32,9 @@ from slipstick.structure.checks import (
     symmetry_faults,
 )
 from slipstick.structure.dynamic import checked_values
-from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Receptance, Waves
+from slipstick.structure.truncation import Truncation
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -72,6 +73,14 @@ class PhaseModes:
     static: ComplexArray
     damping: ComplexArray | Array
     second: ComplexArray | None = None
+
+    def left_by(self, families: int | None = None) -> ComplexArray | None:
+        """``second`` of the first families alone, with what the other modes add to it; None: nothing is left out."""
+        others = self.shapes[:, families:] if families is not None else self.shapes[:, :0]
+        if not others.size:
+            return self.second
+        added = (others / self.omega[families:] ** 4) @ others.conj().T
+        return np.asarray(added if self.second is None else self.second + added)
 
     def conjugate(self) -> PhaseModes:
         """Of the opposite phase."""
@@ -266,6 +275,26 @@ class CyclicStructure:
             static=cho_solve(factors, np.eye(len(self.dofs), dtype=complex)),
         )  # fmt: skip
 
+    def truncations(self, k: int, families: int | None = None) -> tuple[Truncation, ...]:
+        """What the modes kept of the phase ``2 pi k / N`` leave out, all or the first ``families``; empty: nothing.
+
+        Dofs are scaled by their compliance in the phase 0, so that phases can be compared.
+        """
+        modes, still = self.phase_modes(k), np.diag(self.phase_modes(0).static).real
+        second = modes.left_by(families)
+        if second is None:
+            return ()
+        kept, own = slice(families), np.diag(modes.static).real
+        loads = np.array([self.load_vector(name) for name in self.load_shapes]).reshape(-1, len(self.dofs))
+        return (
+            Truncation(
+                omega=modes.omega[kept], mode_shapes=modes.shapes[:, kept], static_compliance=modes.static,
+                second_residual=second, participation=loads @ modes.shapes[:, kept].conj(),
+                load_response=modes.static @ loads.T, second_load_response=second @ loads.T,
+                own=np.where(still > 0.0, still, own),
+            ),
+        )  # fmt: skip
+
     def natural_frequencies(self, nodal_diameter: int) -> Array:
         """Undamped natural frequencies of a nodal diameter, 0 to N/2, rad/s, ascending."""
         return self.phase_modes(whole("nodal_diameter", nodal_diameter, 0, self.sectors // 2)).omega
@@ -337,7 +366,7 @@ class CyclicStructure:
         return f"CyclicStructure({len(self.dofs)} dofs, {self.sectors} sectors)"
 
 
-class TravellingWave:
+class TravellingWave(Structure):
     """A sector in a wave: a structure with the dofs of sector 0 and, as ``dof@next``, of the sector after it.
 
     Parameters
@@ -352,6 +381,9 @@ class TravellingWave:
     dofs
         Those of the sector, and each with ``@next``.
     """
+
+    self_excited = ""
+    """Its stiffness is Hermitian and positive definite."""
 
     def __init__(self, sector: CyclicStructure, engine_order: int) -> None:
         self.sector = sector
@@ -372,6 +404,10 @@ class TravellingWave:
     def arguments(self) -> dict[str, Any]:
         """What an equal wave is made from."""
         return {"sector": self.sector, "engine_order": self.engine_order}
+
+    def truncations(self, order: int) -> tuple[Truncation, ...]:
+        """What the modes of the phase of a harmonic leave out."""
+        return self.sector.truncations(self.phase_number(order))
 
     @property
     def values(self) -> dict[str, float]:

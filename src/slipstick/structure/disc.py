@@ -16,6 +16,7 @@ from slipstick.structure.cyclic import DIAGONAL, NEXT, CyclicStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import TimeEquations
 from slipstick.structure.receptance import Factors, ModalReceptance, Receptance, SolvedReceptance
+from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -47,8 +48,8 @@ class TunedModes:
     blade
         Motion of the blades that the sector knows of, by sector (N, n_blade, n); that of its dofs where it knows none.
     second
-        What all modes kept by the sector leave in the square of the frequency, (N n_dofs, N n_dofs), and the modes of
-        other families; None: nothing.
+        What the modes leave in the square of the frequency, (N n_dofs, N n_dofs), those of other families too; None:
+        nothing.
     """
 
     omega: Array
@@ -73,10 +74,8 @@ def tuned_modes(sector: CyclicStructure, families: int) -> TunedModes:
         modes, turns = sector.phase_modes(k), np.exp(-2j * np.pi * k * every / N)[:, None, None]
         static += modes.static * turns / N
         count = min(families, modes.omega.size)
-        if modes.second is not None:
-            others = modes.shapes[:, count:]
-            whole = modes.second + (others / modes.omega[count:] ** 4) @ others.conj().T
-            second = whole * turns / N + (0.0 if second is None else second)
+        if (left := modes.left_by(count)) is not None:
+            second = left * turns / N + (0.0 if second is None else second)
         if 2 * k > N:
             continue
         alone, own = 2 * k % N == 0, sector.blade_rows(k)
@@ -222,9 +221,10 @@ class Disc(ModalStructure):
     def _load_shape(self, load: Array, s: int, omega: Array, turned: Array) -> LoadShape:
         force = np.zeros((self.sectors, load.size))
         force[s] = load
-        participation = (self._flat @ turned).T @ force.reshape(-1)
+        whole, second = force.reshape(-1), self._tuned.second
         return LoadShape(
-            participation=participation, static_response=self._static(omega, turned) @ force.reshape(-1)
+            participation=(self._flat @ turned).T @ whole, static_response=self._static(omega, turned) @ whole,
+            second_response=None if second is None else second @ whole,
         )  # fmt: skip
 
     def _ratios(self, omega: Array, turned: Array) -> Array:
@@ -232,6 +232,12 @@ class Disc(ModalStructure):
         if self._tuned.damping is None:
             return np.zeros(omega.size)
         return np.asarray(np.einsum("ir,ij,jr->r", turned, self._tuned.damping, turned) / (2.0 * omega))
+
+    def truncations(self, order: int) -> tuple[Truncation, ...]:
+        """What the tuned modes leave out, phase by phase: all of them move where blades differ."""
+        del order
+        phases = range(self.sectors // 2 + 1)
+        return tuple(each for k in phases for each in self.sector.truncations(k, self.families))
 
     @property
     def couples(self) -> bool:
@@ -299,7 +305,6 @@ class Disc(ModalStructure):
         new.deviations = self.deviations.copy()
         for name, value in mine.items():
             new.deviations[int(name.removeprefix(_STIFFNESS))] = value
-        new.__dict__.pop("_truncation", None)
         new.omega, new._turned = new._modes()
         new.mode_shapes = new._flat @ new._turned
         new.static_compliance = new._static(new.omega, new._turned)

@@ -21,9 +21,10 @@ from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.structure.checks import directions
 from slipstick.structure.matrix_checks import matrix_faults
 from slipstick.structure.modal import ModalStructure
-from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Receptance
 from slipstick.structure.reduction.request import real_matrices
+from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, ComplexArray, Matrix, Reals
 
 MOST_RIGID = 6
@@ -35,7 +36,7 @@ _ROUNDS = 40
 _BALANCED = 1e-8
 
 
-class FreeStructure:
+class FreeStructure(Structure):
     """Elastic modes with static residual, and rigid-body modes; made by :func:`free_structure`.
 
     Forces along a direction are in balance by themselves where they move nothing as a rigid body, such as those of a
@@ -72,6 +73,24 @@ class FreeStructure:
     def damping_ratios(self) -> Array:
         """Damping ratio of each of them."""
         return self.elastic.damping_ratios
+
+    @property
+    def energy_fed(self) -> str:
+        """Elastic modes that damping feeds energy into, in words; rigid-body motion is not damped."""
+        return self.elastic.energy_fed
+
+    @property
+    def self_excited(self) -> str:
+        """What grows by stiffness: nothing."""
+        return self.elastic.self_excited
+
+    def truncations(self, order: int) -> tuple[Truncation, ...]:
+        """What the elastic modes leave out."""
+        return self.elastic.truncations(order)
+
+    def own_compliance(self, along: Any) -> tuple[Array, Array]:
+        """Elastic static compliances of directions over themselves, see ``ModalStructure.own_compliance``."""
+        return self.elastic.own_compliance(along)
 
     @property
     def values(self) -> dict[str, float]:

@@ -33,8 +33,9 @@ from slipstick.structure.matrix_checks import (
     system_matrices,
 )
 from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, Receptance, SolvedReceptance
+from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, Matrix, MatrixLike, Reals
 
 DENSE_LIMIT = 1500
@@ -46,7 +47,7 @@ _SMALL = 10_000
 _POLE_ERROR = 1e-10
 
 
-class MatrixStructure:
+class MatrixStructure(Structure):
     """``M x'' + (C + W G) x' + (K + W N) x = forces`` at a speed of rotation W, with hysteretic damping.
 
     That makes the symmetric part of K ``K (1 + i loss_factor)`` at nonzero harmonics. G and N are zero unless given.
@@ -272,6 +273,11 @@ class MatrixStructure:
         if self._viscous is None:
             return np.zeros(squared.size)
         return np.asarray(np.einsum("ir,ir->r", modes, self._viscous @ modes) / (2.0 * np.sqrt(squared)))
+
+    def truncations(self, order: int) -> tuple[Truncation, ...]:
+        """Nothing: there are no modes."""
+        del order
+        return ()
 
     @cached_property
     def energy_fed(self) -> str:

@@ -28,7 +28,7 @@ from slipstick.structure.checks import (
 from slipstick.structure.dynamic import checked_values, structure_values
 from slipstick.structure.matrix_checks import fed_modes, semidefinite_to
 from slipstick.structure.npz import array_shapes, read_any, read_arrays
-from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import MODE_QUANTITIES, ModalReceptance, Receptance, mode_name, mode_place
 from slipstick.structure.skin import Skin, with_more
 from slipstick.structure.strains import Strains
@@ -74,7 +74,7 @@ class LoadShape:
         return LoadShape(**{name: real(value) for name, value in self.arrays().items()})
 
 
-class ModalStructure:
+class ModalStructure(Structure):
     """Mass-normalised modes at some dofs with the exact static compliance there.
 
     ``A(w) = sum_r phi_r phi_r^T / (w_r^2 (1 + i eta_r) + 2 i zeta_r w_r w - w^2)
@@ -123,6 +123,9 @@ class ModalStructure:
 
     sparse_directions = True
     """Whether ``project`` takes sparse matrices of directions too."""
+
+    self_excited = ""
+    """Modes of a symmetric stiffness do not grow by it."""
 
     n_full: int | None = None
     """Dofs of the full model that it solves with, None where it does not."""
@@ -202,8 +205,20 @@ class ModalStructure:
             mode_shapes=self.mode_shapes,
             static_compliance=self.static_compliance,
             second_residual=self.second_residual,
+            kind=self._kind,
             **load_arrays([shape.arrays() for shape in self.shapes.values()]),
         )
+
+    @property
+    def _kind(self) -> str:
+        if not self._knows_residual:
+            return "estimate" if self.omega.size == len(self._dofs) else "unknown"
+        return "bound" if self.second_residual is None else "estimate"
+
+    def truncations(self, order: int) -> tuple[Truncation, ...]:
+        """What the modes leave out, the same at every harmonic."""
+        del order
+        return (self._truncation,)
 
     def reduction_error(self, frequency: ArrayLike, relative_to: ArrayLike | None = None) -> Array:
         """Relative error of the receptance by the modes left out, at frequencies (rad/s), undamped, same shape.
@@ -214,7 +229,8 @@ class ModalStructure:
         a bound below the last mode, mostly 1 to 5 times the error; without ``second_residual`` it can be far above it,
         without ``static_compliance`` it is zero, because nothing is known of what is left out.
         """
-        return self._truncation.error(frequency, relative_to)
+        zero = np.zeros(np.shape(frequency))
+        return np.asarray(np.max([zero, *(each.error(frequency, relative_to) for each in self.truncations(1))], axis=0))
 
     @property
     def error_kind(self) -> str:
@@ -222,9 +238,7 @@ class ModalStructure:
 
         Modes as many as dofs that are all there is have nothing left out: an "estimate".
         """
-        if not self._knows_residual:
-            return "estimate" if self.omega.size == len(self._dofs) else "unknown"
-        return "bound" if self.second_residual is None else "estimate"
+        return next((each.kind for each in self.truncations(1)), "estimate")
 
     @property
     def last_mode(self) -> float:
@@ -234,7 +248,7 @@ class ModalStructure:
     @cached_property
     def valid_to(self) -> float:
         """Frequency (rad/s) up to which the receptance is right to one percent, as far as the structure knows."""
-        return self._truncation.valid_to()
+        return min((each.valid_to() for each in self.truncations(1)), default=float("inf"))
 
     @classmethod
     def from_arrays(

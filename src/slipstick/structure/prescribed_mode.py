@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.structure.modal import ModalStructure
-from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Factors, SummedReceptance
 from slipstick.structure.residuals import WrittenResiduals
+from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, ComplexArray
 
 MODE = "mode"
@@ -28,7 +29,7 @@ XI = "xi"
 _EPS = float(np.finfo(float).eps)
 
 
-class PrescribedMode:
+class PrescribedMode(Structure):
     """A ``ModalStructure`` whose mode number ``target`` (from 0) moves as it is told in harmonic 1.
 
     ``scale`` is what the mode shape is divided by: its motion of amplitude 1 is 1 where the shape is ``scale``.
@@ -53,6 +54,10 @@ class PrescribedMode:
     def natural_frequencies(self) -> Array:
         """Of the structure without contacts, rad/s."""
         return self._structure.natural_frequencies
+
+    def truncations(self, order: int) -> tuple[Truncation, ...]:
+        """What the modes of the structure leave out."""
+        return self._structure.truncations(order)
 
     @property
     def values(self) -> dict[str, float]:

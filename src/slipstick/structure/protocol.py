@@ -1,13 +1,20 @@
-"""What the balance asks of a structure. Anything that answers this can be plugged in."""
+"""What the balance asks of a structure: its base class tells what is not known of one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from math import inf
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
+from slipstick.errors import Fault, InputError
 from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.structure.truncation import Truncation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,42 +33,101 @@ class TimeEquations:
     feedthrough: Array
 
 
-@runtime_checkable
-class Structure(Protocol):
-    """A linear structure with named degrees of freedom.
+class Structure(ABC):
+    """A linear structure with named degrees of freedom; a structure of one's own derives from it.
+
+    It needs ``dofs``, ``natural_frequencies`` and ``project``. The rest may be left out: what a structure does not tell
+    is said to be unknown.
 
     A structure may have parameters that can be changed and followed by name, such as "loss_factor": ``values`` holds
     them by name, ``changed(**values)`` is a copy with others. Its receptances then have ``changed(**values)`` too, and
     ``by_parameter(name, orders, omega)``, their derivative, of the shape of ``at``; and where the static compliance
     depends on them ``static_by_parameter(name)``, its derivative.
+
+    Attributes
+    ----------
+    dofs
+        Names of the degrees of freedom.
+    natural_frequencies
+        Undamped natural frequencies known to the structure, ascending, rad/s.
+    load_shapes
+        Names of distributed loads that are not a single dof.
+    damping_ratios
+        Damping ratio of each of the natural frequencies, (n,); None: not known.
+    energy_fed
+        Where damping feeds energy in, in words; empty: nowhere; None: not known.
+    self_excited
+        What grows by circulatory or negative stiffness without contacts, in words; empty: nothing; None: not known.
+    residuals
+        How what modes leave out is applied, "solved" for instance; empty where there is nothing to tell.
+    sparse_directions
+        Whether ``project`` takes scipy sparse arrays of directions where there are many.
+    covers
+        Lowest and highest frequency that is answered, rad/s.
     """
 
-    @property
-    def dofs(self) -> tuple[str, ...]:
-        """Names of the degrees of freedom."""
+    if TYPE_CHECKING:  # attributes or properties, as a structure likes
 
-    @property
-    def load_shapes(self) -> tuple[str, ...]:
-        """Names of distributed loads that are not a single dof (may be empty)."""
+        @property
+        def dofs(self) -> tuple[str, ...]: ...  # noqa: D102
+        @property
+        def natural_frequencies(self) -> Array: ...  # noqa: D102
+        @property
+        def load_shapes(self) -> tuple[str, ...]: ...  # noqa: D102
+        @property
+        def values(self) -> Mapping[str, float]: ...  # noqa: D102
+        @property
+        def further_values(self) -> Mapping[str, float]: ...  # noqa: D102
+        @property
+        def damping_ratios(self) -> Array | None: ...  # noqa: D102
+        @property
+        def energy_fed(self) -> str | None: ...  # noqa: D102
+        @property
+        def self_excited(self) -> str | None: ...  # noqa: D102
+        @property
+        def residuals(self) -> str: ...  # noqa: D102
+        @property
+        def covers(self) -> tuple[float, float]: ...  # noqa: D102
 
-    @property
-    def natural_frequencies(self) -> Array:
-        """Undamped natural frequencies known to the structure, ascending, rad/s."""
+        sparse_directions: bool
+    else:
+        load_shapes = ()
+        values = further_values = MappingProxyType({})
+        damping_ratios = energy_fed = self_excited = None
+        sparse_directions, residuals, covers = False, "", (0.0, inf)
 
+    @abstractmethod
     def project(self, rows: Array, columns: Array, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between direction vectors.
 
         ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) hold direction cosines; each name in ``shapes``
-        (load shapes) adds one more column at the end. A structure whose attribute ``sparse_directions`` is true may be
-        handed scipy sparse arrays where there are many.
+        (load shapes) adds one more column at the end.
         """
 
     def time_equations(
         self, rows: Array, columns: Array, shapes: Sequence[str] = (), *, damping_at: float | None = None
     ) -> TimeEquations:
-        """Equations of motion in time for the same rows and columns.
+        """Equations of motion in time for the same rows and columns; InputError where they are not known.
 
         Hysteretic damping becomes viscous with the same value at each mode's own frequency, or at the one given as
         ``damping_at`` (rad/s): then vibration at that frequency is damped as it is in the receptance. A structure
         without a ``loss_factor`` is never asked for that.
         """
+        del rows, columns, shapes, damping_at
+        raise InputError(Fault("structure", f"a {type(self).__name__} does not tell its equations in time"))
+
+    def truncations(self, order: int) -> tuple[Truncation, ...] | None:
+        """What modes leave out of the motion that a harmonic has; empty: nothing; None: not known.
+
+        Of a wave that of one phase from sector to sector, of a whole disc that of all.
+        """
+        del order
+        return None
+
+    def own_compliance(self, along: Any) -> tuple[Array, Array] | None:
+        """Static compliances of directions (n_dofs, k) over themselves: whole, and of what modes leave out, (k,) each.
+
+        None: it has no modes, or does not tell.
+        """
+        del along
+        return None

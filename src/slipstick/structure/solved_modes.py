@@ -136,11 +136,6 @@ class SolvedModes(ModalStructure):
         unit = sparse.eye_array(len(self._dofs), format="csc")
         return self.modal_parts(unit, unit, ())
 
-    @property
-    def error_kind(self) -> str:
-        """An "estimate", by both residuals."""
-        return "estimate"
-
     @cached_property
     def _truncation(self) -> Truncation:
         own = self.near.own + np.sum((self.mode_shapes / self.omega) ** 2, axis=1)

@@ -24,8 +24,9 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
 from slipstick.structure.checks import array_faults, checked_names, known_shapes, number_faults
 from slipstick.structure.modal_fit import FLOOR, resonances
-from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Receptance
+from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, ComplexArray, IntArray
 
 Beyond = Literal["refuse", "line"]
@@ -40,6 +41,11 @@ _CLEAN = 1e-5
 """Noise below which nothing is smoothed."""
 _COARSE, _DOUBTFUL, _UNKNOWN = 0.02, 0.02, 0.2
 """From here on the interpolation and the static compliance are warned of; from the last on the latter is not taken."""
+
+
+_FED = 6.0
+"""How many times the noise the work of a force has to be negative to count."""
+_ROUNDED = 1e-6
 
 
 class Lines(NamedTuple):
@@ -127,7 +133,7 @@ class _Errors(NamedTuple):
     omega: float
 
 
-class TabulatedStructure:
+class TabulatedStructure(Structure):
     """Receptances between named dofs at the lines of a table; made by ``ss.models.tabulated_structure``.
 
     Parameters
@@ -165,8 +171,6 @@ class TabulatedStructure:
         For arrays that do not fit, and where the lowest lines do not tell the static compliance.
     """
 
-    load_shapes: tuple[str, ...] = ()
-
     def __init__(
         self,
         *,
@@ -193,9 +197,9 @@ class TabulatedStructure:
             faults.append(Fault("beyond", shown(beyond), expected='"refuse" or "line"'))
         if faults:
             raise InputError(faults)
-        self.beyond, self.values = beyond, parts[0] + 1j * parts[1]
-        self.known = np.asarray(np.isfinite(self.values).all(axis=0))
-        if not np.array_equal(np.isfinite(self.values).any(axis=0), self.known):
+        self.beyond, self.table = beyond, parts[0] + 1j * parts[1]
+        self.known = np.asarray(np.isfinite(self.table).all(axis=0))
+        if not np.array_equal(np.isfinite(self.table).any(axis=0), self.known):
             raise InputError(Fault("real", "holds nan at some lines of a receptance, and numbers at others"))
         self._given: Array | None = None
         if static is not None:
@@ -218,7 +222,7 @@ class TabulatedStructure:
     def arguments(self) -> dict[str, Any]:
         """What an equal one is made of."""
         return {
-            "omega": self.omega, "real": self.values.real, "imaginary": self.values.imag, "dofs": self.dofs,
+            "omega": self.omega, "real": self.table.real, "imaginary": self.table.imag, "dofs": self.dofs,
             "static": self._given, "beyond": self.beyond, "noise": self.noise, "notes": self.notes,
         }  # fmt: skip
 
@@ -240,8 +244,24 @@ class TabulatedStructure:
     @property
     def natural_frequencies(self) -> Array:
         """Where the table shows resonances, ascending, rad/s: to a line, no better."""
-        size = np.sqrt(np.sum(np.abs(self.values[:, self.known]) ** 2, axis=1))
+        size = np.sqrt(np.sum(np.abs(self.table[:, self.known]) ** 2, axis=1))
         return np.array([peak[0] for peak in resonances(self.omega, size)])
+
+    @cached_property
+    def energy_fed(self) -> str:
+        """Where a force at a measured point takes energy out, beyond the noise of the table, in words."""
+        told = []
+        for i in np.flatnonzero(self.known.diagonal()):
+            own = self.table[:, i, i]
+            off = own.imag / np.where(np.abs(own) > 0.0, np.abs(own), 1.0)
+            if (off > max(_FED * float(noise_of(own[:, None])[0]), _FED * self.noise, _ROUNDED)).any():
+                told.append(f"at '{self.dofs[i]}', {self.omega[int(np.argmax(off))]:.5g} rad/s")
+        return "; ".join(told)
+
+    def truncations(self, order: int) -> tuple[Truncation, ...]:
+        """Nothing: it has no modes; see ``error`` for its own."""
+        del order
+        return ()
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -299,7 +319,7 @@ class TabulatedStructure:
             return rows.T @ np.where(self.known, A, 0.0) @ columns
 
         lines = None if self._lines is None else self._lines._replace(rise=between(self._lines.rise))
-        return TabulatedReceptance(self.omega, between(self.values), between(self.static), lines)
+        return TabulatedReceptance(self.omega, between(self.table), between(self.static), lines)
 
     def time_equations(self, rows: Array, columns: Array, shapes: Sequence[str] = (), **_: Any) -> TimeEquations:
         """Raises InputError: a table of receptances has none."""
@@ -316,7 +336,7 @@ class TabulatedStructure:
 
         kept = np.r_[0 : self.omega.size : 2]
         out = np.arange(1, kept[-1], 2)
-        pairs, table = np.argwhere(self.known), self.values[:, self.known]
+        pairs, table = np.argwhere(self.known), self.table[:, self.known]
         spline = CubicSpline(self.omega[kept], table[kept])
         off = np.abs(spline(self.omega[out]) - table[out]) / relative_to(table)[out]
         k, pair = np.unravel_index(int(np.argmax(off)), off.shape)
@@ -355,7 +375,7 @@ class TabulatedStructure:
         return self._rational(slice(max(first, 0), end + 1), -2)
 
     def _rational(self, part: slice, power: int) -> _Rational:
-        A = self.values[part].real
+        A = self.table[part].real
         own = np.sqrt(np.mean(A**2, axis=0))
         driving = np.sqrt(np.diag(own))
         size = np.where(np.isfinite(across := np.outer(driving, driving)) & (across > 0.0), across, own)
@@ -368,7 +388,7 @@ class TabulatedStructure:
 
     def _beyond(self) -> tuple[Lines, float]:
         """The lines, and what one from before the last fifth of the table is off at the end."""
-        table, last = self.values[:, self.known], self.omega[-1] ** -2
+        table, last = self.table[:, self.known], self.omega[-1] ** -2
         end = max(int(np.searchsorted(self.omega, _HIGH * self.omega[-1])) - 1, 0)
         early, model = self._above(end), self._above(self.omega.size - 1)
         guess = table[end] + early.at(last) - early.at(self.omega[end] ** -2)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.typing import Array, IntArray
+from slipstick.typing import AnyArray, Array, IntArray
 
 REFUSED = 1e-2
 """Relative error of the receptance above which a reduction is refused."""
@@ -61,14 +61,14 @@ class ReceptanceSize:
     """
 
     def __init__(
-        self, omega: Array, shapes: Array, residual: Array, participation: Array, load_residual: Array,
+        self, omega: Array, shapes: AnyArray, residual: AnyArray, participation: AnyArray, load_residual: AnyArray,
         sample: IntArray | None = None,
     ) -> None:  # fmt: skip
         self._squared, self._shapes = omega**2, shapes
-        self._gram = shapes.T @ shapes
+        self._gram = np.abs(shapes.conj().T @ shapes)
         share = 1.0 if sample is None else len(shapes) / len(sample)
         columns = shapes if sample is None else shapes[sample]
-        self._crossed = share * np.sum(shapes * (residual @ columns), axis=0)
+        self._crossed = share * np.sum(shapes.conj() * (residual @ columns), axis=0).real
         self._residual = float(np.sqrt(share) * np.linalg.norm(residual))
         self._loads = list(zip(participation, load_residual.T, strict=True))
 
@@ -81,7 +81,7 @@ class ReceptanceSize:
         for participation, residual in self._loads:
             weights = c * participation
             alone = np.linalg.norm(weights @ self._shapes.T + residual, axis=-1)
-            apart = _norm(np.abs(weights), np.abs(self._gram)) + float(np.linalg.norm(residual))
+            apart = _norm(np.abs(weights), self._gram) + float(np.linalg.norm(residual))
             possible = np.sqrt(most * np.sum(np.abs(weights * participation), axis=-1))
             columns.append(np.maximum.reduce([alone, CANCELLED * apart, UNREACHED * possible]))
         return np.stack(columns, axis=-1)
@@ -109,6 +109,8 @@ def band(omega: Array, lowest: float, highest: float) -> Array:
 class Truncation:
     """Estimate of what is left out, undamped; dofs are scaled by their static compliance, so that units do not matter.
 
+    Symmetric forms, or the Hermitian ones of a phase from sector to sector.
+
     Parameters
     ----------
     omega, mode_shapes
@@ -118,33 +120,43 @@ class Truncation:
     second_residual
         Likewise, or None.
     own
-        The diagonal of the static compliance, (n_dofs,), where there is a sample.
+        Static compliance that dofs are scaled by, (n_dofs,), where it is not the diagonal above.
     participation, load_response, second_load_response
         Of loads: modal forces (n_loads, n_modes), exact static response and second residual (n_dofs, n_loads), the last
         one None where it is not known of all.
+    kind
+        What the error is: an "estimate", with the static compliance alone a "bound", "unknown" where nothing is known
+        of what is left out; by default as the residuals are.
+
+    Attributes
+    ----------
+    last, count
+        Highest natural frequency of the modes kept, rad/s, and how many they are.
     """
 
     def __init__(
         self,
         *,
         omega: Array,
-        mode_shapes: Array,
-        static_compliance: Array,
-        second_residual: Array | None,
-        participation: Array | None = None,
-        load_response: Array | None = None,
-        second_load_response: Array | None = None,
+        mode_shapes: AnyArray,
+        static_compliance: AnyArray,
+        second_residual: AnyArray | None,
+        participation: AnyArray | None = None,
+        load_response: AnyArray | None = None,
+        second_load_response: AnyArray | None = None,
         sample: IntArray | None = None,
         own: Array | None = None,
+        kind: str = "",
     ) -> None:
-        self.last = float(omega.max())
-        diagonal = np.diag(static_compliance) if own is None else own
+        self.last, self.count = float(omega.max()), int(omega.size)
+        self.kind = kind or ("bound" if second_residual is None else "estimate")
+        diagonal = np.diag(static_compliance).real if own is None else own
         scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))[:, None]
         shapes, n, modes = mode_shapes * scale, *mode_shapes.shape
         participation = np.zeros((0, modes)) if participation is None else participation
         responses = np.zeros((n, 0)) if load_response is None else load_response
         here = slice(None) if sample is None else sample
-        residual = scale * static_compliance * scale[here].T - (shapes / omega**2) @ shapes[here].T
+        residual = scale * static_compliance * scale[here].T - (shapes / omega**2) @ shapes[here].conj().T
         load_residual = scale * responses - (shapes / omega**2) @ participation.T
         self._size = ReceptanceSize(omega, shapes, residual, participation, load_residual, sample)
         share = 1.0 if sample is None else float(np.sqrt(n / len(sample)))
@@ -155,11 +167,13 @@ class Truncation:
         if second_load_response is not None:
             self._second[1:] = np.linalg.norm(scale * second_load_response, axis=0)
 
-    def error(self, frequency: ArrayLike, relative_to: ArrayLike | None = None) -> Array:
+    def error(
+        self, frequency: ArrayLike, relative_to: ArrayLike | None = None, beside: Truncation | None = None
+    ) -> Array:
         """Error of the receptance (Frobenius norm) at frequencies (rad/s), same shape: the worst of all dofs and loads.
 
-        It is relative to the receptance there, or at the frequencies ``relative_to`` (of a shape that fits): loads
-        count where these are the same, for no load acts elsewhere.
+        It is relative to the receptance there, or at the frequencies ``relative_to`` (of a shape that fits), of another
+        phase to that of ``beside``: loads count where these are the same, for no load acts elsewhere.
         """
         w = np.asarray(frequency, dtype=float)
         reference = w if relative_to is None else np.asarray(relative_to, dtype=float)
@@ -170,7 +184,7 @@ class Truncation:
         factor = np.where(w[..., None] < self.last, growing, RESONANT)
         left_out = factor * np.where(np.isnan(self._second), self._residual, square * self._second)
         left_out[..., 1:] *= (w == reference)[..., None]
-        size = self._size.at(reference)
+        size = (beside or self)._size.at(reference)
         unknown = np.where(left_out > 0.0, np.inf, 0.0)
         return np.asarray(np.divide(left_out, size, out=unknown, where=size > 0.0).max(axis=-1))
 

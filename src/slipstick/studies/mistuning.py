@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
+    from slipstick.analysis.events import CaseDone, EventFunction
     from slipstick.branch import Branch
 
 PERCENTILES = (50.0, 95.0, 99.0)
@@ -40,6 +41,7 @@ def mistuning_study(
     workers: int | None = None,
     client: Client | None = None,
     folder: str | Path | None = None,
+    listeners: Iterable[Callable[[CaseDone], None]] | Callable[[CaseDone], None] = (),
 ) -> xarray.Dataset:
     """Monte Carlo over blades whose stiffness differs at random.
 
@@ -53,8 +55,8 @@ def mistuning_study(
     spread, samples, seed
         Standard deviation of the normal deviations, how many discs, and the seed: sample i is the same whatever the
         number of samples and of workers.
-    options, workers, client, folder
-        As of ``ss.study``.
+    options, workers, client, folder, listeners
+        As of ``ss.study``: ``listeners=ss.Progress()`` shows how many samples are done.
 
     Returns
     -------
@@ -79,6 +81,7 @@ def mistuning_study(
     found = study(
         plain, {f"stiffness@{s}": deviations[:, s].tolist() for s in range(disc.sectors)}, method="list", omega=omega,
         peaks_of=LARGEST, options=options, workers=workers, client=client, folder=folder,
+        listeners=listeners,
     )  # fmt: skip
     sizes = found["peak_amplitude"].to_numpy()
     known = np.isfinite(sizes).any(axis=1)
@@ -133,13 +136,14 @@ class WorstPattern:
 
 
 def worst_pattern(
-    problem: Problem, *, omega: FrequencyRange, bound: float, steps: int = 10, options: Mapping[str, Any] | None = None
-) -> WorstPattern:
+    problem: Problem, *, omega: FrequencyRange, bound: float, steps: int = 10, options: Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
+) -> WorstPattern:  # fmt: skip
     """The pattern of deviations within ``-bound`` to ``bound`` by which the largest peak grows most, by its gradient.
 
     Each step puts every blade on the bound to which the exact derivative of the highest peak points, or half way there
     where that was too far; it ends where the peak grows no more. This is a local maximum: other patterns to begin with,
-    the deviations of ``problem``, may lead to others.
+    the deviations of ``problem``, may lead to others. ``listeners`` are told of each curve, as of ``forced_response``.
 
     Raises
     ------
@@ -150,7 +154,7 @@ def worst_pattern(
     names = [f"stiffness@{s}" for s in range(disc.sectors)]
     found = problem.with_parameter(MISTUNING, 1.0)
     current = np.clip(disc.deviations, -bound, bound)
-    branch, history = _curve(found, current, omega, options), list[float]()
+    branch, history = _curve(found, current, omega, options, listeners), list[float]()
     history.append(_highest(branch))
     for _ in range(whole("steps", steps, 1)):
         _, dof = _top(branch)
@@ -162,7 +166,7 @@ def worst_pattern(
         target, share = bound * np.sign(gradient), 1.0
         while share > 0.1:
             trial = current + share * (target - current)
-            other = _curve(found, trial, omega, options)
+            other = _curve(found, trial, omega, options, listeners)
             if _highest(other) > history[-1] * (1.0 + _SAME):
                 break
             share *= 0.5
@@ -185,10 +189,12 @@ def _disc(problem: Any) -> Disc:
     return structure
 
 
-def _curve(problem: Problem, deviations: Array, omega: FrequencyRange, options: Mapping[str, Any] | None) -> Branch:
+def _curve(
+    problem: Problem, deviations: Array, omega: FrequencyRange, options: Mapping[str, Any] | None, listeners: Any
+) -> Branch:
     for s, value in enumerate(deviations.tolist()):
         problem = problem.with_parameter(f"stiffness@{s}", value)
-    return forced_response(problem, omega=omega, peaks_of=LARGEST, options=options)
+    return forced_response(problem, omega=omega, peaks_of=LARGEST, options=options, listeners=listeners)
 
 
 def _peaks_of(branch: Branch, dof: str) -> list[tuple[float, float]]:

@@ -39,7 +39,7 @@ def test_frequencies_are_folded() -> None:
     assert np.allclose(folded([1.0, 2.0, 4.0, 7.4, 9.0], 3.0), [1.0, 1.0, 1.0, 1.4, 0.0])
 
 
-class Measured:
+class Measured(ss.models.Structure):
     """A structure that is known by its receptance alone."""
 
     load_shapes = ()

@@ -43,7 +43,7 @@ class WaveReceptance(ss.models.Receptance):
         return A, -m * A * (1j * c - 2.0 * w) / (stiffness(m) + 1j * w * c - w**2)
 
 
-class WaveSector:
+class WaveSector(ss.models.Structure):
     """One sector of a ring that carries a wave of one nodal diameter."""
 
     load_shapes, dofs = (), ("x",)
@@ -80,7 +80,7 @@ def sector(own):
     return ss.Problem(own, contacts=[pair], loads=[ss.Load(dof="x", cos=3.0)], harmonics=ORDERS)
 
 
-class Ring:
+class Ring(ss.models.Structure):
     """All sectors, with equations in time; plain matrices of negative damping are refused."""
 
     load_shapes, dofs = (), tuple(f"x{s}" for s in range(N))

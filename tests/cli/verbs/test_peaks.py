@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,9 @@ from helpers.cases import oscillator
 from helpers.command import slipstick
 
 import slipstick as ss
+from slipstick.analysis.curve import record
 from slipstick.case.case import Case
+from slipstick.cli.terminal import display
 from slipstick.io.lock import FolderLock
 
 CASE = oscillator(
@@ -147,3 +150,26 @@ def test_as_a_script_the_tables_are_named(tmp_path):
     text = "".join(path.read_text() for path in tmp_path.glob("*.py"))
     assert "ss.track_peak" in text
     assert "ss.optimal" in text
+
+
+MODES = '[modes]\ndof = "x"\nfrom = 3.0\nto = 5.0\n'
+
+
+@pytest.mark.parametrize(("verb", "table"), [("track", TRACK), ("optimal", OPTIMAL), ("modes", MODES)])
+def test_what_takes_long_says_how_far_it_is(tmp_path, monkeypatch, verb, table):
+    monkeypatch.setattr(record, "_PAUSE", 0.0)
+    monkeypatch.setattr(display, "_EVERY", 0.0)
+    case = written(tmp_path, table)
+    result = slipstick(verb, case, "-o", tmp_path / "out", "--no-figures")
+    assert result.exit_code == 0, result.output
+    assert re.search(r"looking for the .*, evaluation \d+", result.output)
+    assert re.search(r"point 1, .*\d+%", result.output)
+    quiet = slipstick(verb, case, "-o", tmp_path / "out", "--no-figures", "--force", "--quiet")
+    assert "evaluation" not in quiet.output
+
+
+def test_an_analysis_ends_when_its_time_is_up(tmp_path):
+    case, out = written(tmp_path, TRACK), tmp_path / "out"
+    result = slipstick("track", case, "-o", out, "--time-limit", "1e-6 s")
+    assert result.exit_code == 1, result.output
+    assert ss.Outcome.TIME_LIMIT.text in result.output

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from slipstick.analysis.events import Event, EventFunction, Listener, PointFound, Started, Stopped
+from slipstick.analysis.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
 from slipstick.branch import Branch
 from slipstick.errors import Outcome, TimeIsUp
 from slipstick.faults import warn
-from slipstick.interrupts import held
+from slipstick.interrupts import held, pass_on
 from slipstick.results.record import Point
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.solve.continuation.follow import failed
@@ -32,6 +32,9 @@ R = TypeVar("R", bound="Request")
 
 _KEPT = 5_000_000
 """Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
+
+_PAUSE = 1.0
+"""Seconds without a word, after which it is told what is being done."""
 
 Guard = Callable[[], AbstractContextManager[Any]]
 
@@ -68,6 +71,8 @@ class Run(ABC, Generic[R]):
         Seconds that were taken before, in a run that this one goes on with.
     progress, step, checkpoint
         Of the point that comes, as in ``PointFound``.
+    doing
+        What is done on the way to it, in words, for those who wait; empty where that needs no words.
     """
 
     def __init__(self, request: R, *, count: int = 0, begun: float = 0.0) -> None:
@@ -76,8 +81,10 @@ class Run(ABC, Generic[R]):
         self.error: Exception | None = None
         self.progress, self.step = 0.0, nan
         self.checkpoint: Checkpoint | None = None
+        self.doing = ""
         self._clock = time.perf_counter() - begun
         self._listeners: tuple[EventFunction, ...] = request.listeners
+        self._told, self._felt, self._seeking = time.monotonic(), 0, False
 
     @abstractmethod
     def points(self) -> Generator[Point, None, None]:
@@ -103,8 +110,29 @@ class Run(ABC, Generic[R]):
 
     def tell(self, event: Event) -> None:
         """Tell all who listen."""
+        self._told = time.monotonic()
         for listener in self._listeners:
             listener(event)
+
+    def feel(self) -> None:
+        """An evaluation on the way to a point: where nothing was told for a while, tell, and let interrupts in."""
+        self._felt += 1
+        if self._seeking and time.monotonic() - self._told >= _PAUSE:
+            pass_on()
+            self.tell(Working(doing=self.doing, points=self.count, evaluations=self._felt, progress=self.progress))
+
+    @contextmanager
+    def _felt_by(self) -> Iterator[None]:
+        """Evaluations are felt by this run, or by the one that it is part of."""
+        pulse = self.request.balance.pulse
+        if pulse.felt is not None:
+            yield
+            return
+        pulse.felt = self.feel
+        try:
+            yield
+        finally:
+            pulse.felt = None
 
     @contextmanager
     def kept(self, steps: Sequence[Any] = ()) -> Iterator[None]:
@@ -127,17 +155,18 @@ class Run(ABC, Generic[R]):
         request, self._listeners = self.request, (*self.request.listeners, *sinks)
         request.problem.warn(request.warnings)
         attributes = attributes_of(request.problem, self.outcome, "", request.warnings, parameter=request.parameter)
-        self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
         points = self.points()
         try:
-            for point in self.until_ended(points, guard):
-                self.count += 1
-                with guard():
-                    self.tell(PointFound(
-                        number=self.count, point=point, progress=self.progress, step=self.step, recorder=self.recorder,
-                        checkpoint=self.checkpoint,
-                    ))  # fmt: skip
-                yield point
+            self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
+            with self._felt_by():
+                for point in self.until_ended(points, guard):
+                    self.count += 1
+                    with guard():
+                        self.tell(PointFound(
+                            number=self.count, point=point, progress=self.progress, step=self.step,
+                            recorder=self.recorder, checkpoint=self.checkpoint,
+                        ))  # fmt: skip
+                    yield point
         except KeyboardInterrupt as stop:
             self._interrupted(stop)
         finally:
@@ -149,8 +178,12 @@ class Run(ABC, Generic[R]):
         """Points until they end, or are ended by an interrupt, or by an exception once there are some."""
         with self.kept():
             while True:
-                with guard():
-                    point = next(points, None)
+                before, self._seeking = self._seeking, True
+                try:
+                    with guard():
+                        point = next(points, None)
+                finally:
+                    self._seeking = before
                 if point is None:
                     return
                 yield point

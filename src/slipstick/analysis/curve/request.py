@@ -234,7 +234,7 @@ def common_arguments(
     """
     checks = Gathering()
     chosen = checks.take(_options, options)
-    heard = checks.take(_listeners, listeners)
+    heard = checks.take(heard_by, listeners)
     sought = checks.take(_peak_dofs, problem, peaks_of) if problem is not None else None
     balance = checks.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
     start = checks.take(_guess, guess, balance) if guess is not None and balance is not None else None
@@ -256,7 +256,7 @@ def common_arguments(
 def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
     from slipstick.analysis.stability.floquet import StabilityWatch
 
-    if getattr(balance.problem.structure, "covers", (0.0, inf))[1] < inf:
+    if balance.problem.structure.covers[1] < inf:
         remedy = (
             'fit modes to it (ss.models.modal_analysis), or say beyond="line": then it is counted from the receptance'
         )
@@ -312,7 +312,8 @@ def _jacobian(name: str, value: Any) -> JacobianBackend | str:
     raise wrong(name, value, '"auto", "dense", "iterative", or an object of a kind of one\'s own')
 
 
-def _listeners(listeners: Any) -> tuple[EventFunction, ...]:
+def heard_by(listeners: Any) -> tuple[EventFunction, ...]:
+    """Who listens: one function of an event, or several; InputError for what is none."""
     if callable(listeners):
         return (listeners,)
     expected = "a function of one event, or a list of them"

@@ -8,7 +8,7 @@ section 2.1).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.curve.request import followed_problem
+from slipstick.analysis.curve.request import followed_problem, heard_by
+from slipstick.analysis.events import EventFunction, Working
 from slipstick.analysis.identification.decays import decay_of
 from slipstick.analysis.identification.measured import (
     QUANTITIES,
@@ -185,6 +186,7 @@ def identify(
     noise: float | None = None,
     starts: int = 1,
     seed: int = 0,
+    listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Identification:
     """Fit named parameters to what was measured: frequency responses, loops, backbones, time series.
 
@@ -238,6 +240,8 @@ def identify(
         is the result.
     seed
         Of the spread.
+    listeners
+        Told of each evaluation: ``listeners=ss.Progress()``.
 
     Returns
     -------
@@ -273,11 +277,11 @@ def identify(
     >>> {name: round(value, 8) for name, value in fit.values.items()}
     {'damper.kt': 100.0, 'damper.mu': 0.3}
     """
-    request = _request(problem, measured, parameters, bounds, noise, starts, seed)
+    request = _request(problem, measured, parameters, bounds, noise, starts, seed, listeners)
     warn(product_warnings(problem, request.names))
     in_time = _in_time(request, measured, noise)
     request = request if in_time is None else replace(request, noise=None)
-    ends = [_Descent(request, start).run() for start in request.starts]
+    ends = [_Descent(request, start, place=k).run() for k, start in enumerate(request.starts)]
     best = min(ends, key=lambda end: end.cost)
     direct = None if in_time is None else _fitted_in_time(in_time, best)
     if direct is not None and direct.misfit < _BAD:
@@ -310,6 +314,17 @@ class _Request:
     high: Array
     noise: Array | None
     """Of the shape of what was measured."""
+    listeners: tuple[EventFunction, ...] = ()
+
+    def tell(self, place: int, evaluations: int) -> None:
+        """Tell all who listen of an evaluation on the way from one of the starts."""
+        count = len(self.starts)
+        event = Working(
+            doing=f"fitting from start {place + 1} of {count}", points=0, evaluations=evaluations,
+            progress=place / count,
+        )  # fmt: skip
+        for listener in self.listeners:
+            listener(event)
 
     @cached_property
     def used(self) -> NDArray[np.bool_]:
@@ -374,13 +389,16 @@ def _in_time(request: _Request, measured: Any, noise: float | None) -> _Request 
     return replace(request, measured=decay, noise=spread)
 
 
-def _request(problem: Any, measured: Any, parameters: Any, bounds: Any, noise: Any, starts: Any, seed: Any) -> _Request:
+def _request(
+    problem: Any, measured: Any, parameters: Any, bounds: Any, noise: Any, starts: Any, seed: Any, listeners: Any = ()
+) -> _Request:
     problem = followed_problem(problem)
     values = parameter_starts(problem, parameters)
     names, checks = tuple(values), Gathering()
     table = checks.take(read_measured, problem, measured)
     checks.take(_independent, problem, names)
     low, high = checks.take(_bounds, problem, bounds, values) or (np.empty(0), np.empty(0))
+    heard = checks.take(heard_by, listeners)
     count, seed = checks.take(whole, "starts", starts, 1, 10_000), checks.take(whole, "seed", seed)
     if noise is not None:
         noise = checks.take(number, "noise", noise, "a standard deviation > 0", above=0.0)
@@ -411,6 +429,7 @@ def _request(problem: Any, measured: Any, parameters: Any, bounds: Any, noise: A
     request = _Request(
         problem=problem, measured=table, names=names, low=low, high=high, noise=spread,
         starts=tuple(_starts(np.array(list(values.values())), low, high, count or 1, seed or 0)),
+        listeners=heard or (),
     )  # fmt: skip
     if request.data.size < len(names):
         few = f"{request.data.size} numbers"
@@ -510,7 +529,8 @@ class _End(NamedTuple):
 class _Descent:
     """Least squares from one start."""
 
-    def __init__(self, request: _Request, start: Array, predictor: Predictor | None = None) -> None:
+    def __init__(self, request: _Request, start: Array, predictor: Predictor | None = None, place: int = 0) -> None:
+        self.place = place
         self.request, self.start, self.predictor = request, start, predictor or request.predictor()
         self.unit = np.where(start != 0.0, np.abs(start), 1.0)
         self.evaluations = 0
@@ -525,7 +545,7 @@ class _Descent:
         best = self._chosen(self.start)
         if best.misfit > _BAD and not isinstance(self.request.measured, Decay):
             far = self.request.predictor()
-            other = _Descent(self.request, self.start, far)
+            other = _Descent(self.request, self.start, far, self.place)
             near = other._chosen(self.start, loss="cauchy")
             if np.isfinite(near.cost):
                 near = other._chosen(near.p)
@@ -578,6 +598,7 @@ class _Descent:
         request = self.request
         if self._asked is None or not np.array_equal(self._asked[0], z):
             self.evaluations += 1
+            request.tell(self.place, self.evaluations)
             try:
                 predicted = self.predictor.values(z * self.unit)
             except InputError:  # values that the problem cannot have

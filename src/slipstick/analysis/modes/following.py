@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import pairwise
 from math import inf, log
 
 import numpy as np
@@ -112,13 +111,15 @@ class ModePath:
         """From the first point on; the last one, at the last amplitude, is of kind "end"."""
         return self._run(y, parameter, (self.first, self.last), events)
 
-    def refined(self, steps: Sequence[Step]) -> Iterator[Step]:
+    def refined(self, steps: Iterable[Step]) -> Iterator[Step]:
         """With corrected points between neighbours, so that lines between them are frequency and damping."""
-        most = max((abs(float(_values(step.state)[1])) for step in steps), default=0.0)
-        yield from steps[:1]
-        for before, step in pairwise(steps):
-            yield from self._between(before, step, max(_SLIGHT * most, _UNDAMPED), _HALVINGS)
+        before, most = None, 0.0
+        for step in steps:
+            most = max(most, abs(float(_values(step.state)[1])))
+            if before is not None:
+                yield from self._between(before, step, max(_SLIGHT * most, _UNDAMPED), _HALVINGS)
             yield step
+            before = step
 
     def arrived(self, step: Step) -> tuple[Outcome, str]:
         """Whether the way ended at the last amplitude, and what else to say."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import log
 from typing import Any, cast
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from slipstick.analysis.curve.record import Run
 from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.curve.state_continuation import relative_residual
+from slipstick.analysis.events import EventFunction
 from slipstick.analysis.modes.following import ModePath, first_guess
 from slipstick.analysis.modes.start import LinearMode, linear_mode
 from slipstick.analysis.modes.system import ModeDetail, ModeSystem, TargetMode
@@ -56,6 +58,7 @@ def nonlinear_modes(
     dof: str | None = None,
     load_factors: Iterable[float] | float = (),
     options: Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Branch:
     """Follow free vibration in a mode over its amplitude: frequency, damping, the forced peak of every load level.
 
@@ -79,6 +82,9 @@ def nonlinear_modes(
     options
         Step control, as of ``forced_response``; ``output_tolerance`` is how far frequency and damping may be off the
         line between two points, over their own size.
+    listeners
+        Functions, or subclasses of ``slipstick.analysis.events.Listener``, told of each point and, where it takes long,
+        of what is done: ``listeners=ss.Progress()``.
 
     Returns
     -------
@@ -116,7 +122,7 @@ def nonlinear_modes(
     factors = checks.take(_factors, load_factors)
     output = checks.take(one_dof, checks.problem, dof) if checks.problem is not None else None
     chosen = {**MODES, **options} if isinstance(options, Mapping) else MODES if options is None else options
-    common = checks.common((), options=chosen)
+    common = checks.common((), options=chosen, listeners=listeners)
     assert checks.problem is not None
     assert ends is not None
     assert number is not None
@@ -126,6 +132,7 @@ def nonlinear_modes(
     return ModeRequest(
         problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
         stop=ends[1], dof=output, factors=factors or (), options=common["options"],
+        listeners=common["listeners"],
         warnings=problem_warnings(checks.problem, free=True),
     ).branch()  # fmt: skip
 
@@ -326,7 +333,7 @@ class ModeRequest(Request):
 
 
 class ModeRun(Run[ModeRequest]):
-    """A mode under way: all its steps first, then what comes between them for smooth lines, then points."""
+    """A mode under way: each step, and before it what comes between them for smooth lines."""
 
     def __init__(self, request: ModeRequest) -> None:
         super().__init__(request)
@@ -339,30 +346,32 @@ class ModeRun(Run[ModeRequest]):
 
     def points(self) -> Generator[Point, None, None]:
         """From the first amplitude to the last one, which is met exactly."""
-        request, path, steps = self.request, self._path, list[Step]()
-        self.outcome = Outcome.NO_FIRST_POINT
-        with self.kept(steps):
+        request, path, newest = self.request, self._path, list[Step]()
+        self.outcome, self.doing = Outcome.NO_FIRST_POINT, f"looking for the mode at the amplitude {request.start:.6g}"
+        way = log(request.stop / request.start)
+        with self.kept(newest):
             begun = path.begin()
             if begun is not None:
-                run = path.follow(*begun, [self._level(factor) for factor in request.factors])
-                for step in run:
-                    steps.append(step)
+                run, self.doing = path.follow(*begun, [self._level(factor) for factor in request.factors]), ""
+                for step in path.refined(run):
                     pass_on()
+                    if newest:
+                        yield self._point(self._system, newest[0])
+                    newest[:] = [step]
+                    self.progress = min(max(log(step.evaluation.detail.amplitude / request.start) / way, 0.0), 1.0)
                 self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
-                steps = list(path.refined(steps))
-        last: tuple[ModeSystem, Step] | None = None
-        if self.outcome is Outcome.COMPLETED:
-            self.outcome, self.message = path.arrived(steps[-1])
-        if self.outcome is Outcome.COMPLETED:
-            last = self._at_dof, path.finished(steps[-1])
-        elif self.outcome is Outcome.NO_FIRST_POINT:
+        if self.outcome is Outcome.NO_FIRST_POINT:
             self.message = f"no free vibration was found at the amplitude {request.start:.6g}: begin at a smaller one"
-        elif steps:
-            self.message = f"{self.message}; the last amplitude is {steps[-1].evaluation.detail.amplitude:.6g}"
-        for number, step in enumerate(steps, 1):
-            self.progress = number / len(steps)
-            final = last is not None and number == len(steps)
-            yield self._point(*(last if final and last is not None else (self._system, step)))
+        if not newest:
+            return
+        last, system = newest[0], self._system
+        if self.outcome is Outcome.COMPLETED:
+            self.outcome, self.message = path.arrived(last)
+        if self.outcome is Outcome.COMPLETED:
+            last, system = path.finished(last), self._at_dof
+        else:
+            self.message = f"{self.message}; the last amplitude is {last.evaluation.detail.amplitude:.6g}"
+        yield self._point(system, last)
 
     @property
     def attributes(self) -> Mapping[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, PeakPoint
 from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
@@ -79,6 +80,7 @@ def optimal(
     dof: str | None = None,
     start: Real | None = None,
     options: Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Optimum:
     """The value of a parameter at which a peak is lowest, such as the best normal load of a damper.
 
@@ -97,7 +99,7 @@ def optimal(
         Name of the output whose amplitude peaks; by default the first.
     start
         Value of the parameter to begin at; by default that of the problem.
-    options
+    options, listeners
         As of ``track_peak``.
 
     Returns
@@ -121,7 +123,7 @@ def optimal(
     >>> round(best.value, 5), round(best.omega, 6), round(best.amplitude, 7), best.kind
     (471.69623, 9.504764, 2.8037329, 'lowest')
     """
-    search = OptimumSearch(tracked_peak(problem, parameter, start, omega, dof, (), options))
+    search = OptimumSearch(tracked_peak(problem, parameter, start, omega, dof, (), options, listeners))
     return search.optimum(search.branch())
 
 
@@ -169,11 +171,12 @@ class OptimumSearch(PeakRun):
 
     def points(self) -> Generator[Point, None, None]:
         """The optimum: by Newton's method from the highest peak, or from where tracking leads to."""
+        self.doing = self.sought
         y = self.request.first(self.system)
         if y is None:
             self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
             return
-        self.system.factorisations = 0
+        self.system.factorisations, self.doing = 0, "going to the optimum"
         self._best, message = self._newton(y, self.request.start), ""
         if self._best is None:
             self._best, message = self._tracked(y)
@@ -243,6 +246,7 @@ class OptimumSearch(PeakRun):
             peaks = self.continuation(value, value * factor)
             for peak in peaks.points(y):
                 pass_on()
+                self.doing = f"following the peak, {self.request.parameter} = {peak.parameter:.6g}"
                 if peak.kind == OPTIMUM:
                     best = self._newton(peak.y, peak.parameter)
                     if best is not None:

@@ -12,6 +12,7 @@ import numpy as np
 from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request
+from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
 from slipstick.analysis.peaks.gradient import Extreme, StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
@@ -20,7 +21,7 @@ from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
-from slipstick.errors import Fault, InputError, Outcome
+from slipstick.errors import Fault, InputError, Outcome, TimeIsUp
 from slipstick.faults import number, shown, suggestion, text
 from slipstick.interrupts import held, pass_on
 from slipstick.results.record import Outputs, Point
@@ -39,6 +40,7 @@ def track_peak(
     dof: str | None = None,
     requested: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Branch:
     """Follow a peak of the response over a parameter: where it is and how high, without the curves between.
 
@@ -57,6 +59,9 @@ def track_peak(
         Values of the parameter at which exact points are wanted; one or a list.
     options
         Step control, as of ``forced_response``; steps are at most a tenth of the range by default.
+    listeners
+        Functions, or subclasses of ``slipstick.analysis.events.Listener``, told of each point and, where it takes long,
+        of what is done: ``listeners=ss.Progress()``.
 
     Returns
     -------
@@ -89,11 +94,11 @@ def track_peak(
     >>> round(float(best.parameter[0]), 4), round(float(best.omega[0]), 5), round(float(best.amplitude[0, 0]), 6)
     (471.6962, 9.50476, 2.803733)
     """
-    return tracked_peak(problem, parameter, span, omega, dof, requested, options).branch()
+    return tracked_peak(problem, parameter, span, omega, dof, requested, options, listeners).branch()
 
 
 def tracked_peak(
-    problem: Any, parameter: Any, span: Any, omega: Any, dof: Any, requested: Any, options: Any
+    problem: Any, parameter: Any, span: Any, omega: Any, dof: Any, requested: Any, options: Any, listeners: Any = ()
 ) -> TrackedPeak:
     """What is asked for, checked; of a ``span`` that is one value, or None for that of the problem, its vicinity.
 
@@ -116,7 +121,7 @@ def tracked_peak(
     if isinstance(chosen, Mapping) and chosen.get("adapt_harmonics") is not None:
         with_all = Fault("options, adapt_harmonics", "a peak is tracked with all harmonics", remedy="leave it out")
         checks.faults.append(with_all)
-    common = checks.common(points, options=chosen)
+    common = checks.common(points, options=chosen, listeners=listeners)
     assert checks.problem is not None
     assert ends is not None
     assert sought is not None
@@ -124,7 +129,7 @@ def tracked_peak(
     balance = common["balance"]
     return TrackedPeak(
         problem=checks.problem, balance=balance, parameter=name, start=ends[0], stop=ends[1], omega=sought, dof=output,
-        requested=points, options=common["options"],
+        requested=points, options=common["options"], listeners=common["listeners"],
         warnings=parameter_warnings(checks.problem, name, ends, sought[0], balance.receptance.static),
     )  # fmt: skip
 
@@ -189,10 +194,12 @@ class PeakRun(Run[TrackedPeak]):
 
     def points(self) -> Generator[Point, None, None]:
         """From the highest peak at the first value on."""
+        self.doing = self.sought
         first, peaks, request = self.request.first(self.system), self._peaks, self.request
         if first is None:
             self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
             return
+        self.doing = ""
         for peak in peaks.points(first):
             self.progress = min(1.0, abs((peak.parameter - request.start) / (request.stop - request.start)))
             yield self.point(peak)
@@ -212,6 +219,11 @@ class PeakRun(Run[TrackedPeak]):
         return {
             "peak_of": self.request.dof, **counted(self._peaks.work), "factorisations": self.system.factorisations
         }  # fmt: skip
+
+    @property
+    def sought(self) -> str:
+        """What is done first."""
+        return f"looking for the highest peak at {self.request.parameter} = {self.request.start:g}"
 
     @property
     def none_found(self) -> str:
@@ -236,6 +248,6 @@ def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], do
             size = Extreme.largest(balance.harmonics, here.motion()[0]).value
             if highest is None or size > highest[0]:
                 highest = size, np.append(point.x, point.omega)
-    if run.outcome is Outcome.INTERRUPTED:
-        raise KeyboardInterrupt
+    if run.outcome in (Outcome.INTERRUPTED, Outcome.TIME_LIMIT):  # so is what it is a part of
+        raise KeyboardInterrupt if run.outcome is Outcome.INTERRUPTED else TimeIsUp
     return None if highest is None else highest[1]

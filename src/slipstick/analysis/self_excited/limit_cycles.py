@@ -12,6 +12,7 @@ import numpy as np
 from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.curve.state_continuation import NO_WORK, Work
+from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
@@ -63,6 +64,7 @@ def limit_cycles(
     *,
     requested: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Branch:
     """Follow self-excited vibration over a parameter: steady sliding, its Hopf point, and the limit cycles from there.
 
@@ -83,6 +85,9 @@ def limit_cycles(
         Values of the parameter at which exact points are wanted; one or a list.
     options
         Step control, as of ``forced_response``. Jacobians are written out.
+    listeners
+        Functions, or subclasses of ``slipstick.analysis.events.Listener``, told of each point and, where it takes long,
+        of what is done: ``listeners=ss.Progress()``.
 
     Returns
     -------
@@ -119,10 +124,12 @@ def limit_cycles(
     >>> round(float(branch.dataset.omega[branch.at(0.55)]), 4)
     9.9945
     """
-    return cycles_request(problem, parameter, span, requested, options).branch()
+    return cycles_request(problem, parameter, span, requested, options, listeners).branch()
 
 
-def cycles_request(problem: Any, parameter: Any, span: Any, requested: Any, options: Any) -> SelfExcited:
+def cycles_request(
+    problem: Any, parameter: Any, span: Any, requested: Any, options: Any, listeners: Any = ()
+) -> SelfExcited:
     """What is asked for, checked; InputError with all faults."""
     checks = Checks(problem)
     name = checks.name(parameter, "brake.mu")
@@ -137,10 +144,11 @@ def cycles_request(problem: Any, parameter: Any, span: Any, requested: Any, opti
     if isinstance(chosen, Mapping):
         chosen = {**CYCLE_OPTIONS, **chosen}
         checks.faults += _option_faults(chosen)
-    common = checks.common(points, options=chosen)
+    common = checks.common(points, options=chosen, listeners=listeners)
     assert checks.problem is not None
     assert ends is not None
-    return self_excited(checks.problem, common["balance"], name, ends, points, common["options"])
+    request = self_excited(checks.problem, common["balance"], name, ends, points, common["options"])
+    return replace(request, listeners=common["listeners"])
 
 
 def self_excited(
@@ -294,9 +302,13 @@ class SelfExcitedRun(Run[SelfExcited]):
         """Steady sliding over the range, and its Hopf points, which are among it."""
         request = self.request
         known = []
-        for sliding in request.sliding.over(request.values):
+        self.doing = "steady sliding"
+        for number, sliding in enumerate(request.sliding.over(request.values), start=1):
             known.append(sliding)
             pass_on()
+            self.doing = f"steady sliding, value {number} of {len(request.values)}"
+            self.feel()
+        self.doing = "looking for Hopf points"
         hopf = request.sliding.hopf_points(known)
         near = _SAME * abs(request.stop - request.start)
         apart = [s for s in known if all(abs(s.value - point.value) > near for point in hopf)]
@@ -340,6 +352,7 @@ class SelfExcitedRun(Run[SelfExcited]):
     def _cycles(self, hopf: Sliding) -> Iterator[Point]:
         """From the Hopf point straight up to the first change of state, then along the branch."""
         request = self.request
+        self.doing = "looking for the first limit cycle"
         request.balance.anchor_if_undamped(hopf.omega)
         start = CycleStart(request.space, hopf, at_rest(request.balance, hopf), request.span)
         if not start.exists:
@@ -375,8 +388,10 @@ class SelfExcitedRun(Run[SelfExcited]):
             scaling=ArclengthScaling(x=start.unit(first.x[:-1]), weight=0.1), requested=request.requested,
             events=(gone, *special.events),
         )  # fmt: skip
+        self.doing = ""
         for step in run:
             pass_on()
+            self.progress = min(1.0, abs((step.parameter - request.start) / (request.stop - request.start)))
             # steady sliding solves the balance at every frequency: what is located there is no cycle
             if start.size(step.x[:-1]) > 0.5 * least:
                 yield self._followed(step, special)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.events import Searching, StrategyTried
+from slipstick.analysis.events import Listener, PointFound, Searching, StrategyTried, Working
 from slipstick.cli.terminal.guard import plain, say
 from slipstick.progress import Position, duration
 from slipstick.runs.run import CaseRun, GoingOn, PointKept, RunListener
@@ -83,10 +83,10 @@ class CurveDisplay(_Display):
         self._unit = unit
         self.points = 0
 
-    def at(self, value: float, step: float, states: str) -> None:
-        """A point was found."""
+    def at(self, value: float, step: float, states: str, *, share: float | None = None) -> None:
+        """A point was found; ``share`` of the range where that is not told by the value."""
         self.points += 1
-        self._position.update(value)
+        self._position.update(value if share is None else share)
         self.show(value, step, states)
 
     def show(self, value: float, step: float, states: str) -> None:
@@ -108,7 +108,8 @@ class CurveDisplay(_Display):
 
     def _parts(self, value: float, step: float, states: str) -> tuple[str, ...]:
         """Where the branch is, point, step, states, time left (or nothing)."""
-        return f"{value:.6g}{self._unit}", f"point {self.points}", f"step {step:.2g}", states, self._left
+        length = f"step {step:.2g}" if np.isfinite(step) else ""
+        return f"{value:.6g}{self._unit}", f"point {self.points}", length, states, self._left
 
 
 class LiveCurve(_Live, CurveDisplay):
@@ -240,6 +241,25 @@ class ShownCurve(RunListener):
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._display.at(value, step, states_text(event.values))
+
+
+class ShownAnalysis(Listener):
+    """Shows an analysis of one table of a case: its points, and what is done where it takes long."""
+
+    def __init__(self, display: CurveDisplay) -> None:
+        self._display = display
+
+    def point_found(self, event: PointFound) -> None:
+        """Show where it is."""
+        self._display.at(event.parameter, event.step, "", share=event.progress)
+
+    def searching(self, event: Searching) -> None:
+        """Show how far the search for the first point is."""
+        self._display.search(("first point", *event.parts))
+
+    def working(self, event: Working) -> None:
+        """Show what is done."""
+        self._display.search((event.text,))
 
 
 def states_text(record: Mapping[str, Any]) -> str:

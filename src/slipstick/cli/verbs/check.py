@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from slipstick.case.structure import Body
     from slipstick.fem.contact_points import ContactPoints
     from slipstick.models.reduced_body import ReducedBody
+    from slipstick.structure.protocol import Structure
     from slipstick.typing import Array
     from slipstick.units import Units
 
@@ -106,13 +107,26 @@ def _structure(case: Case, problem: Problem) -> None:
     shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
     say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
-    ratios = np.asarray(getattr(structure, "damping_ratios", ()))
+    ratios = structure.damping_ratios
     say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
     for number, omega in enumerate(frequencies[:_LISTED], start=1):
-        damped = f", damping ratio {ratios[number - 1]:.3g}" if ratios.size else ""
+        damped = "" if ratios is None else f", damping ratio {ratios[number - 1]:.3g}"
         say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")
+    if unknown := untold(structure):
+        say(f"not known of this structure: {', '.join(unknown)}")
     if hasattr(structure, "harmonics"):
         _around(structure, problem.harmonics.orders)
+
+
+def untold(structure: Structure) -> list[str]:
+    """What is looked at before a computation and a structure does not tell, in words."""
+    about = {
+        "damping ratios": structure.damping_ratios,
+        "whether its damping feeds energy in": structure.energy_fed,
+        "whether its stiffness makes it grow": structure.self_excited,
+        "the error by modes left out": structure.truncations(1),
+    }
+    return [words for words, known in about.items() if known is None]
 
 
 def _around(wave: Any, orders: Sequence[int]) -> None:
@@ -123,12 +137,12 @@ def _around(wave: Any, orders: Sequence[int]) -> None:
 
 
 def _reduction(case: Case, problem: Problem) -> None:
-    from slipstick.balance.reduction import worst_error
+    from slipstick.balance.reduction import valid_to, worst_error
 
     worst = worst_error(problem, case.omega)
     if worst is None or worst.kind == "unknown":
         return
-    limit = problem.structure.valid_to  # type: ignore[attr-defined]
+    limit = valid_to(problem)
     say(
         f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
         + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if isfinite(limit) else "")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.one_table import case_with, folder_of, quietly, written
-from slipstick.cli.options import CasePath, Force, folder_option
+from slipstick.cli.one_table import case_with, folder_of, quietly, shown, written
+from slipstick.cli.options import CasePath, Force, KeptTimeLimit, Quiet, folder_option
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import verb
@@ -26,13 +26,19 @@ def cycles(
     output: Annotated[Path | None, folder_option("CASE-cycles")] = None,
     force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    quiet: Quiet = False,
+    time_limit: KeptTimeLimit = None,
 ) -> int:
     """Follow self-excited vibration, such as squeal, over the parameter of the table "cycles"."""
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles
 
     read, table = case_with(case, "cycles", 'parameter = "pad.mu", from = 0.3, to = 0.8')
     with folder_of(read, output, "cycles", force) as folder:
-        branch = quietly(limit_cycles, read.problem(), table.parameter, (table.start, table.stop), requested=table.at)
+        with shown(time_limit, quiet=quiet, answer=answer) as listeners:
+            branch = quietly(
+                limit_cycles,
+                read.problem(), table.parameter, (table.start, table.stop), requested=table.at, listeners=listeners,
+            )  # fmt: skip
         unit = after_number(str(branch.table["parameter"].attrs.get("units", "")))
         answer["marked"] = []
         for bifurcation in branch.bifurcations():

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.one_table import case_with, quietly
-from slipstick.cli.options import CasePath, Report, files, folder_option
+from slipstick.cli.one_table import case_with, quietly, shown
+from slipstick.cli.options import CasePath, Quiet, Report, files, folder_option
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
 from slipstick.cli.verb import verb
@@ -40,6 +40,7 @@ def identify(
     force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     report: Report = True,
+    quiet: Quiet = False,
 ) -> int:
     """Fit the parameters of the table "identify" to measured vibration, loops, backbones or time series."""
     from slipstick.analysis.identification.identification import identify
@@ -49,10 +50,11 @@ def identify(
     folder = output or Path(f"{read.name}-identify")
     if (folder / FITTED).exists() and not force:
         raise InputError(f"{folder / FITTED} is there already; give another folder with -o, or --force")
-    found = quietly(
-        identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
-        starts=table.starts, seed=table.seed,
-    )  # fmt: skip
+    with shown(None, quiet=quiet, answer=answer) as listeners:
+        found = quietly(
+            identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
+            starts=table.starts, seed=table.seed, listeners=listeners,
+        )  # fmt: skip
     for sentence in found.indistinct:
         warn_user(sentence)
     say(found.summary())

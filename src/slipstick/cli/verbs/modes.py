@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from slipstick.cli.one_table import case_with, folder_of, peak_text, quietly, written
-from slipstick.cli.options import CasePath, Force, folder_option
+from slipstick.cli.one_table import case_with, folder_of, peak_text, quietly, shown, written
+from slipstick.cli.options import CasePath, Force, KeptTimeLimit, Quiet, folder_option
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import verb
@@ -21,6 +21,8 @@ def modes(
     output: Annotated[Path | None, folder_option("CASE-modes")] = None,
     force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    quiet: Quiet = False,
+    time_limit: KeptTimeLimit = None,
 ) -> int:
     """Follow free vibration in a mode (table "modes") over its amplitude: frequency, damping, peaks of all loads."""
     from slipstick.analysis.modes.nonlinear_modes import nonlinear_modes
@@ -28,11 +30,12 @@ def modes(
 
     read, table = case_with(case, "modes", "from = 0.01, to = 10.0")
     with folder_of(read, output, "modes", force) as folder:
-        branch = quietly(
-            nonlinear_modes,
-            read.problem(), amplitude=(table.start, table.stop), mode=table.mode, dof=table.dof,
-            load_factors=table.load_factors,
-        )  # fmt: skip
+        with shown(time_limit, quiet=quiet, answer=answer) as listeners:
+            branch = quietly(
+                nonlinear_modes,
+                read.problem(), amplitude=(table.start, table.stop), mode=table.mode, dof=table.dof,
+                load_factors=table.load_factors, listeners=listeners,
+            )  # fmt: skip
         data, d = branch.table, branch.dof_index(table.dof)
         factor, ratio = data["load_factor"].to_numpy(), data["modal_damping"].to_numpy()
         size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()

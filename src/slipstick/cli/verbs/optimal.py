@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.one_table import case_with, folder_of, peak_text, quietly, range_of, written
-from slipstick.cli.options import CasePath, Force, folder_option
+from slipstick.cli.one_table import case_with, folder_of, peak_text, quietly, range_of, shown, written
+from slipstick.cli.options import CasePath, Force, KeptTimeLimit, Quiet, folder_option
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import verb
@@ -16,6 +17,7 @@ from slipstick.errors import InputError
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
+    from slipstick.analysis.events import EventFunction
     from slipstick.analysis.peaks.optimum import Optimum
     from slipstick.branch import Branch
     from slipstick.case.case import Case
@@ -28,23 +30,27 @@ def optimal(
     output: Annotated[Path | None, folder_option("CASE-optimal")] = None,
     force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+    quiet: Quiet = False,
+    time_limit: KeptTimeLimit = None,
 ) -> int:
     """Find the value of a parameter, that of its table "optimal", at which the peak is lowest."""
     from slipstick.analysis.peaks.optimum import optimal
 
     read, table = case_with(case, "optimal", 'parameter = "damper.normal_load"')
     with folder_of(read, output, "optimal", force) as folder:
-        optimum = quietly(
-            optimal,
-            read.problem(), table.parameter, omega=range_of(read, table), dof=table.dof, start=table.start
-        )  # fmt: skip
+        with shown(time_limit, quiet=quiet, answer=answer) as listeners:
+            optimum = quietly(
+                optimal,
+                read.problem(), table.parameter, omega=range_of(read, table), dof=table.dof, start=table.start,
+                listeners=listeners,
+            )  # fmt: skip
+            branch = _among_peaks(read, table, optimum, listeners)
         answer |= {"value": optimum.value, "omega": optimum.omega, "amplitude": optimum.amplitude, "kind": optimum.kind}
         if optimum.kind:
             unit = after_number(str(optimum.branch.table["parameter"].attrs.get("units", "")))
             where = peak_text(read, optimum.branch, optimum.amplitude, optimum.omega)
             at = f"{table.parameter} = {optimum.value:.8g}{unit}"
             say(f"the peak of {optimum.dof} is {optimum.kind} at {at}: {where}")
-        branch = _among_peaks(read, table, optimum)
         drawn = {"response": lambda branch: branch.plot.response(optimum.dof)} if figures and len(branch) > 1 else {}
         return written(read, branch, folder, answer, figures=drawn)
 
@@ -53,7 +59,7 @@ _BESIDE = 4.0
 """The peak is shown from this part of the optimal value to as many times it."""
 
 
-def _among_peaks(case: Case, table: Any, optimum: Optimum) -> Branch:
+def _among_peaks(case: Case, table: Any, optimum: Optimum, listeners: Sequence[EventFunction]) -> Branch:
     """The peak over values round the optimal one, which is marked; the optimum alone where it is not met again."""
     from slipstick.analysis.peaks.tracking import track_peak
 
@@ -62,7 +68,8 @@ def _among_peaks(case: Case, table: Any, optimum: Optimum) -> Branch:
     span = (optimum.value / _BESIDE, optimum.value * _BESIDE)
     try:
         peaks = quietly(
-            track_peak, case.problem(), table.parameter, span, omega=range_of(case, table), dof=optimum.dof
+            track_peak, case.problem(), table.parameter, span, omega=range_of(case, table), dof=optimum.dof,
+            listeners=listeners,
         )  # fmt: skip
     except InputError:  # a parameter that cannot have such values
         return optimum.branch

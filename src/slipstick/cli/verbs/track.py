@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from slipstick.cli.one_table import case_with, folder_of, peak_text, quietly, range_of, written
-from slipstick.cli.options import CasePath, Force, folder_option
+from slipstick.cli.one_table import case_with, folder_of, peak_text, quietly, range_of, shown, written
+from slipstick.cli.options import CasePath, Force, KeptTimeLimit, Quiet, folder_option
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import verb
@@ -22,17 +22,20 @@ def track(
     output: Annotated[Path | None, folder_option("CASE-track")] = None,
     force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+    quiet: Quiet = False,
+    time_limit: KeptTimeLimit = None,
 ) -> int:
     """Follow the peak of a case over the parameter of its table "track", without the curves between."""
     from slipstick.analysis.peaks.tracking import track_peak
 
     read, table = case_with(case, "track", 'parameter = "damper.normal_load", from = 10, to = 1000')
     with folder_of(read, output, "track", force) as folder:
-        branch = quietly(
-            track_peak,
-            read.problem(), table.parameter, (table.start, table.stop), omega=range_of(read, table), dof=table.dof,
-            requested=table.at,
-        )  # fmt: skip
+        with shown(time_limit, quiet=quiet, answer=answer) as listeners:
+            branch = quietly(
+                track_peak,
+                read.problem(), table.parameter, (table.start, table.stop), omega=range_of(read, table), dof=table.dof,
+                requested=table.at, listeners=listeners,
+            )  # fmt: skip
         data, unit = branch.table, after_number(str(branch.table["parameter"].attrs.get("units", "")))
         kinds, value = data["kind"].to_numpy(), data["parameter"].to_numpy()
         d = branch.dof_index(str(data.attrs["peak_of"]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
@@ -21,7 +21,7 @@ from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.request import Accuracy
 from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, SolvedData, cheaper_solved, compute_solved
 from slipstick.structure.truncation import ReceptanceSize, Truncation, band_error
-from slipstick.typing import Array, Sparse
+from slipstick.typing import AnyArray, Array, Sparse
 
 MOST_BY_DEFAULT = 128
 MOST_MODES = 512
@@ -37,6 +37,8 @@ _HELD, _SLICE = 1024, 32
 _STORED = ("omega", "amplitudes", "static", "second", "residuals")
 """Arrays of the store that are the fields of their name."""
 
+_ANSWERS = {True: "yes", False: "no", None: "unknown"}
+
 _SEEN = ("seen_modes", "seen_static", "seen_second")
 """Those that are there where rows are seen."""
 
@@ -46,17 +48,17 @@ class ReducedData:
     """What is computed and stored: everything but names and damping. Loads are the columns after the kept ones."""
 
     omega: Array
-    amplitudes: Array
-    """``[B, P]^T phi``, (n_keep + n_loads, n_modes)."""
-    static: Array
-    """``[B, P]^T K^-1 [B, P]``."""
-    second: Array
-    """``[B, P]^T K^-1 M K^-1 [B, P]``, not yet less its modal part."""
+    amplitudes: AnyArray
+    """``[B, P]^H phi``, (n_keep + n_loads, n_modes)."""
+    static: AnyArray
+    """``[B, P]^H K^-1 [B, P]``."""
+    second: AnyArray
+    """``[B, P]^H K^-1 M K^-1 [B, P]``, not yet less its modal part."""
     residuals: Array
     solver: str
     complete: bool | None = None
     error_estimate: float | None = None
-    seen_modes: Array | None = None
+    seen_modes: AnyArray | None = None
     """Modes at the rows seen, (n_seen, n_modes)."""
     seen_static: Array | None = None
     """``K^-1 [B, P]`` at the rows seen."""
@@ -71,16 +73,16 @@ class ReducedData:
             **{name: np.asarray(value, dtype=np.float32) for name, value in seen.items() if value is not None},
             **{name: getattr(self, name) for name in _STORED},
             "solver": np.array(self.solver),
-            "complete": np.array("unknown" if self.complete is None else "yes"),
+            "complete": np.array(_ANSWERS[self.complete]),
             "error_estimate": np.array(np.nan if self.error_estimate is None else self.error_estimate),
         }
 
     @property
-    def second_residual(self) -> Array:
-        """``second`` less its modal part, symmetric."""
+    def second_residual(self) -> AnyArray:
+        """``second`` less its modal part, symmetric or Hermitian."""
         a = self.amplitudes
-        left = self.second - (a / self.omega**4) @ a.T
-        return np.asarray(0.5 * (left + left.T))
+        left = self.second - (a / self.omega**4) @ a.conj().T
+        return np.asarray(0.5 * (left + left.conj().T))
 
     def receptance(self, omega: float) -> Array:
         """Undamped, between the kept directions and loads, both residual terms included."""
@@ -95,15 +97,18 @@ class ReducedData:
         missing = exact - self.receptance(top)
         return band_error(size, self.omega, n_keep, top=top, missing=missing, second=self.second_residual)
 
-    def estimate(self, n_keep: int, top: float) -> float:
-        """Largest relative error of the receptance up to ``top`` (rad/s), as the residuals tell it."""
+    def left_out(self, n_keep: int) -> Truncation:
+        """What the modes leave out, as the residuals tell it."""
         a, second, kept, loads = self.amplitudes, self.second_residual, slice(n_keep), slice(n_keep, None)
-        left_out = Truncation(
+        return Truncation(
             omega=self.omega, mode_shapes=a[kept], static_compliance=self.static[kept, kept],
-            second_residual=second[kept, kept], participation=a[loads],
+            second_residual=second[kept, kept], participation=a[loads].conj(),
             load_response=self.static[kept, loads], second_load_response=second[kept, loads],
         )  # fmt: skip
-        return float(left_out.error(top * np.linspace(0.02, 1.0, 50)).max())
+
+    def estimate(self, n_keep: int, top: float) -> float:
+        """Largest relative error of the receptance up to ``top`` (rad/s)."""
+        return float(self.left_out(n_keep).error(top * np.linspace(0.02, 1.0, 50)).max())
 
 
 class Columns(NamedTuple):
@@ -136,7 +141,7 @@ def stored_data(path: Path, columns: Columns) -> ReducedData | SolvedData | None
         data = ReducedData(
             **{name: arrays[name] for name in _STORED},  # type: ignore[arg-type]
             solver=str(arrays["solver"]),
-            complete=True if str(arrays["complete"]) == "yes" else None,
+            complete={word: answer for answer, word in _ANSWERS.items()}[str(arrays["complete"])],
             error_estimate=None if np.isnan(estimate) else estimate,
             seen_modes=arrays["seen_modes"] if n_seen else None,
             seen_static=arrays["seen_static"] if n_seen else None,
@@ -206,62 +211,81 @@ def compute(
     if iteration is None:
         clock.start("factorisation")
         iteration = _iteration(K, M, solver, dofs, listener, None if probe is None else probe.ordering)
-    clock.start("static solutions")
+    data = written_data(iteration, M, columns, want, probe=probe, stage=clock.start)
+    _require_positive(data)
+    return replace(data, seconds=clock.stop())
+
+
+def written_data(
+    iteration: BlockLanczos,
+    M: Sparse,
+    columns: Columns,
+    want: Accuracy,
+    *,
+    probe: Probe | None = None,
+    stage: Callable[[str], None] = lambda name: None,
+) -> ReducedData:
+    """Modes and residuals written out, of symmetric or Hermitian matrices whose factors ``iteration`` holds."""
+    n_keep = columns.directions.shape[1]
+    B = sparse.csc_array(sparse.hstack([columns.directions, sparse.csc_array(columns.loads)]))
+    stage("static solutions")
     static, second, seen, seen_second = _static_solutions(iteration, M, B, columns)
-    clock.start("modes")
+    stage("modes")
     partial = ReducedData(
         omega=np.empty(0),
         amplitudes=np.empty((B.shape[1], 0)),
-        static=0.5 * (static + static.T),
-        second=0.5 * (second + second.T),
+        static=0.5 * (static + static.conj().T),
+        second=0.5 * (second + second.conj().T),
         residuals=np.empty(0),
         solver=iteration.solver,
         seen_static=seen,
     )
     if want.modes is not None:
-        modes = iteration.modes(min(want.modes, K.shape[0]), last=True)
+        modes = iteration.modes(min(want.modes, iteration.n), last=True)
         data = _with_modes(partial, modes, B)
     elif probe is None:
         data, modes = _grow_by_estimate(iteration, partial, B, n_keep, want)
     else:
         data, modes = _grow(iteration, partial, B, n_keep, want, probe)
     if columns.seen is not None:
-        data = replace(data, seen_modes=np.asarray(columns.seen.T @ modes.shapes))
+        data = replace(data, seen_modes=np.asarray(columns.seen.conj().T @ modes.shapes))
         assert data.seen_modes is not None
         if seen_second is not None:
-            modal = (data.seen_modes[-columns.n_strains :] / data.omega**4) @ data.amplitudes.T
+            modal = (data.seen_modes[-columns.n_strains :] / data.omega**4) @ data.amplitudes.conj().T
             data = replace(data, seen_second=seen_second - modal)
-    _require_positive(data)
-    return replace(data, seconds=clock.stop())
+    return data
 
 
 def _static_solutions(
     iteration: BlockLanczos, M: Sparse, B: Sparse, columns: Columns
-) -> tuple[Array, Array, Array | None, Array | None]:
-    """``B^T U``, ``U^T M U`` for ``U = K^-1 B``, ``U`` at the rows seen and ``K^-1 M U`` at those of strains.
+) -> tuple[AnyArray, AnyArray, AnyArray | None, AnyArray | None]:
+    """``B^H U``, ``U^H M U`` for ``U = K^-1 B``, ``U`` at the rows seen and ``K^-1 M U`` at those of strains.
 
-    Of many columns U is not held: slices of them are solved for once more, ``B^T K^-1 M U``.
+    Of many columns U is not held: slices of them are solved for once more, ``B^H K^-1 M U``.
     """
     rows = columns.seen
     strains = None if rows is None or not columns.n_strains else rows.tocsc()[:, -columns.n_strains :]
+    adjoint = B.conj().T
     held, width = B.shape[1] <= _HELD, _TOGETHER if B.shape[1] <= _HELD else _SLICE
-    U, parts = np.empty(B.shape if held else (0, 0)), list[tuple[Array | None, ...]]()
+    U: AnyArray = np.empty((0, 0))
+    parts = list[tuple[AnyArray | None, ...]]()
     for first in range(0, B.shape[1], width):
         u = iteration.solve(B[:, first : first + width].toarray())
         if held:
+            U = u if u.shape == B.shape else np.empty(B.shape, dtype=u.dtype) if not first else U
             U[:, first : first + width] = u
         V = None if held and strains is None else iteration.solve(np.asfortranarray(M @ u))
         parts.append((
-            B.T @ u,
-            None if held else B.T @ V,
-            None if rows is None else rows.T @ u,
-            None if strains is None else strains.T @ V,
+            adjoint @ u,
+            None if held else adjoint @ V,
+            None if rows is None else rows.conj().T @ u,
+            None if strains is None else strains.conj().T @ V,
         ))  # fmt: skip
     static, second, seen, seen_second = (
         None if each[0] is None else np.hstack(each) for each in zip(*parts, strict=True)
     )
     if held:
-        second = np.hstack([U.T @ (M @ U[:, i : i + width]) for i in range(0, B.shape[1], width)])
+        second = np.hstack([U.conj().T @ (M @ U[:, i : i + width]) for i in range(0, B.shape[1], width)])
     assert static is not None
     assert second is not None
     return static, second, seen, seen_second
@@ -307,16 +331,20 @@ def _grow_by_estimate(
     while n_modes < limit:
         omega, amplitudes = iteration.participations(n_modes, B)
         data = replace(partial, omega=omega, amplitudes=amplitudes)
-        error = data.estimate(n_keep, max(BAND_BY_DEFAULT * data.omega[0], want.reach))
-        if error <= want.relative:
+        if data.estimate(n_keep, reached(omega, want)) <= want.relative:
             break
         n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), limit)
     modes = iteration.modes(n_modes, last=True)
     return _with_modes(partial, modes, B), modes
 
 
+def reached(omega: Array, want: Accuracy) -> float:
+    """Up to which frequency (rad/s) the modes are to serve, where their number is left to the estimate."""
+    return max(BAND_BY_DEFAULT * float(omega[0]), want.reach)
+
+
 def _with_modes(partial: ReducedData, modes: Modes, B: Sparse) -> ReducedData:
-    amplitudes = B.T @ modes.shapes
+    amplitudes = B.conj().T @ modes.shapes
     return replace(
         partial, omega=modes.omega, amplitudes=amplitudes, residuals=modes.residuals, complete=modes.complete
     )

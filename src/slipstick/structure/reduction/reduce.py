@@ -10,9 +10,9 @@ Each mode not taken leaves the error ``a_r a_r^T / omega_r^2 (omega / omega_r)^4
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import Fault, InputError
+from slipstick.faults import warn
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
@@ -31,16 +32,17 @@ from slipstick.structure.reduction.compute import (
     compute,
     direct_receptance,
     modes_below,
+    reached,
     store_path,
     stored_data,
 )
-from slipstick.structure.reduction.request import Damping, as_csr, checked_request, real_matrices
+from slipstick.structure.reduction.request import Accuracy, Damping, as_csr, checked_request, real_matrices
 from slipstick.structure.reduction.solved import SolvedData
 from slipstick.structure.residuals import FullModel
 from slipstick.structure.skin import Skin
 from slipstick.structure.solved_modes import SolvedModes
 from slipstick.structure.strains import StrainPlaces, Strains
-from slipstick.structure.truncation import WARNED_REDUCTION, WorstError, band
+from slipstick.structure.truncation import WARNED_REDUCTION, Truncation, WorstError, band
 from slipstick.typing import Array, FrequencyRange, IntArray, Matrix, Reals, Sparse
 
 
@@ -233,6 +235,9 @@ def reduce_model(
         worst = _worst(structure, request.frequency_range, error)
         _judge(worst, request.force, lambda: modes_below(K, M, worst.needed, solver))
         error = worst.relative if error is None else error
+    else:
+        below = partial(modes_below, K, M, solver=solver)
+        judge_served(structure.truncations(1), structure.omega, want, request.force, below)
     return Reduction(
         structure=structure,
         directions=directions,
@@ -265,11 +270,39 @@ def _worst(structure: ModalStructure, frequency_range: tuple[float, float], meas
     return WorstError(value=error, relative=error, omega=at, last_mode=structure.last_mode, reach=top)
 
 
-def _judge(worst: WorstError, force: bool, count: Callable[[], int | None]) -> None:
+def _judge(worst: WorstError, force: bool, count: Callable[[], int | None], where: str = "") -> None:
     if worst.refused and not force:
-        raise InputError(worst.sentence(count()))
+        raise InputError(Fault(where, worst.sentence(count())) if where else worst.sentence(count()))
     if worst.value > WARNED_REDUCTION:
-        warnings.warn(worst.sentence(), SlipstickWarning, stacklevel=3)
+        warn([f"{where}: {worst.sentence()}" if where else worst.sentence()])
+
+
+def judge_served(
+    left_out: Sequence[Truncation],
+    omega: Array,
+    want: Accuracy,
+    force: bool,
+    below: Callable[[float], int | None],
+    where: str = "",
+) -> None:
+    """Where the number of modes was left to the estimate: whether as many as are allowed serve what they should.
+
+    Bodies and the phases of sectors alike, made or read: up to ``want.reach`` an error above 1e-2 is refused, unless
+    forced, and one above 1e-4 warned of; where nothing is asked, up to ten times the first natural frequency, it is
+    warned of. ``below`` tells how many modes lie below a frequency.
+    """
+    if want.modes is not None or want.highest is not None:
+        return
+    top = reached(omega, want)
+    grid = band(omega, 0.0, top)
+    for each in left_out:
+        errors = each.error(grid)
+        at = int(np.argmax(errors))
+        value = float(errors[at])
+        worst = WorstError(
+            value=value, relative=value, omega=float(grid[at]), last_mode=each.last, reach=top, kind=each.kind
+        )
+        _judge(worst, force or not want.reach, partial(below, worst.needed), where)
 
 
 def estimate_error(

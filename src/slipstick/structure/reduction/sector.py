@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,45 +21,24 @@ from slipstick.solve.linear.lanczos import BlockLanczos, Factors
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.checks import array_faults, checked_names, number_faults, real
 from slipstick.structure.cyclic import NEXT, CyclicStructure, PhaseModes
-from slipstick.structure.reduction.compute import BAND_BY_DEFAULT, MOST_BY_DEFAULT
+from slipstick.structure.reduction.compute import Columns, ReducedData, written_data
 from slipstick.structure.reduction.request import Accuracy
-from slipstick.structure.truncation import Truncation
-from slipstick.typing import AnyArray, Array, ComplexArray, Sparse
+from slipstick.typing import Array, ComplexArray, Sparse
 
 _PARTS = ("omega", "shapes", "static", "second")
-
-
-@dataclass(frozen=True, kw_only=True)
-class PhaseReduction:
-    """Modes of a phase at the directions kept, and how good they are.
-
-    ``second`` is what the modes leave of ``B^H K^-1 M K^-1 B``; ``complete``: whether the inertia proved that no mode
-    is missing (None: the solver does not tell); ``error``: estimated largest relative error of the receptance up to
-    ``reach``; ``residuals`` backward errors of the modes; ``full`` the modes of all degrees of freedom.
-    """
-
-    omega: Array
-    shapes: ComplexArray
-    static: ComplexArray
-    second: ComplexArray
-    complete: bool | None
-    error: float
-    residuals: Array
-    solver: str
-    full: AnyArray
 
 
 def reduce_phase(
     K: Sparse,
     M: Sparse,
-    B: Sparse,
+    columns: Columns,
     want: Accuracy,
     factors: Factors,
     *,
     listener: StageListener | None = None,
     where: str = "this phase",
-) -> PhaseReduction:
-    """Reduce symmetric or Hermitian sparse K, M (n, n), of which there are factors, to directions B (n, n_keep).
+) -> ReducedData:
+    """Reduce symmetric or Hermitian sparse K, M (n, n), of which there are factors, to the directions of ``columns``.
 
     Raises
     ------
@@ -77,50 +55,10 @@ def reduce_phase(
     if iteration.inertia is not None and iteration.inertia.negative:
         count = f"the stiffness has {iteration.inertia.negative} negative eigenvalues for {where}"
         raise InputError(Fault("model", count, remedy="check material, speed and prestress"))
-    U = iteration.solve(B.toarray())
-    static, second = np.asarray(B.conj().T @ U), U.conj().T @ (M @ U)
-    static, second = 0.5 * (static + static.conj().T), 0.5 * (second + second.conj().T)
-    most = min(want.modes or MOST_BY_DEFAULT, iteration.n)
-    n_modes = most if want.modes is not None else min(16, most)
-    while want.modes is None and n_modes < most:
-        omega, a = iteration.participations(n_modes, B)
-        if _error(omega, a, static, second, want) <= want.relative:
-            break
-        n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), most)
-    modes = iteration.modes(n_modes)
-    if not np.all(modes.omega > 0.0):
+    data = written_data(iteration, M, columns, want)
+    if not np.all(data.omega > 0.0):
         raise InputError(Fault("model", f"a mode has no stiffness for {where}", remedy="hold the disc"))
-    a = np.asarray(B.conj().T @ modes.shapes)
-    return PhaseReduction(
-        omega=modes.omega, shapes=a.astype(complex), static=static.astype(complex),
-        second=_left(modes.omega, a, second).astype(complex), complete=modes.complete,
-        error=_error(modes.omega, a, static, second, want), residuals=modes.residuals, solver=modes.solver,
-        full=modes.shapes,
-    )  # fmt: skip
-
-
-def _left(omega: Array, a: AnyArray, second: AnyArray) -> AnyArray:
-    rest = second - (a / omega**4) @ a.conj().T
-    return np.asarray(0.5 * (rest + rest.conj().T))
-
-
-def _error(omega: Array, a: AnyArray, static: AnyArray, second: AnyArray, want: Accuracy) -> float:
-    """Estimated largest relative error (THEORY.md (10.3)) up to the highest frequency wanted."""
-    left_out = truncation(omega, a, static, _left(omega, a, second))
-    top = max(BAND_BY_DEFAULT * float(omega[0]), want.reach)
-    return float(left_out.error(top * np.linspace(0.02, 1.0, 50)).max())
-
-
-def truncation(omega: Array, a: AnyArray, static: AnyArray, second: AnyArray) -> Truncation:
-    """The estimate for Hermitian terms, by the real ones of twice the size that have the same norms."""
-    return Truncation(
-        omega=np.concatenate([omega, omega]), mode_shapes=_doubled(a), static_compliance=_doubled(static),
-        second_residual=_doubled(second),
-    )  # fmt: skip
-
-
-def _doubled(A: AnyArray) -> Array:
-    return np.block([[A.real, -A.imag], [A.imag, A.real]])
+    return data
 
 
 class SectorModes(CyclicStructure):
@@ -158,7 +96,7 @@ class SectorModes(CyclicStructure):
         loss_factor: float = 0.0,
         damping_ratio: float = 0.0,
         damping: float = 1.0,
-        compute: Callable[[int], PhaseReduction] | None = None,
+        compute: Callable[[int], ReducedData] | None = None,
     ) -> None:
         self.dofs, faults = checked_names(dofs)
         self.sectors = whole("sectors", sectors, 2, 1000)
@@ -212,8 +150,12 @@ class SectorModes(CyclicStructure):
             found = ", ".join(map(str, sorted(self._by_phase))) or "none"
             statement = f"the modes of nodal diameter {k} are not stored with this sector (those of {found} are)"
             raise InputError(Fault("phases", statement, remedy="reduce the finite element model again"))
-        made = self._compute(k)
-        return self._damped(omega=made.omega, shapes=made.shapes, static=made.static, second=made.second)
+        return self._made(self._compute(k))
+
+    def _made(self, data: ReducedData) -> PhaseModes:
+        parts = (data.amplitudes, data.static, data.second_residual)
+        shapes, static, second = (np.asarray(part, dtype=complex) for part in parts)
+        return self._damped(omega=data.omega, shapes=shapes, static=static, second=second)
 
     @property
     def passive(self) -> bool:
@@ -240,13 +182,10 @@ class SectorModes(CyclicStructure):
             "loss_factor": self.loss_factor, "damping_ratio": self.damping_ratio, "damping": self.damping,
         }  # fmt: skip
 
-    def with_blades(self, phases: Mapping[int, PhaseReduction], blade: Mapping[int, ComplexArray]) -> SectorModes:
+    def with_blades(self, phases: Mapping[int, ReducedData], blade: Mapping[int, ComplexArray]) -> SectorModes:
         """A copy with the modes of phases, and the motion of the blade by them, of all 0 to N/2."""
         new = copy(self)
-        new._by_phase = {
-            k: self._damped(omega=made.omega, shapes=made.shapes, static=made.static, second=made.second)
-            for k, made in phases.items()
-        }
+        new._by_phase = {k: self._made(data) for k, data in phases.items()}
         new._blade = dict(blade)
         return new
 
@@ -264,9 +203,8 @@ class SectorModes(CyclicStructure):
 
     def reduction_error(self, nodal_diameter: int, frequency: ArrayLike) -> Array:
         """Relative error of the receptance of a nodal diameter by the modes left out, estimated, undamped."""
-        modes = self.phase_modes(whole("nodal_diameter", nodal_diameter, 0, self.sectors // 2))
-        assert modes.second is not None
-        return truncation(modes.omega, modes.shapes, modes.static, modes.second).error(frequency)
+        (left_out,) = self.truncations(whole("nodal_diameter", nodal_diameter, 0, self.sectors // 2))
+        return left_out.error(frequency)
 
     def changed(self, **values: float) -> SectorModes:
         """A copy with another ``loss_factor`` or factor ``damping``; phases computed later are shared."""
