@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -67,7 +66,7 @@ class Balance:
         """The same with some of the harmonics; the structure is not projected again."""
         narrow = copy(self)
         narrow.linear_known = None
-        narrow._take(replace(self.problem, harmonics=harmonics, told=None))
+        narrow._take(self.problem.narrowed(harmonics))
         if self.springs is None:
             narrow.backend = backend_of(self._asked, self.receptance, narrow.size)
         return narrow

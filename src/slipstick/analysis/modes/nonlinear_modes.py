@@ -234,7 +234,7 @@ def motion_faults(problem: Problem) -> list[Fault]:
     ]
     if 1 not in problem.harmonics.orders:
         faults.append(Fault("harmonics", "a mode vibrates in harmonic 1, which is not kept", remedy="keep it"))
-    if any(load.motion is not None for load in problem.loads):
+    if any(load.motion is not None and (load.cos or load.sin) for load in problem.loads):
         faults.append(Fault("loads", "a support moves or an unbalance turns", remedy=_ALONE))
     return faults
 
