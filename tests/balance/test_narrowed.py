@@ -54,7 +54,7 @@ def test_loads_and_motions_on_harmonics_left_out_are_dropped() -> None:
     narrow = balance.narrowed(Harmonics([0, 2]))
     assert [load.harmonic for load in narrow.problem.loads] == [0]
     assert narrow.problem.contacts[0].rubbing.orders == (2,)
-    assert narrow.problem.inputs.P == pytest.approx(problem.inputs.P[:, [0, 3, 4]])
+    assert pytest.approx(problem.inputs.P[:, [0, 3, 4]]) == narrow.problem.inputs.P
     assert narrow.n_loads == balance.n_loads == len(narrow.problem.load_columns.places)
 
 

@@ -67,14 +67,15 @@ def problem_warnings(
     sentences += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
     if static is None and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
         static = _static(problem)
-    if static is not None:
+    held = problem.support is None  # else there is no static stiffness, and contacts make the first frequencies
+    if static is not None and held:
         sentences += _proportion_warnings(problem, static)
     if len(omega) and static is not None:
         low, high = float(min(omega)), float(max(omega))
         natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
         sentences += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
         sentences += [*reduction_warnings(problem, omega)]
-        sentences += _unit_warnings(problem, natural, low, high, static)
+        sentences += _unit_warnings(problem, natural, low, high, static) if held else ()
     return few_alike(sentences)
 
 
@@ -95,7 +96,7 @@ def _static(problem: Problem) -> Any:
     if not problem.contacts:
         return np.zeros((0, 0))
     ports = problem.direction_matrix(problem.port_directions)
-    return problem.load_columns.receptance(problem.structure, ports, ports).static
+    return problem.load_columns.receptance(problem.standing, ports, ports).static
 
 
 def _may_feed(problem: Problem) -> bool:
@@ -271,7 +272,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
         dofs = [load.dof for load in problem.loads if load.dof is not None]
         rows = problem.direction_matrix({dof: 1.0} for dof in (*dofs, *problem.structure.dofs)[:1])
     at = 0.5 * natural[0] if natural.size else omega
-    value, _ = problem.structure.project(rows, rows).at(np.ones(1), at)
+    value, _ = problem.standing.project(rows, rows).at(np.ones(1), at)
     if np.all(lossless(value, _UNDAMPED)):
         yield (
             "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "

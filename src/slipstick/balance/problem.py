@@ -21,6 +21,7 @@ from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Parts, Target, changed, parameter_target
 from slipstick.balance.states import pairs_at_start
+from slipstick.balance.support import Support, support_of
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
@@ -193,6 +194,16 @@ class Problem:
     def orders(self) -> tuple[int, int]:
         """Harmonics of the fundamental frequency on which excitation and rubbing motion sit [THEORY.md (1.2)]."""
         return common_period(*self.period_ratio)
+
+    @cached_property
+    def support(self) -> Support | None:
+        """What holds a structure in harmonic 0 whose stiffness is singular; None where it is held by itself."""
+        return support_of(self)
+
+    @property
+    def standing(self) -> Structure:
+        """The structure as its contacts hold it in harmonic 0."""
+        return self.structure if self.support is None else self.support.structure
 
     @property
     def load_order(self) -> int:

@@ -157,7 +157,12 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
     push = np.concatenate([-c, P])
     receptance = written(balance.receptance)
     static = receptance.static
-    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ stiffness, static @ push[:, 0])
+    still = stiffness if balance.leaning is None else stiffness - np.diag(balance.leaning)
+    if balance.adrift(stiffness):
+        raise InputError(
+            Fault("state", "nothing holds the structure in harmonic 0", remedy="take ss.models.free_structure")
+        )
+    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ still, static @ push[:, 0])
     if balance.orders.size:
         A = receptance.at(balance.orders, w)[0]
         hat = (push[:, 1::2] - 1j * push[:, 2::2]).T[:, :, None]
