@@ -14,6 +14,7 @@ from slipstick.balance.contacts import same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.faults import few_alike
+from slipstick.quantities import WithUnit
 from slipstick.structure.residuals import load_compliance, own_compliance
 from slipstick.typing import Array
 
@@ -46,7 +47,8 @@ def problem_warnings(
     Parameters
     ----------
     omega
-        The ends of the frequency range, rad/s; without, only what is known without a range.
+        The ends of the frequency range, rad/s; without, only what is known without a range. Of those written with their
+        unit (``WithUnit``) it is not asked whether that was meant.
     static
         Static compliance from contact ports, loaded dofs and load shapes to the contact ports, (n_ports, n_columns),
         where it is known (``Balance.receptance.static``).
@@ -75,7 +77,8 @@ def problem_warnings(
         natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
         sentences += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
         sentences += [*reduction_warnings(problem, omega)]
-        sentences += _unit_warnings(problem, natural, low, high, static) if held else ()
+        if held and not all(isinstance(end, WithUnit) for end in omega):
+            sentences += _unit_warnings(problem, natural, low, high, static)
     return few_alike(sentences)
 
 

@@ -292,7 +292,7 @@ class MatrixStructure:
 
         Of a structure that turns at a fixed speed those of whirl in both senses; tied to the response's frequency those
         at which it is in resonance (critical speeds times the engine order); of a large sparse one those at rest.
-        Rigid-body motions, whose frequency is zero, are left out.
+        Rigid-body motions, whose frequency is zero, are left out. Those of ``ss.models.campbell`` are damped.
         """
         return self._natural_frequencies
 

@@ -107,7 +107,7 @@ def _structure(case: Case, problem: Problem) -> None:
     say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
     ratios = np.asarray(getattr(structure, "damping_ratios", ()))
-    say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
+    say(f"undamped natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
     for number, omega in enumerate(frequencies[:_LISTED], start=1):
         damped = f", damping ratio {ratios[number - 1]:.3g}" if ratios.size else ""
         say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")
