@@ -73,9 +73,9 @@ def campbell(
     xarray.Dataset
         ``frequency`` (rad/s, damped: imaginary part of the pole), ``damping_ratio`` and ``whirl`` over ``speed`` and
         ``mode``, which counts frequencies at the highest speed; over ``crossing`` in ascending speed:
-        ``crossing_speed``, ``crossing_frequency`` (rad/s), ``crossing_order``, ``crossing_mode``, ``crossing_whirl``. Whirl is 1 forwards,
-        -1 backwards, 0 along a line or unknown: it is the sense of the orbits that dofs named alike but for x and y
-        make, summed over their areas.
+        ``crossing_speed``, ``crossing_frequency`` (rad/s), ``crossing_order``, ``crossing_mode``, ``crossing_whirl``.
+        Whirl is 1 forwards, -1 backwards, 0 along a line or unknown: it is the sense of the orbits that dofs named
+        alike but for x and y make, summed over their areas.
 
     Raises
     ------

@@ -407,8 +407,19 @@ class MatrixStructure:
                 return None
         return found
 
-    def by_modes(self) -> ModalStructure:
-        """The same by all of its modes; InputError where these do not exist, or are too many."""
+    @property
+    def modal_viscous(self) -> Array | None:
+        """Viscous damping between the modes (n, n), factor ``damping`` included; None where it couples none of them."""
+        if self._modal_damping is not None:
+            return None
+        modes = self._modes[1]
+        return np.asarray(self.damping * (modes.T @ self._viscous @ modes))
+
+    def by_modes(self, *, alone: bool = False) -> ModalStructure:
+        """The same by all of its modes; InputError where these do not exist, or are too many.
+
+        ``alone``: where viscous damping couples them each has its own part of it, and ``modal_viscous`` has all.
+        """
         if not self._dense:
             raise InputError(f"the structure has {len(self._dofs)} dofs, too many for all of its modes: reduce it")
         if not self._classical:
@@ -416,8 +427,11 @@ class MatrixStructure:
                 "the structure has unsymmetric matrices (gyroscopic, circulatory, or as C or K were given), whose "
                 "modes are complex: what goes by real modes is not for it"
             )
-        if self._modal_damping is None:
-            raise InputError("the viscous damping couples the modes: give damping ratios of the modes instead")
+        if self._modal_damping is None and not alone:
+            raise InputError(
+                "the viscous damping couples the modes: give the structure as ss.ModalStructure, with a damping_ratio "
+                "of each mode, or C as a sum of M and K"
+            )
         if not self.held:
             raise InputError(
                 Fault(
@@ -427,14 +441,16 @@ class MatrixStructure:
                 )
             )
         squared, modes = self._modes
-        omega = np.sqrt(squared)
+        omega, damping = np.sqrt(squared), self._modal_damping
+        if damping is None:
+            damping = np.einsum("ir,ir->r", modes, self._viscous @ modes)
         shapes = {
             name: LoadShape(participation=modes.T @ load, static_response=self._static_solve(load))
             for name, load in self._shapes.items()
         }
         return ModalStructure(
             omega=omega, mode_shapes=modes, dofs=self._dofs, static_compliance=self._static_solve(np.eye(omega.size)),
-            loss_factor=self.loss_factor, damping_ratio=self._modal_damping / (2.0 * omega), load_shapes=shapes,
+            loss_factor=self.loss_factor, damping_ratio=damping / (2.0 * omega), load_shapes=shapes,
             damping=self.damping,
         )  # fmt: skip
 
