@@ -5,8 +5,8 @@ target mode is split off in harmonic 1, where its motion is prescribed; it is on
 
 Viscous damping may couple the modes: ``D = modes^T C modes``. What the others do to the target is then eliminated.
 With ``Z = diag(w_r^2 (1 + i eta_r) - w^2) + i w (D - xi)``, the target r and the others o, these move by ``-v`` times
-the target, ``v = Z_oo^-1 Z_or``. So it moves as ``phi_r - phi_o v``, by which forces act on it too, and answers with the
-stiffness ``Z_rr - Z_ro v``.
+the target, ``v = Z_oo^-1 Z_or``. So it moves as ``phi_r - phi_o v``, by which forces act on it too, and answers with
+the stiffness ``Z_rr - Z_ro v``.
 """
 
 from __future__ import annotations
