@@ -67,17 +67,18 @@ def problem_warnings(
         *_sum_warnings(problem),
     ]
     sentences += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
-    if static is None and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
+    # without hold there is no static stiffness, and contacts make the first frequencies
+    held = getattr(problem.structure, "held", True)
+    if static is None and held and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
         static = _static(problem)
-    held = problem.support is None  # else there is no static stiffness, and contacts make the first frequencies
     if static is not None and held:
         sentences += _proportion_warnings(problem, static)
-    if len(omega) and static is not None:
+    if len(omega) and (static is not None or not held):
         low, high = float(min(omega)), float(max(omega))
         natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
         sentences += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
         sentences += [*reduction_warnings(problem, omega)]
-        if held and not all(isinstance(end, WithUnit) for end in omega):
+        if static is not None and held and not all(isinstance(end, WithUnit) for end in omega):
             sentences += _unit_warnings(problem, natural, low, high, static)
     return few_alike(sentences)
 

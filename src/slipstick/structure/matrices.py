@@ -204,6 +204,8 @@ class MatrixStructure:
         _, held, turned = np.linalg.svd(np.sqrt(springs / square)[:, None] * seen)
         rank = int(np.count_nonzero(held > 1e-6))
         free = R @ turned[rank:].T
+        if free.shape[1] and self._circulates:
+            raise InputError(NOTHING_HOLDS)  # what is in balance is not told by the motion alone
         inertia = self.M @ free
         new = copy(self)
         new.__dict__.pop("_static_factors", None)
