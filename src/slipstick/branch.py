@@ -465,14 +465,22 @@ class Branch:
             value of what the branch follows; ``peak_amplitude`` and ``peak_omega`` (``peak_parameter``) over
             (parameter, peak), where ``peak`` numbers the points that are located peaks of the dof.
 
-            Derivatives are nan where a state is born, those of a peak where it is a corner of the curve, and those by
-            the velocity of an opposing surface at rest where its contact is stuck all period: the mean force jumps.
+            ``amplitude`` is nan where extremes are equal and part with the parameter, as by the velocity of an opposing
+            surface at rest: ``amplitude_above`` and ``amplitude_below`` are the derivatives where the parameter grows
+            and where it falls, elsewhere equal to it. All are nan where a state is born, those of a peak where it is a
+            corner of the curve; those by the velocity of an opposing surface at rest where its contact is stuck all
+            period (the mean force jumps); by ``kt`` at 0; and by what moves the sides of a contact that just touches.
 
         Raises
         ------
         InputError
             For an unknown name, a parameter that follows the temperature by its table, and where the problem is not
             known.
+
+        Warns
+        -----
+        SlipstickWarning
+            For each parameter by which there is no derivative at some points, with the reason.
 
         Examples
         --------

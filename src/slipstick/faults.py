@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from slipstick.errors import Fault, InputError, SlipstickWarning, Where
-from slipstick.quantities import frequency_unit, read_frequency, unit_of_time_fault
+from slipstick.quantities import WithUnit, frequency_unit, read_frequency, unit_of_time_fault
 
 if TYPE_CHECKING:
     import numpy as np
@@ -148,7 +148,7 @@ def number(name: Name, value: object, expected: str = "a finite number", *, abov
     scalar = _scalar(value)
     if isinstance(scalar, Real) and not isinstance(scalar, bool):
         try:
-            result = float(scalar)
+            result = scalar if isinstance(scalar, WithUnit) else float(scalar)
         except (OverflowError, ValueError):
             result = float("inf")
         if 0.0 < abs(result) < SMALLEST:

@@ -24,6 +24,10 @@ HIGHEST_HARMONIC = 10_000
 MOST_HARMONICS = 500
 
 
+class WithUnit(float):
+    """A number that was written with its unit: whether that was meant need not be asked."""
+
+
 def read_frequency(value: object) -> float:
     """A frequency in rad/s from a number (rad/s) or a text with its unit: Hz, kHz, rpm or rad/s.
 
@@ -78,6 +82,7 @@ def _unexpected(expected: str) -> InputError:
 
 
 def _quantity(value: object, factors: dict[str, float], expected: str) -> float:
+    written = isinstance(value, str | WithUnit)
     if isinstance(value, int | float) and not isinstance(value, bool):
         number, factor = float(value), 1.0
     else:
@@ -88,7 +93,7 @@ def _quantity(value: object, factors: dict[str, float], expected: str) -> float:
         number, factor = float(match[1]), known
     if not math.isfinite(number * factor):
         raise _unexpected(f"a finite number: {expected}")
-    return number * factor
+    return WithUnit(number * factor) if written else number * factor
 
 
 def harmonic_orders(value: object) -> list[int]:

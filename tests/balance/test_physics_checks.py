@@ -105,6 +105,23 @@ SUSPICIOUS: list[tuple[Callable[[], Any], str]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.parametrize("compute", [
+    lambda low, high: ss.forced_response(problem(), omega=(low, high), options=SHORT),
+    lambda low, high: ss.linear_response(free(), omega=[low, high]),
+    lambda low, high: ss.linear_response(free(), omega=low),
+    lambda low, high: ss.steady_response(problem(), omega=[low, high]),
+    lambda low, high: ss.parameter_response(problem(), "damper.mu", (0.2, 0.3), omega=low, options=SHORT),
+])  # fmt: skip
+def test_what_was_said_in_a_unit_is_not_asked_about(compute: Callable[[Any, Any], Any]) -> None:
+    """6.3 rad/s is the natural frequency: 0.5 to 2 would hold it in Hz, 30 to 60 rad/s hold 2 pi times it."""
+    questions = ("meant in Hz", "applied twice")
+    for low, high in (("0.0796 Hz", "0.3183 Hz"), ("5 Hz", "9.5 Hz"), ("1 rpm", "3 rpm")):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            compute(low, high)
+        assert not [w for w in caught if any(words in str(w.message) for words in questions)]
+
+
 def free(C: float | None = 0.4) -> ss.Problem:
     return one_mass(C=C, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
 

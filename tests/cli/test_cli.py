@@ -401,6 +401,15 @@ def test_what_looks_wrong_is_a_warning(tmp_path: Path, old: str, new: str, words
     assert any(line.startswith("warning: ") and words in line for line in told(result).splitlines())
 
 
+@pytest.mark.parametrize("verb", ["run", "check"])
+def test_hertz_that_were_said_are_not_asked_about(tmp_path: Path, verb: str) -> None:
+    options = ["-o", tmp_path / "out", "--no-figures"] if verb == "run" else []
+    stated = 'from = "0.127 Hz"\nto = "0.19 Hz"'
+    result = slipstick(verb, case(tmp_path, GOOD.replace("from = 4.0\nto = 8.0", stated)), *options)
+    assert result.exit_code == 0, result.output
+    assert "meant in Hz" not in result.output
+
+
 def test_warnings_are_kept_in_the_results(tmp_path: Path) -> None:
     path = case(tmp_path, GOOD.replace("mu = 0.3", "mu = 3.0").replace("to = 8.0", "to = 8.0\nmax_points = 2"))
     result = slipstick("run", path, "-o", tmp_path / "out", "--no-figures")

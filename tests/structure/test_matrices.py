@@ -188,11 +188,30 @@ def test_disparate_units_are_not_mistaken_for_singular():
 FREE = np.array([[1.0, -1.0], [-1.0, 1.0]])
 
 
+@pytest.mark.parametrize("K", [FREE, np.diag([1.0, 0.0]), np.zeros((2, 2))])
+def test_a_body_that_is_not_held(K, monkeypatch):
+    """Its contacts may hold it; by itself, and with more dofs than dense matrices take, free_structure is named."""
+    structure = MatrixStructure(M=np.eye(2), K=K, dofs=["a", "b"])
+    assert not structure.held
+    assert MatrixStructure(M=np.eye(2), K=2.0 * np.eye(2), dofs=["a", "b"]).held
+    with pytest.raises(InputError, match=r"ss\.models\.free_structure"):
+        structure.project(np.eye(2), np.eye(2))
+    monkeypatch.setattr(matrices, "DENSE_LIMIT", 1)
+    with pytest.raises(InputError, match=r"stiffness matrix is singular.*ss\.models\.free_structure"):
+        MatrixStructure(M=csc_array(np.eye(2)), K=csc_array(K), dofs=["a", "b"])
+
+
 @pytest.mark.parametrize(
     "change, words",
     [
-        ({"K": FREE}, "grounded structure is required"),
-        ({"K": np.diag([1.0, 0.0])}, "grounded structure is required"),
+        (
+            {
+                "K": np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 2.0], [0.0, 2.0, 1.0]]),
+                "M": np.eye(3),
+                "dofs": ["a", "b", "c"],
+            },
+            "K: the stiffness matrix is not positive definite",
+        ),
         ({"K": np.diag([1.0, -1.0])}, "K: the stiffness matrix is not positive definite"),
         ({"M": np.diag([1.0, 0.0])}, "mass matrix is not positive definite"),
         ({"M": np.array([[1.0, 2.0], [2.0, 1.0]])}, "mass matrix is not positive definite"),

@@ -59,3 +59,36 @@ def test_it_is_a_structure_without_equations_in_time():
     assert held.changed(xi=0.2).values == {XI: 0.2}
     with pytest.raises(ss.InputError, match="has no equations in time"):
         held.time_equations(np.eye(3), np.eye(3))
+
+
+def test_modes_that_damping_couples():
+    """Of uncoupled damping it is the same structure; else the equations of the modes, and central differences."""
+    own, held = setting()
+    shapes = own.mode_shapes
+    plain = ss.ModalStructure(
+        omega=own.omega, mode_shapes=own.mode_shapes, static_compliance=(shapes / own.omega**2) @ shapes.T,
+        dofs=own.dofs, loss_factor=0.02, damping_ratio=own.damping_ratio,
+    )  # fmt: skip
+    viscous = np.diag(2.0 * own.damping_ratio * own.omega)
+    alone, together = (
+        PrescribedMode(plain, 1, held.scale, *more).project(np.eye(3), np.eye(3), [MODE]).changed(xi=0.3)
+        for more in ((), (viscous,))
+    )
+    for first, other in zip(alone.at(ORDERS, 4.0), together.at(ORDERS, 4.0), strict=True):
+        assert np.allclose(other, first, rtol=1e-10, atol=1e-13)
+    assert np.allclose(together.by_parameter(XI, ORDERS, 4.0), alone.by_parameter(XI, ORDERS, 4.0), rtol=1e-10)
+    assert np.allclose(together.static, alone.static)
+
+    b = np.random.default_rng(4).standard_normal((4, 2))
+    viscous = viscous + 0.1 * b @ b.T
+    receptance = PrescribedMode(plain, 1, held.scale, viscous).project(np.eye(3), np.eye(3), [MODE]).changed(xi=0.3)
+    value, slope = receptance.at(ORDERS, 4.0)
+    assert np.allclose(slope, difference(lambda w: receptance.at(ORDERS, w)[0], 4.0, 1e-3), rtol=1e-7, atol=1e-9)
+    by_xi = difference(lambda xi: receptance.changed(xi=xi).at(ORDERS, 4.0)[0], 0.3, 1e-3)
+    assert np.allclose(receptance.by_parameter(XI, ORDERS, 4.0), by_xi, rtol=1e-7, atol=1e-9)
+    stiffness = plain.omega**2 * (1.0 + 0.02j)
+    Z = [np.diag(stiffness - w**2) + 1j * w * (viscous - 0.3 * np.eye(4)) for w in (4.0, 8.0)]
+    assert np.allclose(value[1, :, :3], shapes @ np.linalg.inv(Z[1]) @ shapes.T, rtol=1e-10)
+    force = np.array([0.0, 1.0, 0.0, 0.0])  # the mode held at 1 by a force on it
+    q = np.linalg.solve(Z[0], force)
+    assert np.allclose(value[0, :, 3], shapes @ (q / q[1]) / held.scale, rtol=1e-10)

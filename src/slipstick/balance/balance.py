@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,9 @@ from slipstick.typing import Array, ComplexArray
 
 _UNDAMPED = 1e-5
 """Imaginary part of a receptance over itself, below which there is as good as no damping."""
+
+_ADRIFT = 1e12
+"""Condition number of harmonic 0 above which nothing holds the structure."""
 
 
 class Pulse:
@@ -51,6 +53,8 @@ class Balance:
         Of it and of those made from it.
     springs
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
+    leaning
+        Reference springs in harmonic 0 of a structure that its contacts alone hold (n_ports,), or None.
     linear_known
         The linear motions asked for last, see ``balance.scaling.motions_at``.
     """
@@ -63,6 +67,7 @@ class Balance:
         self.receptance = self.rows_to(self.directions)
         self._asked, self.backend = backend, backend_of(backend, self.receptance, self.size)
         self.springs: Array | None = None
+        self.leaning = None if problem.support is None else problem.support.springs
         self.linear_known: tuple[tuple[Any, ...], float, dict[str, Array]] | None = None
 
     def _take(self, problem: Problem) -> None:
@@ -75,7 +80,7 @@ class Balance:
         """The same with some of the harmonics; the structure is not projected again."""
         narrow = copy(self)
         narrow.linear_known = None
-        narrow._take(replace(self.problem, harmonics=harmonics, told=None))
+        narrow._take(self.problem.narrowed(harmonics))
         if self.springs is None:
             narrow.backend = backend_of(self._asked, self.receptance, narrow.size)
         return narrow
@@ -110,7 +115,7 @@ class Balance:
 
     def rows_to(self, rows: Array) -> Receptance:
         """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
-        return self.problem.load_columns.receptance(self.problem.structure, rows, self.directions)
+        return self.problem.load_columns.receptance(self.problem.standing, rows, self.directions)
 
     def anchor_if_undamped(self, omega: float) -> None:
         """Write the balance with springs ``i k`` on both sides where the structure has next to no damping.
@@ -149,11 +154,39 @@ class Balance:
         return compliance
 
     def anchoring(self, x: Array, G: ComplexArray) -> None:
-        """Take the force of the springs ``i k`` at unknowns (N,) off the forces on all columns."""
+        """Take the force of the springs at unknowns (N,) off the forces on all columns."""
+        self.lean(x, G)
+        self.anchor(x, G)
+
+    def anchor(self, x: Array, G: ComplexArray) -> None:
+        """The same of the springs ``i k`` alone."""
         if self.springs is not None:
             X = np.zeros((self.n_ports, 2 * self.orders.size + 2))
             X[:, 2:] = x.reshape(self.n_ports, -1)[:, 1:]
             G[: self.n_ports] += 1j * self.springs[:, None] * X.view(complex)
+
+    def lean(self, x: Array, G: ComplexArray) -> None:
+        """Take the force of the reference springs in harmonic 0 at unknowns (N,) off the forces on all columns."""
+        if self.leaning is not None:
+            G[: self.n_ports, 0] -= self.leaning * x.reshape(self.n_ports, self.L)[:, 0]
+
+    def adrift(self, tangents: Tangents | Array) -> bool:
+        """Whether contacts leave the structure without hold in harmonic 0, though nothing else holds it.
+
+        By their tangents by batch, or their stiffness (n_ports, n_ports).
+        """
+        if self.leaning is None:
+            return False
+        K = -np.diag(self.leaning)
+        if isinstance(tangents, np.ndarray):
+            K += tangents
+        else:
+            for batch, by_ports in zip(self.batches, tangents, strict=True):
+                for pair, tangent in by_ports.items():
+                    members, felt, moving = batch.couplings[pair]
+                    np.add.at(K, (felt, moving), tangent[members, 0, 0])
+        still = np.eye(self.n_ports) + self.receptance.static[:, : self.n_ports] @ K
+        return not np.linalg.cond(still) < _ADRIFT
 
     def moved_by(self, forces: Forces, P: Array, compliance: AnyCompliance) -> Array:
         """``A (F - P)`` (N,)."""

@@ -23,10 +23,10 @@ _MANY = 2**18
 def forces_together(balance: Balance) -> bool:
     """Whether forces and residuals at motions of a balance can be computed together.
 
-    Not with contact states, which depend on the neighbouring solution, and not with springs, which are those of one
-    frequency.
+    Not with contact states, which depend on the neighbouring solution, and not with springs, whose forces go with the
+    motion.
     """
-    return not balance.states and balance.springs is None
+    return not balance.states and balance.springs is None and balance.leaning is None
 
 
 def evaluated_together(balance: Balance) -> bool:

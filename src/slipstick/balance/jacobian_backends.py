@@ -94,7 +94,7 @@ def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states:
     N, add = balance.size, sums().add_products
     out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
     for k, by_ports in enumerate(tangents):
-        tangents_here = by_ports if balance.springs is None else _anchored(balance, balance.springs, k, by_ports)
+        tangents_here = _anchored(balance, k, by_ports)
         for pair, tangent in tangents_here.items():
             members, felt, moving = balance.batches[k].couplings[pair]
             if members.size:
@@ -105,16 +105,23 @@ def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states:
 
 
 def _anchored(
-    balance: Balance, k: Array, number: int, tangents: Mapping[tuple[int, int], Array]
-) -> dict[tuple[int, int], Array]:
-    """Tangents of one batch less the springs ``i k``."""
+    balance: Balance, number: int, tangents: Mapping[tuple[int, int], Array]
+) -> Mapping[tuple[int, int], Array]:
+    """Tangents of one batch less the springs of the balance: ``i k``, and those that hold it in harmonic 0."""
+    k, leaning = balance.springs, balance.leaning
+    if k is None and leaning is None:
+        return tangents
     batch, anchored = balance.batches[number], dict(tangents)
     sine, cosine = np.arange(2, balance.L, 2), np.arange(1, balance.L, 2)
     for i, port in enumerate(batch.ports):
         turned = np.zeros((batch.count, balance.L, balance.L))
-        members, springs = np.arange(batch.count)[port.members], k[port.rows]
-        turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
-        turned[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
+        members = np.arange(batch.count)[port.members]
+        if leaning is not None:
+            turned[members, 0, 0] = -leaning[port.rows]
+        if k is not None:
+            springs = k[port.rows]
+            turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
+            turned[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
         add_to(anchored, (i, i), turned)
     return anchored
 

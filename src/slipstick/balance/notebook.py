@@ -24,7 +24,7 @@ def _rows(problem: Problem) -> Iterator[tuple[str, object]]:
     yield "structure", f"{type(structure).__name__}, {len(structure.dofs)} dofs: {some(structure.dofs)}"
     natural = np.asarray(structure.natural_frequencies, dtype=float)
     if natural.size:
-        yield "natural frequencies", f"{some((f'{w:.5g}' for w in natural), 4)} {units.angular}"
+        yield "undamped natural frequencies", f"{some((f'{w:.5g}' for w in natural), 4)} {units.angular}"
     for pair in problem.contacts[:1]:
         kinds = dict.fromkeys(type(each.contact).__name__ for each in problem.contacts)
         yield "contacts", f"{some(problem.elements)} ({some(kinds)}); first: {_numbers(pair)}"

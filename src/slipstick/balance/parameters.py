@@ -231,8 +231,7 @@ def parameter_path(problem: Problem, name: str) -> Path:
 
 
 def _factor(problem: Problem, base: Inputs, name: str, parameters: Mapping[int, Mapping[str, str]]) -> Line:
-    change: dict[str, Any] = {name: 1.0, "told": None}
-    unit = replace(problem, **change).inputs
+    unit = problem.copied(**{name: 1.0}, told=None).inputs
     touched = {(b, by_name[name]) for b, by_name in parameters.items() if name in by_name}
     if name == "load":
         return Line(replace(base, P=np.zeros_like(base.P)), replace(base.scaled(0.0), P=unit.P))

@@ -14,6 +14,7 @@ from slipstick.balance.contacts import same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.faults import few_alike
+from slipstick.quantities import WithUnit
 from slipstick.structure.residuals import load_compliance, own_compliance
 from slipstick.typing import Array
 
@@ -46,7 +47,8 @@ def problem_warnings(
     Parameters
     ----------
     omega
-        The ends of the frequency range, rad/s; without, only what is known without a range.
+        The ends of the frequency range, rad/s; without, only what is known without a range. Of those written with their
+        unit (``WithUnit``) it is not asked whether that was meant.
     static
         Static compliance from contact ports, loaded dofs and load shapes to the contact ports, (n_ports, n_columns),
         where it is known (``Balance.receptance.static``).
@@ -65,16 +67,19 @@ def problem_warnings(
         *_sum_warnings(problem),
     ]
     sentences += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
-    if static is None and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
+    # without hold there is no static stiffness, and contacts make the first frequencies
+    held = getattr(problem.structure, "held", True)
+    if static is None and held and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
         static = _static(problem)
-    if static is not None:
+    if static is not None and held:
         sentences += _proportion_warnings(problem, static)
-    if len(omega) and static is not None:
+    if len(omega) and (static is not None or not held):
         low, high = float(min(omega)), float(max(omega))
         natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
         sentences += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
         sentences += [*reduction_warnings(problem, omega)]
-        sentences += _unit_warnings(problem, natural, low, high, static)
+        if static is not None and held and not all(isinstance(end, WithUnit) for end in omega):
+            sentences += _unit_warnings(problem, natural, low, high, static)
     return few_alike(sentences)
 
 
@@ -95,7 +100,7 @@ def _static(problem: Problem) -> Any:
     if not problem.contacts:
         return np.zeros((0, 0))
     ports = problem.direction_matrix(problem.port_directions)
-    return problem.load_columns.receptance(problem.structure, ports, ports).static
+    return problem.load_columns.receptance(problem.standing, ports, ports).static
 
 
 def _may_feed(problem: Problem) -> bool:
@@ -269,7 +274,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
         dofs = [load.dof for load in problem.loads if load.dof is not None]
         rows = problem.direction_matrix({dof: 1.0} for dof in (*dofs, *problem.structure.dofs)[:1])
     at = 0.5 * natural[0] if natural.size else omega
-    value, _ = problem.structure.project(rows, rows).at(np.ones(1), at)
+    value, _ = problem.standing.project(rows, rows).at(np.ones(1), at)
     if np.all(lossless(value, _UNDAMPED)):
         yield (
             "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType, SimpleNamespace
@@ -20,6 +21,7 @@ from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Parts, Target, changed, parameter_target
 from slipstick.balance.states import pairs_at_start
+from slipstick.balance.support import Support, support_of
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
@@ -191,6 +193,16 @@ class Problem:
         """Harmonics of the fundamental frequency on which excitation and rubbing motion sit [THEORY.md (1.2)]."""
         return common_period(*self.period_ratio)
 
+    @cached_property
+    def support(self) -> Support | None:
+        """What holds a structure in harmonic 0 whose stiffness is singular; None where it is held by itself."""
+        return support_of(self)
+
+    @property
+    def standing(self) -> Structure:
+        """The structure as its contacts hold it in harmonic 0."""
+        return self.structure if self.support is None else self.support.structure
+
     @property
     def load_order(self) -> int:
         """Harmonic of the fundamental frequency on which the excitation sits."""
@@ -205,6 +217,30 @@ class Problem:
     def load_columns(self) -> LoadColumns:
         """What the loads act on, each once."""
         return load_columns(self)
+
+    def narrowed(self, harmonics: Harmonics) -> Problem:
+        """The same with some of its harmonics: what loads and rubbing motions are on others is left out.
+
+        It is not stated anew, so nothing is checked again or warned of; ``load_columns`` stay, loaded or not.
+        """
+        kept = set(harmonics.orders)
+        loads = tuple(load for load in self.loads if load.harmonic * self.load_order in kept)
+        contacts = tuple(
+            pair
+            if all(m * self.rubbing_order in kept for m in pair.rubbing.orders)
+            else replace(pair, rubbing=pair.rubbing.narrowed(kept, self.rubbing_order))
+            for pair in self.contacts
+        )
+        self.load_columns  # noqa: B018  made once, for the copy too
+        return self.copied(harmonics=harmonics, loads=loads, contacts=contacts, told=None)
+
+    def copied(self, **fields: Any) -> Problem:
+        """A copy with other values of fields that are known to be right, on the same structure, ports and columns."""
+        new = copy(self)
+        new.__dict__.pop("inputs", None)
+        for name, value in fields.items():
+            object.__setattr__(new, name, value)
+        return new
 
     def load_coefficients(self) -> Array:
         """Coefficients of the loads on ``load_columns``, (n, L), factor included: forces, or motions of supports."""

@@ -93,6 +93,8 @@ def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: 
     jacobian = balance.jacobian(tangents, compliance)
     if jacobian.singular:
         return None
+    if balance.adrift(tangents):
+        return None
     x = jacobian.solve(-balance.moved_by(constants, inputs.P, compliance))
     return x if np.all(np.isfinite(x)) else None
 

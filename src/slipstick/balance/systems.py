@@ -28,8 +28,10 @@ class FrequencySystem:
         return self.inputs, parameter
 
     def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
-        """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite, and
-        where the equilibrium of a contact state near that of ``context`` has vanished.
+        """Residual, Jacobian and derivative by omega at ``parameter`` = omega.
+
+        All nan where the motion is not finite, where nothing holds the structure, and where the equilibrium of a
+        contact state near that of ``context`` has vanished.
 
         ``context`` holds the contact states (n_states,) of the accepted point before, near which these are sought.
         """
@@ -37,7 +39,7 @@ class FrequencySystem:
             return Evaluation.undefined(x.size)
         balance = self.balance
         solution = detail(balance, x, parameter, self.inputs, context)
-        if solution.lost:
+        if solution.lost or balance.adrift([response.by_motion for response in solution.responses]):
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, solution, balance.compliance(parameter, self.inputs.structure))
         slope = at.compliance.rate(at.G)
@@ -74,7 +76,7 @@ class ParameterSystem:
         balance = self.balance
         inputs, direction = self.path.at(parameter)
         solution = detail(balance, x, self.omega, inputs, context)
-        if solution.lost:
+        if solution.lost or balance.adrift([response.by_motion for response in solution.responses]):
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, solution, self._compliance(inputs, direction))
         direction = at_states(solution.states, direction)

@@ -91,7 +91,7 @@ class MatricesTable(KeptTable):
 
 def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
-    from slipstick.structure.matrix_checks import system_matrices
+    from slipstick.structure.matrix_checks import FREE, system_matrices
 
     matrices = {
         name: matrix
@@ -112,7 +112,8 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
         return Described(body=body, dofs=names if structure is None else structure.dofs, made=True)
     if size is not None:
         fitting = {name: m for name, m in matrices.items() if m.shape == (size, size) and name not in _TURNING}
-        gathering.faults += [renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
+        faults = system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]
+        gathering.faults += [renamed(fault) for fault in faults if fault != FREE or size > DENSE_LIMIT]
     return Described(dofs=names, made=True)
 
 

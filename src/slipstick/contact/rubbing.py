@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import gcd, lcm
@@ -120,6 +120,14 @@ class RubbingMotion:
         """Harmonic orders of the periodic part with a nonzero amplitude."""
         parts = (item for part in MOTION_PARTS for item in getattr(self, part).items())
         return tuple(sorted({int(m) for m, value in parts if np.any(np.asarray(value) != 0)}))
+
+    def narrowed(self, kept: Container[int], order_factor: int = 1) -> RubbingMotion:
+        """A copy without the amplitudes on other harmonics of the fundamental frequency than those kept."""
+        parts: dict[str, Any] = {
+            part: {m: value for m, value in getattr(self, part).items() if m * order_factor in kept}
+            for part in MOTION_PARTS
+        }
+        return replace(self, **parts)
 
     @property
     def moves(self) -> bool:

@@ -21,7 +21,9 @@ def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False) -> 
     """Draw what :func:`slipstick.models.campbell` found; in Hz over rpm, or in rad/s. Crossings are circles."""
     rpm = truth("rpm", rpm)
     labels = (
-        ("speed of rotation [rpm]", "frequency [Hz]") if rpm else ("speed of rotation [rad/s]", "frequency [rad/s]")
+        ("speed of rotation [rpm]", "damped frequency [Hz]")
+        if rpm
+        else ("speed of rotation [rad/s]", "damped frequency [rad/s]")
     )
     data = _diagram(data, "whirl", "campbell")
     axes = styled(ax, *labels)
@@ -51,7 +53,7 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
     range of speeds are circles with n beside them. The thin line is that of the highest speed, folded at N/2.
     """
     data = _diagram(data, "nodal_diameter", "interference")
-    axes = styled(ax, "nodal diameter", "frequency [rad/s]")
+    axes = styled(ax, "nodal diameter", "undamped frequency [rad/s]")
     d, found = data["nodal_diameter"].to_numpy(), data["frequency"].to_numpy()
     for k in range(found.shape[1]):
         axes.plot(d, found[:, k], "o-", markersize=3, linewidth=0.8, label=f"mode {k + 1}")

@@ -54,6 +54,7 @@ def _of_rotor(rotor: MatrixStructure, orders: list[int], top: float) -> dict[str
     met = [found[f"crossing_{name}"].to_numpy().tolist() for name in ("speed", "frequency", "order", "mode", "whirl")]
     return {
         "title": "Campbell diagram",
+        "y": "Damped frequency",
         "x": {"label": "Speed of rotation", "frequency": True},
         "dashed": f"engine orders {', '.join(map(str, orders))}",
         "lines": lines,
@@ -79,6 +80,7 @@ def _of_disc(wave: TravellingWave, orders: list[int], low: float, high: float) -
     met = [found[f"crossing_{name}"].to_numpy().tolist() for name in ("nodal_diameter", "frequency", "order", "mode")]
     return {
         "title": "Interference diagram",
+        "y": "Undamped frequency",
         "x": {"label": "Nodal diameter", "frequency": False},
         "dashed": f"harmonics {', '.join(map(str, orders))} over the range of frequencies",
         "lines": lines,

@@ -84,6 +84,10 @@ class PointDerivatives(NamedTuple):
     """Of the largest value under each name of ``state_names``, (n_names, n_parameters)."""
     followed: Array
     """Of the place of a peak along the branch; nan where it is no smooth one, whose height then changes otherwise."""
+    above: Array
+    """Of the amplitude where the parameter grows: not that where it falls if the amplitude is a tie of extremes."""
+    below: Array
+    """Of the amplitude where it falls."""
 
 
 SUBJECTS = {
@@ -105,6 +109,9 @@ def sensitivity_dataset(
     label = problem.units.label
     rates = {name: np.array([getattr(p, name) for p in points]).T for name in (*SUBJECTS, "followed")}
     subjects = {name: (subject.format(dof=dof), VARIABLES[name].units) for name, subject in SUBJECTS.items()}
+    for side, way in (("above", "grows"), ("below", "falls")):
+        rates[f"amplitude_{side}"] = np.array([getattr(p, side) for p in points]).T
+        subjects[f"amplitude_{side}"] = f"amplitude of {dof} where the parameter {way}", VARIABLES["amplitude"].units
     for s, (name, state) in enumerate(dict(zip(state_names(problem), problem.contact_states, strict=True)).items()):
         rates[name] = np.array([p.states[s] for p in points]).T
         subjects[name] = state.extreme_name, state.variable.units
@@ -120,6 +127,24 @@ def sensitivity_dataset(
     data[f"peak_{followed}"] = (("parameter", "peak"), rates["followed"][:, peaks], place)
     coords, attributes = _about(branch, dof, parameters, at)
     return xarray.Dataset(data, coords={**coords, "peak": ("peak", np.asarray(at)[peaks])}, attrs=attributes)
+
+
+def corner_warnings(found: xarray.Dataset) -> list[str]:
+    """By which parameters an amplitude of ``sensitivity_dataset`` has a corner, and how steep it is on both sides."""
+    sentences = []
+    for k, name in enumerate(found["parameter"].values.tolist()):
+        above, below = (found[f"amplitude_{side}"].values[k] for side in ("above", "below"))
+        corner = np.isnan(found["amplitude"].values[k]) & np.isfinite(above)
+        if not corner.any():
+            continue
+        first, where = int(np.flatnonzero(corner)[0]), found.attrs["followed"]
+        sentences.append(
+            f"the amplitude of {found.attrs['dof']} has no derivative by {name} at {corner.sum()} of {corner.size} "
+            f"points: extremes of the motion are equal there, and part with {name}; at {where} = "
+            f"{float(found['at'][first]):.6g} it is {above[first]:.4g} where {name} grows and {below[first]:.4g} "
+            "where it falls (amplitude_above, amplitude_below)"
+        )
+    return sentences
 
 
 def motion_dataset(

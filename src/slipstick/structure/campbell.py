@@ -50,7 +50,9 @@ def campbell(
     structure: MatrixStructure | AtSpeed, speeds: Sequence[float] | Array, *, engine_orders: Sequence[int] = (1,),
     modes: int | None = None,
 ) -> xr.Dataset:  # fmt: skip
-    """The Campbell diagram of a rotor: frequencies and damping of its modes over its speed, followed one by one.
+    """The Campbell diagram of a rotor: damped frequencies and damping of its modes over its speed, one by one.
+
+    ``natural_frequencies`` of the structure are the undamped ones.
 
     Parameters
     ----------
@@ -69,11 +71,11 @@ def campbell(
     Returns
     -------
     xarray.Dataset
-        ``frequency`` (rad/s, imaginary part of the pole), ``damping_ratio`` and ``whirl`` over ``speed`` and ``mode``,
-        which counts frequencies at the highest speed; over ``crossing`` in ascending speed: ``crossing_speed``,
-        ``crossing_frequency`` (rad/s), ``crossing_order``, ``crossing_mode``, ``crossing_whirl``. Whirl is 1 forwards,
-        -1 backwards, 0 along a line or unknown: it is the sense of the orbits that dofs named alike but for x and y
-        make, summed over their areas.
+        ``frequency`` (rad/s, damped: imaginary part of the pole), ``damping_ratio`` and ``whirl`` over ``speed`` and
+        ``mode``, which counts frequencies at the highest speed; over ``crossing`` in ascending speed:
+        ``crossing_speed``, ``crossing_frequency`` (rad/s), ``crossing_order``, ``crossing_mode``, ``crossing_whirl``.
+        Whirl is 1 forwards, -1 backwards, 0 along a line or unknown: it is the sense of the orbits that dofs named
+        alike but for x and y make, summed over their areas.
 
     Raises
     ------
@@ -128,6 +130,8 @@ def campbell(
     )  # fmt: skip
     for name in ("speed", "frequency", "crossing_speed", "crossing_frequency"):
         data[name].attrs["units"] = "rad/s"
+    for name in ("frequency", "crossing_frequency"):
+        data[name].attrs["long_name"] = "damped frequency without contacts"
     return data
 
 

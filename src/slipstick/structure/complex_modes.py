@@ -57,7 +57,7 @@ def complex_modes(M: Array, C: Array, K: AnyArray) -> ComplexModes:
     )  # fmt: skip
 
 
-def critical_modes(M: Array, G: Array, S: Array, K: Array) -> ComplexModes:
+def critical_modes(M: Array, G: Array, S: Array, K: Array, *, singular: bool = False) -> ComplexModes:
     """Resonances of ``K + i w (S + w G) - w^2 M``: speed and frequency are tied, M and K symmetric, S and G skew.
 
     The pencil ``K - w^2 (M - i G) + i w S`` is Hermitian, so that left vectors are conjugates. Only the frequencies
@@ -65,6 +65,8 @@ def critical_modes(M: Array, G: Array, S: Array, K: Array) -> ComplexModes:
     """
     n = len(M)
     mass = M - 1j * G
+    if singular:
+        return _critical_of_free(mass, S, K)
     solved = np.linalg.solve(K, np.hstack([mass, S.astype(complex)]))
     scale = float(np.sqrt(np.abs(solved[:, :n]).sum(axis=1).max())) or 1.0
     companion = np.zeros((2 * n, 2 * n), dtype=complex)  # in the inverse of the pole, for M - i G may be singular
@@ -74,7 +76,28 @@ def critical_modes(M: Array, G: Array, S: Array, K: Array) -> ComplexModes:
     met = np.flatnonzero((-inverse.imag > 1e-9) & (np.abs(inverse.real) <= 1e-7 * np.abs(inverse)))
     met = met[np.argsort(inverse.imag[met])]
     poles = 1.0 / (1j * inverse.imag[met] * scale)
-    right = vectors[:n, met]
+    return _critical(poles, vectors[:n, met], mass, S)
+
+
+def _critical_of_free(mass: ComplexArray, S: Array, K: Array) -> ComplexModes:
+    """The same of a singular K, whose zero frequencies are left out."""
+    from scipy.linalg import eig
+
+    n, zero, unit = len(K), np.zeros_like(mass), np.eye(len(K))
+    scale = float(np.sqrt(np.abs(K).max() / np.abs(mass).max())) or 1.0
+    first = np.block([[zero, unit], [-K / scale**2, -S / scale]])
+    values, vectors = eig(first, np.block([[unit + zero, zero], [zero, mass]]))
+    known = np.isfinite(values) & (np.abs(values) < _INFINITE)
+    values, vectors = values[known], vectors[:, known]
+    met = np.flatnonzero((values.imag > 1e-6) & (np.abs(values.real) <= 1e-7 * np.abs(values)))
+    met = met[np.argsort(values.imag[met])]
+    return _critical(1j * values.imag[met] * scale, vectors[:n, met], mass, S)
+
+
+_INFINITE = 1e9
+
+
+def _critical(poles: ComplexArray, right: ComplexArray, mass: ComplexArray, S: Array) -> ComplexModes:
     weight = np.einsum("ik,ij,jk->k", right.conj(), 2.0 * mass, right) * poles
     weight += np.einsum("ik,ij,jk->k", right.conj(), S, right)
     return ComplexModes(poles=poles, right=right, left=right.conj() / weight)

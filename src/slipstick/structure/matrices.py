@@ -24,6 +24,7 @@ from slipstick.structure.checks import (
 from slipstick.structure.complex_modes import ComplexModes, complex_modes, critical_modes
 from slipstick.structure.dynamic import SPEED, DynamicStiffness, checked_values
 from slipstick.structure.matrix_checks import (
+    FREE,
     definite_faults,
     energy_fed,
     fed_modes,
@@ -45,6 +46,14 @@ _LISTED_FREQUENCIES = 20
 _POLE_LIMIT = 200
 _SMALL = 10_000
 _POLE_ERROR = 1e-10
+_STILL = 1e-6
+"""Frequency over the largest, below which that of a structure that is not held is of its rigid-body motion."""
+
+NOTHING_HOLDS = Fault(
+    "K",
+    "the stiffness matrix is singular, and no contact holds the structure in harmonic 0",
+    remedy="hold it, give a contact along which it is held, or take ss.models.free_structure",
+)
 
 
 class MatrixStructure(Structure):
@@ -56,7 +65,8 @@ class MatrixStructure(Structure):
     ----------
     M, C, K
         Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; real. M is symmetric and
-        positive definite. K of a grounded structure: positive definite where nothing turns, else regular. C and K
+        positive definite. K: positive definite where nothing turns, else regular; singular where contacts alone hold
+        the structure (up to 1500 dofs; friction alone fixes no mean position, taken without rigid-body motion). C and K
         may be unsymmetric (bearings and seals, gyroscopic and circulatory forces at one speed), but one triangle alone
         is refused. What feeds energy in (C not positive semidefinite, circulatory stiffness beyond the damping) makes a
         problem warn.
@@ -116,7 +126,8 @@ class MatrixStructure(Structure):
         arguments = {"M": M, "K": K} | ({} if C is None else {"C": C})
         self._dense = n <= DENSE_LIMIT
         matrices, wrong = system_matrices(arguments, n, dense=self._dense, turns=gyroscopic is not None)
-        faults += wrong
+        self._may_be_free = FREE in wrong
+        faults += [fault for fault in wrong if fault != FREE or not self._dense]
         turning, wrong = rotation_matrices(
             {"gyroscopic": gyroscopic, "circulatory": circulatory}, speed, engine_order, n, dense=self._dense
         )
@@ -133,6 +144,7 @@ class MatrixStructure(Structure):
         self.speed = 0.0 if speed is None else float(real(speed))
         self.engine_order = None if engine_order is None else int(engine_order)
         self._elastic, self._skew_stiffness = _parts(self.K)
+        self._standing: Array | None = None
         self._viscous: Any = None
         self._skew_damping: Any = None
         if given_damping is not None:
@@ -157,6 +169,49 @@ class MatrixStructure(Structure):
     def static_stiffness(self) -> Any:
         """Matrix of the displacements (n_dofs, n_dofs), N at a fixed speed included."""
         return _added(self.K, None if self.circulatory is None else self.speed * self.circulatory)
+
+    @cached_property
+    def _rigid(self) -> Array:
+        """Mass-normalised motions (n_dofs, k) that the static stiffness does not resist."""
+        if not self._may_be_free:
+            return np.zeros((len(self._dofs), 0))
+        K, M = self.static_stiffness, self.M
+        scale = np.sqrt(np.diag(M) / max(np.abs(K).max() / np.abs(M).max(), np.finfo(float).tiny))
+        root = np.sqrt(np.abs(K).sum(axis=1))
+        root = np.where(root > 0.0, root, np.where(scale > 0.0, scale, 1.0))
+        _, sizes, vectors = np.linalg.svd(K / root[:, None] / root)
+        free = vectors[sizes <= 1e-13 * len(K)].T / root[:, None]
+        values, turned = np.linalg.eigh(free.T @ M @ free)
+        return np.asarray(free @ (turned / np.sqrt(values)))
+
+    @property
+    def held(self) -> bool:
+        """Whether the structure is held by itself; else its contacts have to, and harmonic 0 asks for them."""
+        return not self._rigid.shape[1]
+
+    def standing_on(self, ports: Array, fixing: Array) -> tuple[MatrixStructure, Array, Array]:
+        """The structure with reference springs along ports (n_dofs, n_ports) in its static compliance.
+
+        ``fixing`` (n_ports,) marks those along which a mean displacement is resisted. Returned too: the stiffness of
+        each spring (n_ports,), and the rigid-body motions (n_dofs, k) that none of these holds, mass-normalised. Along
+        them inertia is the spring: in balance, the mean displacement has no part of them.
+        """
+        R, natural = self._rigid, self.natural_frequencies
+        square = float(natural[0] ** 2) if natural.size else 1.0
+        seen = np.where(fixing[:, None], ports.T @ R, 0.0)
+        size = np.sum(seen**2, axis=1)
+        light = np.sum(ports**2 / np.diag(self.M)[:, None], axis=0)
+        springs = np.divide(square, size, out=np.zeros_like(size), where=size > 1e-12 * light)
+        _, held, turned = np.linalg.svd(np.sqrt(springs / square)[:, None] * seen)
+        rank = int(np.count_nonzero(held > 1e-6))
+        free = R @ turned[rank:].T
+        if free.shape[1] and self._circulates:
+            raise InputError(NOTHING_HOLDS)  # what is in balance is not told by the motion alone
+        inertia = self.M @ free
+        new = copy(self)
+        new.__dict__.pop("_static_factors", None)
+        new._standing = (ports * springs) @ ports.T + square * inertia @ inertia.T
+        return new, springs, np.asarray(free)
 
     @property
     def _circulates(self) -> bool:
@@ -194,7 +249,7 @@ class MatrixStructure(Structure):
         new, kept = copy(self), speed == self.speed
         for known in ("_poles", "energy_fed", "self_excited"):
             new.__dict__.pop(known, None)
-        for known in () if kept else ("_whirl", "_natural_frequencies", "_viscous_ratios", "_static_factors"):
+        for known in () if kept else ("_rigid", "_whirl", "_natural_frequencies", "_viscous_ratios", "_static_factors"):
             new.__dict__.pop(known, None)
         new.speed = speed
         return new
@@ -205,7 +260,7 @@ class MatrixStructure(Structure):
             raise InputError(Fault("speed", "nothing turns", remedy="give the gyroscopic matrix for unit speed"))
         new = self._copied(number("speed", speed))
         new.engine_order = None
-        for known in ("_whirl", "_natural_frequencies", "_viscous_ratios"):
+        for known in ("_rigid", "_whirl", "_natural_frequencies", "_viscous_ratios"):
             new.__dict__.pop(known, None)
         return new
 
@@ -240,6 +295,7 @@ class MatrixStructure(Structure):
 
         Of a structure that turns at a fixed speed those of whirl in both senses; tied to the response's frequency those
         at which it is in resonance (critical speeds times the engine order); of a large sparse one those at rest.
+        Rigid-body motions, whose frequency is zero, are left out. Those of ``ss.models.campbell`` are damped.
         """
         return self._natural_frequencies
 
@@ -247,15 +303,21 @@ class MatrixStructure(Structure):
     def _natural_frequencies(self) -> Array:
         if self._dense and not self._classical:
             return np.abs(self._whirl.poles.imag)
-        return np.sqrt(np.maximum(self._modes[0] if self._dense else self._lowest[0], 0.0))
+        return np.sqrt(np.maximum((self._modes[0] if self._dense else self._lowest[0])[self._rigid.shape[1] :], 0.0))
 
     @cached_property
     def _whirl(self) -> ComplexModes:
         """Complex modes in the upper half plane without what dissipates, by ascending frequency."""
         skew = np.zeros_like(self.M) if self._turned_damping is None else self._turned_damping
         if self.engine_order:
-            return critical_modes(self.M, self.gyroscopic / self.engine_order, skew, self._elastic)
-        return complex_modes(self.M, skew, self.static_stiffness).upper
+            return critical_modes(
+                self.M, self.gyroscopic / self.engine_order, skew, self._elastic, singular=not self.held
+            )
+        whirl = complex_modes(self.M, skew, self.static_stiffness).upper
+        if self.held:
+            return whirl
+        moves = np.abs(whirl.poles.imag) > _STILL * np.abs(whirl.poles.imag).max(initial=0.0)
+        return ComplexModes(whirl.poles[moves], whirl.right[:, moves], whirl.left[:, moves])
 
     @property
     def damping_ratios(self) -> Array:
@@ -271,7 +333,8 @@ class MatrixStructure(Structure):
             return np.asarray((poles * np.einsum("ik,ij,jk->k", left, self._viscous, right)).real / np.abs(poles))
         squared, modes = self._modes if self._dense else self._lowest
         if self._viscous is None:
-            return np.zeros(squared.size)
+            return np.zeros(self.natural_frequencies.size)
+        squared, modes = squared[self._rigid.shape[1] :], modes[:, self._rigid.shape[1] :]
         return np.asarray(np.einsum("ir,ir->r", modes, self._viscous @ modes) / (2.0 * np.sqrt(squared)))
 
     def truncations(self, order: int) -> tuple[Truncation, ...]:
@@ -297,6 +360,7 @@ class MatrixStructure(Structure):
         for omega in tied:
             equations = self.turning_with(float(omega)).time_equations(none, none)
             poles = complex_modes(equations.M, equations.C, equations.K).upper.poles
+            poles = poles if self.held else poles[np.abs(poles) > _STILL * np.abs(poles).max(initial=0.0)]
             ratios = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
             if words := fed_modes(np.abs(poles.imag), ratios):
                 return words
@@ -351,8 +415,19 @@ class MatrixStructure(Structure):
                 return None
         return found
 
-    def by_modes(self) -> ModalStructure:
-        """The same by all of its modes; InputError where these do not exist, or are too many."""
+    @property
+    def modal_viscous(self) -> Array | None:
+        """Viscous damping between the modes (n, n), factor ``damping`` included; None where it couples none of them."""
+        if self._modal_damping is not None:
+            return None
+        modes = self._modes[1]
+        return np.asarray(self.damping * (modes.T @ self._viscous @ modes))
+
+    def by_modes(self, *, alone: bool = False) -> ModalStructure:
+        """The same by all of its modes; InputError where these do not exist, or are too many.
+
+        ``alone``: where viscous damping couples them each has its own part of it, and ``modal_viscous`` has all.
+        """
         if not self._dense:
             raise InputError(f"the structure has {len(self._dofs)} dofs, too many for all of its modes: reduce it")
         if not self._classical:
@@ -360,17 +435,30 @@ class MatrixStructure(Structure):
                 "the structure has unsymmetric matrices (gyroscopic, circulatory, or as C or K were given), whose "
                 "modes are complex: what goes by real modes is not for it"
             )
-        if self._modal_damping is None:
-            raise InputError("the viscous damping couples the modes: give damping ratios of the modes instead")
+        if self._modal_damping is None and not alone:
+            raise InputError(
+                "the viscous damping couples the modes: give the structure as ss.ModalStructure, with a damping_ratio "
+                "of each mode, or C as a sum of M and K"
+            )
+        if not self.held:
+            raise InputError(
+                Fault(
+                    "K",
+                    "the structure is not held: its rigid-body modes have no static compliance",
+                    remedy="hold it, or take ss.models.free_structure",
+                )
+            )
         squared, modes = self._modes
-        omega = np.sqrt(squared)
+        omega, damping = np.sqrt(squared), self._modal_damping
+        if damping is None:
+            damping = np.einsum("ir,ir->r", modes, self._viscous @ modes)
         shapes = {
             name: LoadShape(participation=modes.T @ load, static_response=self._static_solve(load))
             for name, load in self._shapes.items()
         }
         return ModalStructure(
             omega=omega, mode_shapes=modes, dofs=self._dofs, static_compliance=self._static_solve(np.eye(omega.size)),
-            loss_factor=self.loss_factor, damping_ratio=self._modal_damping / (2.0 * omega), load_shapes=shapes,
+            loss_factor=self.loss_factor, damping_ratio=damping / (2.0 * omega), load_shapes=shapes,
             damping=self.damping,
         )  # fmt: skip
 
@@ -387,7 +475,7 @@ class MatrixStructure(Structure):
         """
         left, right = directions("rows", rows, len(self._dofs)), self._columns(columns, shapes)
         static = left.T @ self._static_solve(right)
-        if self._dense and self._modal_damping is not None:
+        if self._dense and self.held and self._modal_damping is not None:
             squared, modes = self._modes
             return ModalReceptance(
                 left=left.T @ modes,
@@ -405,6 +493,10 @@ class MatrixStructure(Structure):
             left=left.T @ from_right, right=right.T @ from_left, poles=poles, static=static, solved=solved
         )
 
+    def shape_load(self, name: str) -> Array:
+        """Forces on all dofs (n_dofs,) of a load shape."""
+        return self._shapes[name]
+
     def _static_solve(self, right: Array) -> Array:
         return np.asarray(self._static_factors(right), dtype=float)
 
@@ -414,6 +506,10 @@ class MatrixStructure(Structure):
         if self._dense:
             from scipy.linalg import cho_factor, cho_solve, lu_factor, lu_solve
 
+            if not self.held:
+                if self._standing is None:
+                    raise InputError(NOTHING_HOLDS)
+                return partial(lu_solve, lu_factor(self.static_stiffness + self._standing))
             if self._circulates or self._indefinite:
                 return partial(lu_solve, lu_factor(self.static_stiffness))
             return partial(cho_solve, cho_factor(self.K))

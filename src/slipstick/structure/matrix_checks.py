@@ -33,11 +33,11 @@ _NOT_DEFINITE = {
     "M": ("the mass matrix is not positive definite", "give every dof a mass, or condense the massless ones"),
     "K": ("the stiffness matrix is not positive definite", "look for wrong signs or a missing triangle"),
 }
-_FREE = Fault(
+FREE = Fault(
     "K",
     "the stiffness matrix is singular, the structure can move without deforming",
-    remedy="a grounded structure is required because harmonic 0 (the mean) needs its static compliance: constrain it, "
-    "or attach weak springs to ground",
+    remedy="constrain it, attach weak springs to ground, or take ss.models.free_structure; matrices of up to 1500 dofs "
+    "may be held by contacts alone",
 )
 
 
@@ -51,7 +51,8 @@ def system_matrices(
     """Those of the matrices M, K, C (n, n) that are right, stored dense or sparse, and all faults.
 
     What needs another matrix is left out where that one is missing or at fault. K is definite unless something
-    ``turns``, or C is unsymmetric: gyroscopic forces hold a rotor whose stiffness is not.
+    ``turns``, or C is unsymmetric: gyroscopic forces hold a rotor whose stiffness is not. A singular K is told as the
+    fault ``FREE`` and is there all the same.
     """
     right: dict[str, Any] = {}
     faults: list[Fault] = []
@@ -69,7 +70,7 @@ def system_matrices(
         check = _regular_faults if regular else definite_faults
         wrong = check(name, right[name]) if name in right else []
         faults += wrong
-        if wrong:
+        if wrong and wrong != [FREE]:
             del right[name]
     return right, faults
 
@@ -150,12 +151,12 @@ def _regular_faults(_: str, matrix: Sparse) -> list[Fault]:
         try:
             pivots = np.abs(splu(sparse.csc_array(matrix)).U.diagonal())
         except RuntimeError:
-            return [_FREE]
-        return [] if pivots.min() > 1e-14 * pivots.max() else [_FREE]
+            return [FREE]
+        return [] if pivots.min() > 1e-14 * pivots.max() else [FREE]
     size = np.abs(matrix).sum(axis=1)
     root = np.sqrt(size)
     unit = matrix / root[:, None] / root if np.all(root > 0.0) else 0.0 * matrix
-    return [] if np.linalg.svd(unit, compute_uv=False)[-1] > 1e-13 * len(matrix) else [_FREE]
+    return [] if np.linalg.svd(unit, compute_uv=False)[-1] > 1e-13 * len(matrix) else [FREE]
 
 
 def stored(matrix: Matrix, dense: bool) -> Any:
@@ -185,7 +186,8 @@ def definite_faults(name: str, matrix: Sparse) -> list[Fault]:
     diagonal = matrix.diagonal()
     if np.any(diagonal < SMALLEST):
         if name == "K" and np.all(diagonal >= 0) and not _has_negative_pair(matrix):
-            return [_FREE]
+            stiff = np.flatnonzero(diagonal >= SMALLEST)
+            return (definite_faults(name, matrix[stiff][:, stiff]) if stiff.size else []) or [FREE]
         return [_not_definite(name, f"smallest diagonal entry {diagonal.min():g}")]
     if sparse.issparse(matrix):
         smallest, limit = smallest_pivot(scaled(matrix, diagonal)), 1e-14 * matrix.shape[0]
@@ -196,7 +198,7 @@ def definite_faults(name: str, matrix: Sparse) -> list[Fault]:
     if smallest > (limit if name == "K" or not sparse.issparse(matrix) else 0.0):
         return []
     if name == "K" and smallest >= -limit:
-        return [_FREE]
+        return [FREE]
     return [_not_definite(name, f"{what} {smallest:g}")]
 
 

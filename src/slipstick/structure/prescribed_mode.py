@@ -2,6 +2,11 @@
 
 ``M x'' + (C - xi M) x' + K x + f = 0``: in the modes every ``D_r(m w)`` has ``2 zeta_r w_r - xi`` for its damping. The
 target mode is split off in harmonic 1, where its motion is prescribed; it is one more load shape, ``MODE``.
+
+Viscous damping may couple the modes: ``D = modes^T C modes``. What the others do to the target is then eliminated.
+With ``Z = diag(w_r^2 (1 + i eta_r) - w^2) + i w (D - xi)``, the target r and the others o, these move by ``-v`` times
+the target, ``v = Z_oo^-1 Z_or``. So it moves as ``phi_r - phi_o v``, by which forces act on it too, and answers with
+the stiffness ``Z_rr - Z_ro v``.
 """
 
 from __future__ import annotations
@@ -33,11 +38,15 @@ class PrescribedMode(Structure):
     """A ``ModalStructure`` whose mode number ``target`` (from 0) moves as it is told in harmonic 1.
 
     ``scale`` is what the mode shape is divided by: its motion of amplitude 1 is 1 where the shape is ``scale``.
+    ``viscous`` is the damping between the modes (n_modes, n_modes) where it couples them.
     """
 
     sparse_directions = True
 
-    def __init__(self, structure: ModalStructure, target: int, scale: float) -> None:
+    def __init__(
+        self, structure: ModalStructure, target: int, scale: float, viscous: Array | None = None
+    ) -> None:  # fmt: skip
+        self._viscous = viscous
         self._structure, self.target, self.scale, self.xi = structure, target, scale, 0.0
 
     @property
@@ -70,12 +79,19 @@ class PrescribedMode(Structure):
         new.xi = values.get(XI, self.xi)
         return new
 
-    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> PrescribedReceptance:
+    def project(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()
+    ) -> PrescribedReceptance | CoupledPrescribedReceptance:
         """Receptance with the motion of the mode as the last column, where it is asked for."""
         others = [shape for shape in shapes if shape != MODE]
         if MODE in shapes and list(shapes) != [*others, MODE]:
             raise InputError("the mode is the last of the load shapes")
         left, right, static, second = self._structure.modal_parts(rows, columns, others)
+        if self._viscous is not None:
+            modes = CoupledModes(self._structure, self._viscous, self.target)
+            return CoupledPrescribedReceptance(
+                modes, left, right, static, mode=self.scale if MODE in shapes else None, xi=self.xi
+            )
         return PrescribedReceptance(
             self._structure, self.target, left, right, (static, second), mode=self.scale if MODE in shapes else None
         ).changed(xi=self.xi)
@@ -162,3 +178,86 @@ class PrescribedReceptance(SummedReceptance):
         least = _EPS * np.abs(self._stiffness)  # modes of one frequency: at the target's another is in resonance
         inverse = np.where(np.abs(inverse) < least, least, inverse)
         return np.where(held, 0.0, 1.0 / np.where(held, 1.0, inverse))
+
+
+class CoupledModes:
+    """Modes that viscous damping (n_modes, n_modes) couples, with the target apart."""
+
+    def __init__(self, structure: ModalStructure, viscous: Array, target: int) -> None:
+        self.target = target
+        self._stiffness, self._viscous = structure.omega**2 * (1.0 + 1j * structure.loss_factor), viscous
+        self._unit = np.eye(structure.omega.size)
+        self.others = np.delete(np.arange(structure.omega.size), target)
+
+    def dynamic(self, w: float, xi: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """``Z`` (n, n) at a frequency, and its derivatives by that and by ``xi``."""
+        Z = np.diag(self._stiffness - w * w) + 1j * w * (self._viscous - xi * self._unit)
+        return Z, 1j * (self._viscous - xi * self._unit) - 2.0 * w * self._unit, -1j * w * self._unit
+
+    def carried(self, w: float, xi: float) -> tuple[ComplexArray, ComplexArray]:
+        """Shape of the modes with the target at 1, and its stiffness; each with derivatives by ``w`` and ``xi``.
+
+        (3, n) and (3,).
+        """
+        Z, *rates = self.dynamic(w, xi)
+        r, o = self.target, self.others
+        inner = np.linalg.inv(Z[np.ix_(o, o)])
+        shape = np.zeros((3, len(Z)), dtype=complex)
+        shape[0, r], shape[0, o] = 1.0, -inner @ Z[o, r]
+        stiffness = np.empty(3, dtype=complex)
+        stiffness[0] = shape[0] @ Z @ shape[0]
+        for k, rate in enumerate(rates, 1):
+            shape[k, o] = -inner @ (rate @ shape[0])[o]
+            stiffness[k] = shape[0] @ rate @ shape[0]  # stationary: Z is symmetric
+        return shape, stiffness
+
+
+class CoupledPrescribedReceptance:
+    """As a ``PrescribedReceptance``, of modes that damping couples: solved at each order and frequency."""
+
+    def __init__(
+        self, modes: CoupledModes, left: Array, right: Array, static: Array, *, mode: float | None, xi: float = 0.0
+    ) -> None:
+        self._modes, self._left, self._right, self._mode, self._xi = modes, left, right, mode, xi
+        self.static = np.pad(static, ((0, 0), (0, 0 if mode is None else 1)))
+
+    def changed(self, **values: float) -> CoupledPrescribedReceptance:
+        """With another damping taken away."""
+        new = copy(self)
+        new._xi = values.get(XI, self._xi)
+        return new
+
+    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+        """As of every receptance."""
+        value, by_omega, _ = self._all(orders, omega)
+        return value, by_omega
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: float | Array) -> ComplexArray:
+        """Derivative by the damping that is taken away, the one parameter."""
+        del name
+        return self._all(orders, omega)[2]
+
+    def _all(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        m, w = np.asarray(orders, dtype=float), np.asarray(omega, dtype=float)
+        out = np.zeros((3, w.size, m.size, *self.static.shape), dtype=complex)
+        for i, fundamental in enumerate(w.ravel().tolist()):
+            for k, order in enumerate(m.tolist()):
+                out[:, i, k] = self._one(order, order * fundamental)
+        value, by_omega, by_xi = out.reshape(3, *w.shape, *m.shape, *self.static.shape)
+        return value, by_omega, by_xi
+
+    def _one(self, order: float, w: float) -> ComplexArray:
+        """Value and derivatives, (3, n_rows, n_columns)."""
+        modes, out = self._modes, np.zeros((3, *self.static.shape), dtype=complex)
+        Z, by_w, by_xi = modes.dynamic(w, self._xi)
+        held = order == 1.0
+        o = modes.others if held else np.arange(len(Z))
+        inner, n = np.linalg.inv(Z[np.ix_(o, o)]), len(self._right)
+        left, right = self._left[:, o] @ inner, inner @ self._right[:, o].T
+        out[0, :, :n] = self._left[:, o] @ right
+        for k, rate in ((1, order * by_w), (2, by_xi)):
+            out[k, :, :n] = -left @ rate[np.ix_(o, o)] @ right
+        if held and self._mode is not None:
+            shape, _ = modes.carried(w, self._xi)
+            out[:, :, n] = shape @ self._left.T / self._mode
+        return out

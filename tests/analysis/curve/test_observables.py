@@ -53,7 +53,7 @@ def test_changes_are_those_of_the_motion_by_the_forces():
     def motion(state):
         detail = system.evaluate(state[:-1], float(state[-1])).detail
         force = balance.layout.real(balance.layout.excitation(detail.forces)).reshape(1, balance.n_ports, -1)
-        return outputs.far_motion(force, detail.inputs.P[None], state[-1:], [{}])[0, 0]
+        return outputs.far_motion(state[None, :-1], force, detail.inputs.P[None], state[-1:], [{}])[0, 0]
 
     size = max(np.linalg.norm(motion(end.state)[1:]) for end in (first, second))
     moved = states[0] + np.append(dx[0], 0.0)

@@ -150,10 +150,13 @@ def test_a_travelling_wave_is_refused_and_what_tells_its_mode_is_said():
 def test_motions_that_free_vibration_has_not_are_refused():
     with raises_fault("contact", "damper", says="moves periodically"):
         ss.nonlinear_modes(oscillator(cos={1: 2.0}), amplitude=(1.0, 2.0))
-    coupled = ss.MatrixStructure(M=np.eye(2), C=np.diag([1.0, 0.0]), K=[[2.0, -1.0], [-1.0, 3.0]], dofs=["a", "b"])
+    turning = [[0.0, 1.0], [-1.0, 0.0]]
+    coupled = ss.MatrixStructure(
+        M=np.eye(2), K=[[2.0, -1.0], [-1.0, 3.0]], gyroscopic=turning, speed=1.0, dofs=["a", "b"]
+    )  # fmt: skip
     law = ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0)
     problem = ss.Problem(coupled, contacts=ss.ContactPair(name="c", tangential="a", contact=law), harmonics=[0, 1])
-    with pytest.raises(ss.InputError, match="the viscous damping couples the modes"):
+    with pytest.raises(ss.InputError, match="whose modes are complex"):
         ss.nonlinear_modes(problem, amplitude=(1.0, 2.0))
 
 

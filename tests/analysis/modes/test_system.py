@@ -9,13 +9,15 @@ from slipstick.analysis.modes.following import first_guess
 from slipstick.analysis.modes.nonlinear_modes import free_problem
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.5])
 @pytest.mark.parametrize("at_dof", [False, True])
 @pytest.mark.parametrize("dof", ["b", "d", "a"])  # no port, a normal and a tangential one
-def test_jacobian_and_derivative_by_the_amplitude_are_those_of_differences(dof, at_dof):
+def test_jacobian_and_derivative_by_the_amplitude_are_those_of_differences(dof, at_dof, damping):
     """At a random state of three contacts, one with a normal direction, rubbing and a static load."""
     n = 4
     K = 50.0 * np.eye(n) - 10.0 * np.eye(n, k=1) - 10.0 * np.eye(n, k=-1)
-    structure = ss.MatrixStructure(M=np.eye(n), C=0.01 * K, K=K, dofs=["a", "b", "c", "d"], loss_factor=0.01)
+    C = 0.01 * K + damping * np.diag([1.0, 0.2, 0.0, 0.0])  # what is added couples the modes
+    structure = ss.MatrixStructure(M=np.eye(n), C=C, K=K, dofs=["a", "b", "c", "d"], loss_factor=0.01)
     law = ss.FrictionContact(kt=40.0, mu=0.3, kn=30.0, normal_load=5.0)
     pairs = [
         ss.ContactPair(name="one", tangential="a", contact=law, rubbing=ss.RubbingMotion(velocity=2.0)),

@@ -85,7 +85,9 @@ def test_defaults_are_all_contacts_loads_and_damping():
     assert found.parameter.values.tolist() == wanted
     assert found.value.values[:3].tolist() == [100.0, 0.3, 1.0]
     assert found.units.values[:2].tolist() == ["force/length", "1"]
-    assert set(found.data_vars) == {"amplitude", "mean", "dissipated_power", "peak_amplitude", "peak_omega"}
+    sides = {"amplitude_above", "amplitude_below"}
+    assert set(found.data_vars) == {"amplitude", "mean", "dissipated_power", "peak_amplitude", "peak_omega"} | sides
+    assert all(np.array_equal(found[side], found.amplitude) for side in sides)
 
 
 @pytest.mark.parametrize("dof", [pytest.param("d0", marks=pytest.mark.verify), "d3"])

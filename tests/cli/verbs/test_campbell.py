@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import slipstick as ss
 from slipstick.cli.main import app
 
 CASE = """format = 1
@@ -48,6 +49,35 @@ def test_a_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "9 rad/s", "-o", "own.svg"])
     assert "engine order 1 meets mode 2 (forward) at 7.07107 rad/s" in said.output
     assert Path("own.svg").exists()
+
+
+def test_speeds_without_a_unit_are_rad_per_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("disc.toml").write_text(CASE)
+    results = [
+        CliRunner().invoke(app, ["campbell", "disc.toml", "--to", to, "-o", "own.svg"])
+        for to in ("9", "9 rad/s", "9 x")
+    ]
+    assert [result.exit_code for result in results] == [0, 0, 2]
+    assert results[0].output == results[1].output
+    assert "--to: found '9 x'" in results[2].output
+
+
+def test_damped_and_undamped_frequencies_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With heavy damping they differ: 4.47 rad/s undamped, sqrt(20 - 4) = 4 rad/s damped at rest."""
+    monkeypatch.chdir(tmp_path)
+    damped = CASE.replace("gyroscopic", "damping = [[8.0, 0.0], [0.0, 8.0]]\ngyroscopic")
+    Path("disc.toml").write_text(damped.replace("engine_order = 1", "speed = 0.0001"))
+    said = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "9", "-o", "own.svg"])
+    assert "damped frequencies, without contacts (check tells undamped ones)" in said.output
+    checked = CliRunner().invoke(app, ["check", "disc.toml"])
+    assert "undamped natural frequencies without contact" in checked.output
+    assert "4.472" in checked.output
+    structure = ss.load_case("disc.toml").structure
+    found = ss.models.campbell(structure, [0.0, 1.0])
+    assert found.frequency.values[0] == pytest.approx([4.0, 4.0])
+    assert found.frequency.attrs["long_name"].startswith("damped frequency")
+    assert ss.plots.campbell(found).get_ylabel() == "damped frequency [rad/s]"
 
 
 def test_what_does_not_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -442,6 +442,8 @@ def settled_in_time(request: CurveRequest) -> Array | None:
     from slipstick.analysis.time_domain.transient import transient
 
     problem = request.problem
+    if problem.support is not None:  # the mean of the forces does not tell the mean of the motion
+        return None
     if request.parameter:
         problem = problem.at_parameter(request.parameter, request.start)
     try:

@@ -17,6 +17,7 @@ from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import SMALLEST, Gathering, frequency, in_radians, numbers, one, shown, wrong
+from slipstick.quantities import WithUnit
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.results.schema import attributes_of, layout_of, make_table
@@ -67,7 +68,7 @@ def linear_response(problem: Problem, *, omega: FrequencyList, state: str = "fre
     checks.end()
     assert w is not None
     limit = LinearLimit(Balance(problem), state)
-    warnings = problem_warnings(problem, (w.min(), w.max()), limit.balance.receptance.static)
+    warnings = problem_warnings(problem, ends_of(omega, w), limit.balance.receptance.static)
     problem.warn(warnings)
     return limit.branch(w, limit.motion(w), warnings)
 
@@ -83,6 +84,14 @@ def frequencies_of(omega: Any, units: Units | None) -> Array:
     if w.ndim > 1 or w.size == 0 or np.any(w < SMALLEST):
         raise wrong("omega", omega, expected)
     return w
+
+
+def ends_of(omega: Any, w: Array) -> tuple[float, float]:
+    """The lowest and highest of frequencies (n,) made of what a user gave, with its unit where all have one."""
+    given = [omega] if isinstance(omega, str) else omega
+    stated = isinstance(given, list | tuple) and all(isinstance(value, str) for value in given)
+    kind = WithUnit if stated else float
+    return kind(w.min()), kind(w.max())
 
 
 class LinearLimit:
@@ -156,7 +165,12 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
     push = np.concatenate([-c, P])
     receptance = balance.receptance.written()
     static = receptance.static
-    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ stiffness, static @ push[:, 0])
+    still = stiffness if balance.leaning is None else stiffness - np.diag(balance.leaning)
+    if balance.adrift(stiffness):
+        raise InputError(
+            Fault("state", "nothing holds the structure in harmonic 0", remedy="take ss.models.free_structure")
+        )
+    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ still, static @ push[:, 0])
     if balance.orders.size:
         A = receptance.at(balance.orders, w)[0]
         hat = (push[:, 1::2] - 1j * push[:, 2::2]).T[:, :, None]

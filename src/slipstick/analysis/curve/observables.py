@@ -59,7 +59,7 @@ class OutputObservables(Observables):
             evaluated = Together(self._system.balance, states[:, :-1], omega, Assigned.of(inputs))
         else:
             evaluated = _OneByOne(self._system, states, inputs, context_between(first, second))
-        return _Motion(self._outputs, self._system, (first, second), evaluated, (omega, inputs))
+        return _Motion(self._outputs, self._system, (first, second), evaluated, (states[:, :-1], omega, inputs))
 
 
 def _resonances(system: AnySystem) -> Array | None:
@@ -111,10 +111,10 @@ class _Motion(Between):
 
     def __init__(
         self, outputs: Outputs, system: AnySystem, ends: tuple[Step, Step], evaluated: Together | _OneByOne,
-        at: tuple[Array, Sequence[Inputs]],
+        at: tuple[Array, Array, Sequence[Inputs]],
     ) -> None:  # fmt: skip
         self._outputs, self._system, self._ends, self._evaluated = outputs, system, ends, evaluated
-        self._omega, self._structures = at[0], [one.structure for one in at[1]]
+        self._x, self._omega, self._structures = at[0], at[1], [one.structure for one in at[2]]
         self.residuals = evaluated.residuals()
         if outputs.far:
             self._known = [(value[outputs.far], rate[outputs.far]) for value, rate in map(self._along, ends)]
@@ -135,12 +135,13 @@ class _Motion(Between):
     def bent(self, dx: Array, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Largest distance (n,) of an output from the cubic through the motions on both sides, over its size."""
         (a, da), (b, db) = self._known
-        value = self._outputs.far_motion(self._evaluated.forces, self._evaluated.loads, self._omega, self._structures)
+        forces, loads = self._evaluated.forces, self._evaluated.loads
+        value = self._outputs.far_motion(self._x, forces, loads, self._omega, self._structures)
         return self._relative(value + self._moved(dx) - segment.between(a, b, da, db, places)[0])
 
     def _moved(self, dx: Array) -> Array:
         none = np.zeros_like(self._evaluated.loads)
-        return self._outputs.far_motion(self._evaluated.force_changes(dx), none, self._omega, self._structures)
+        return self._outputs.far_motion(dx, self._evaluated.force_changes(dx), none, self._omega, self._structures)
 
     def _relative(self, changes: Array) -> Array:
         return np.asarray((np.sqrt(np.einsum("nrl,nrl->nr", changes, changes)) / self._sizes).max(axis=1))

@@ -25,6 +25,7 @@ from slipstick.balance.checks import (
 from slipstick.balance.jacobian_backends import BACKENDS, JacobianBackend
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
+from slipstick.balance.support import drift_warnings
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     Gathering,
@@ -138,7 +139,10 @@ class Request(ABC):
         """What is suspicious in the values of the results, by variable."""
         problem, followed = self.problem, self.parameter or "omega"
         unit, asked = problem.units.angular, adapted_to(self.options)
-        return result_warnings(followed, values, problem.elements, unit, asked, self.requested)
+        return [
+            *drift_warnings(problem, values),
+            *result_warnings(followed, values, problem.elements, unit, asked, self.requested),
+        ]
 
 
 class Checks(Gathering):

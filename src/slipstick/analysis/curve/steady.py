@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_over, special_points
-from slipstick.analysis.curve.linear import frequencies_of
+from slipstick.analysis.curve.linear import ends_of, frequencies_of
 from slipstick.analysis.curve.request import Checks, StabilityRequest
 from slipstick.analysis.events import EventFunction
 from slipstick.balance.balance import Balance
@@ -106,7 +106,8 @@ def steady_response(
     common = checks.common((), None, options, listeners, start, stability)
     assert checks.problem is not None
     assert points is not None
-    request = curve_over(checks.problem, name, at, (min(points), max(points)), common)
+    ends = (min(points), max(points)) if over else ends_of(omega, np.array(points))
+    request = curve_over(checks.problem, name, at, ends, common)
     return SteadyRequest(
         **(vars(request) | {"peaks_of": (), "largest_of": ()}), values=points,
         near=guess if isinstance(guess, Branch) else None,

@@ -64,6 +64,7 @@ def nonlinear_modes(
 
     Extended periodic motion: what friction takes is given back by a damping ``xi`` taken from all modes, which makes
     the motion periodic. ``D = xi / (2 w)`` is the damping ratio of the mode at that amplitude, all damping together.
+    Viscous damping of matrices may couple the modes; they then move together, each with its own phase.
 
     Parameters
     ----------
@@ -158,14 +159,16 @@ class FreeProblem:
     """A problem whose mode moves as prescribed, and what of the problem with loads its results are held against."""
 
     def __init__(
-        self, problem: Problem, structure: ModalStructure, number: int, dof: str, backend: JacobianBackend | str
-    ) -> None:
+        self, problem: Problem, structure: ModalStructure, number: int, dof: str, backend: JacobianBackend | str,
+        viscous: Array | None = None,
+    ) -> None:  # fmt: skip
         self.forced, self.modal = problem, structure
         directions = problem.direction_matrix(problem.port_directions)
         self.ports: Array = directions.T @ structure.mode_shapes
-        self.target = TargetMode(structure, number, self.ports, structure.mode_shapes[structure.dofs.index(dof)])
+        at_dof = structure.mode_shapes[structure.dofs.index(dof)]
+        self.target = TargetMode(structure, number, self.ports, at_dof, viscous)
         still = _resting(problem, structure)
-        prescribed = PrescribedMode(structure, number, self.target.scale)
+        prescribed = PrescribedMode(structure, number, self.target.scale, viscous)
         self.problem = replace(still, structure=prescribed, loads=[*still.loads, Load(shape=MODE, cos=1.0)], told=None)
         self.balance = Balance(self.problem, backend=backend)
         self.balance.anchor_if_undamped(float(structure.omega[number]))
@@ -194,12 +197,12 @@ def free_problem(
 
     The mode that is split off is the one with the largest share in that. InputError where there is no such mode.
     """
-    structure = _modal(problem, number, dof)
-    linear = linear_mode(_resting(problem, structure), structure, number, dof)
+    structure, viscous = _modal(problem, number, dof)
+    linear = linear_mode(_resting(problem, structure), structure, number, dof, viscous)
     if abs(linear.at_dof) <= _STILL * linear.size:
         raise InputError(Fault("dof", f"{dof} does not move in mode {number + 1} with the contacts as they are at rest",
                                remedy="name one that does"))  # fmt: skip
-    return FreeProblem(problem, structure, linear.most, dof, backend), linear
+    return FreeProblem(problem, structure, linear.most, dof, backend, viscous), linear
 
 
 def _resting(problem: Problem, structure: ModalStructure) -> Problem:
@@ -208,10 +211,13 @@ def _resting(problem: Problem, structure: ModalStructure) -> Problem:
     return replace(problem, structure=structure, loads=still, load=1.0, period_ratio=(1, 1), told=None)
 
 
-def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
+def _modal(problem: Problem, number: int, dof: str) -> tuple[ModalStructure, Array | None]:
+    """The structure by its modes, and the viscous damping between them where it couples them."""
     structure: Any = problem.structure
+    viscous: Array | None = None
     if isinstance(structure, MatrixStructure):
-        structure = structure.by_modes()
+        by_modes = structure.by_modes(alone=True)
+        structure, viscous = by_modes, structure.modal_viscous
     if isinstance(structure, TravellingWave):
         remedy = 'take limit cycles of its sector with C = -M over "damping", or the whole disc, sector.mistuned()'
         raise InputError(Fault("problem", "a travelling wave has no real mode", remedy=remedy))
@@ -229,7 +235,7 @@ def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
         faults.append(Fault("dof", f"{dof} does not move in mode {number + 1}", remedy="name one that does"))
     if faults:
         raise InputError(faults)
-    return structure
+    return structure, viscous
 
 
 def motion_faults(problem: Problem) -> list[Fault]:
@@ -241,7 +247,7 @@ def motion_faults(problem: Problem) -> list[Fault]:
     ]
     if 1 not in problem.harmonics.orders:
         faults.append(Fault("harmonics", "a mode vibrates in harmonic 1, which is not kept", remedy="keep it"))
-    if any(load.motion is not None for load in problem.loads):
+    if any(load.motion is not None and (load.cos or load.sin) for load in problem.loads):
         faults.append(Fault("loads", "a support moves or an unbalance turns", remedy=_ALONE))
     return faults
 

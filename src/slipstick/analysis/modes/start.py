@@ -66,10 +66,13 @@ class LinearMode:
         return int(np.argmax(np.abs(self.modal)))
 
 
-def linear_mode(problem: Problem, structure: ModalStructure, number: int, dof: str) -> LinearMode:
+def linear_mode(
+    problem: Problem, structure: ModalStructure, number: int, dof: str, viscous: Array | None = None
+) -> LinearMode:
     """The mode ``number`` (from 0) of a structure, with its contacts as they are at rest.
 
-    ``problem`` is that of the structure with nothing but static loads.
+    ``problem`` is that of the structure with nothing but static loads; ``viscous`` its damping between the modes
+    (n_modes, n_modes) where that couples them.
     """
     balance = Balance(problem)
     static = _at_rest(balance, float(structure.omega[number]))
@@ -85,7 +88,9 @@ def linear_mode(problem: Problem, structure: ModalStructure, number: int, dof: s
         """Eigenvalues ``w^2 + i w xi`` and modes with a share of the contact forces, tangent at a frequency."""
         K = share * _tangent(balance, static, omega)
         S = left.T @ K @ np.linalg.solve(np.eye(len(left)) + rest @ K, left)
-        S[kept, kept] += square * (1.0 + 1j * loss) + 1j * omega * damping
+        S[kept, kept] += square * (1.0 + 1j * loss) + (1j * omega * damping if viscous is None else 0.0)
+        if viscous is not None:
+            S += 1j * omega * viscous[:count, :count]
         values, shapes = np.linalg.eig(S)
         return values, shapes
 

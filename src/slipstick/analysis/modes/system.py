@@ -27,8 +27,8 @@ from slipstick.solve.linear.bordered import Eliminated, Scaled
 from slipstick.solve.newton import Evaluation
 from slipstick.solve.norm import norm
 from slipstick.structure.modal import ModalStructure
-from slipstick.structure.prescribed_mode import XI
-from slipstick.typing import Array, ComplexArray
+from slipstick.structure.prescribed_mode import XI, CoupledModes
+from slipstick.typing import AnyArray, Array, ComplexArray
 
 _TRANSVERSAL = 0.5
 """Cosine between a shift in time and the direction that the phase is fixed along, below which that is chosen anew."""
@@ -78,13 +78,42 @@ class TargetMode:
         Its shape at the ports of the balance over that, (n_ports,).
     """
 
-    def __init__(self, structure: ModalStructure, number: int, ports: Array, at_dof: Array) -> None:
+    def __init__(
+        self, structure: ModalStructure, number: int, ports: Array, at_dof: Array, viscous: Array | None = None
+    ) -> None:
         w = float(structure.omega[number])
         self.number, self.square = number, w * w
         self.loss = float(np.broadcast_to(structure.loss_factor, structure.omega.shape)[number])
         self.viscous = 2.0 * w * float(np.broadcast_to(structure.damping_ratio, structure.omega.shape)[number])
         self.scale = float(np.hypot(norm(ports[:, number]), at_dof[number]))
         self.shape: Array = ports[:, number] / self.scale
+        self._coupled = None if viscous is None else CoupledModes(structure, viscous, number)
+        self._ports = ports
+
+    def answer(self, omega: float, xi: float) -> tuple[ComplexArray, AnyArray]:
+        """Its dynamic stiffness over ``square``, and its shape at the ports over ``scale``.
+
+        With their derivatives by frequency and by ``xi``: (3,) and (3, n_ports). Where damping couples it to other
+        modes these move with it.
+        """
+        if self._coupled is not None:
+            modes, stiffness = self._coupled.carried(omega, xi)
+            return stiffness / self.square, modes @ self._ports.T / self.scale
+        drag = (self.viscous - xi) / self.square
+        stiffness = np.array([
+            complex(1.0 - omega**2 / self.square, self.loss + omega * drag),
+            complex(-2.0 * omega / self.square, drag), complex(0.0, -omega / self.square),
+        ])  # fmt: skip
+        return stiffness, np.stack([self.shape, 0.0 * self.shape, 0.0 * self.shape])
+
+    def coordinates(self, forces: ComplexArray, q: complex, omega: float, xi: float) -> ComplexArray | None:
+        """Modal coordinates (n_modes,) under modal ``forces``, the target at ``q``; None where nothing couples them."""
+        if self._coupled is None:
+            return None
+        o = self._coupled.others
+        out = q * self._coupled.carried(omega, xi)[0][0]
+        out[o] -= np.linalg.solve(self._coupled.dynamic(omega, xi)[0][np.ix_(o, o)], forces[o])
+        return out
 
 
 class ModeSystem:
@@ -208,9 +237,9 @@ class ModeSystem:
         by_omega = at.compliance.answer(pushed) + at.compliance.rate(at.G)
         return np.array([by_omega, here.structural_change({XI: 1.0})[0]])
 
-    def _force(self, here: Linearization, G: ComplexArray) -> Array:
-        """Real and imaginary part of the force on the mode, of forces (n_ports, n + 1)."""
-        z = self.target.shape @ G[: self.balance.n_ports, self._order]
+    def _force(self, shape: AnyArray, G: ComplexArray) -> Array:
+        """Real and imaginary part of the force on a shape (n_ports,), of forces (n_ports, n + 1)."""
+        z = np.conj(shape) @ G[: self.balance.n_ports, self._order]
         return np.array([z.real, -z.imag])
 
     def _of_mode(
@@ -222,16 +251,16 @@ class ModeSystem:
         """
         t, (c, s, omega, xi) = self.target, y[-4:]
         stiffness = t.square / t.scale**2
-        real, imaginary = 1.0 - omega**2 / t.square, t.loss + omega * (t.viscous - xi) / t.square
-        by_q = np.array([[real, imaginary], [imaginary, -real]])
-        g = self._force(here, self.balance.layout.excitation(here.detail.forces)) / (A * stiffness)
+        dynamic, (shape, *turned) = t.answer(omega, xi)
+        by_q, by_w, by_drag = (np.array([[z.real, z.imag], [z.imag, -z.real]]) for z in dynamic)
+        forces = self.balance.layout.excitation(here.detail.forces)
+        g = self._force(shape, forces) / (A * stiffness)
         psi = np.zeros((2, self.balance.n_ports, len(self.balance.orders) + 1), dtype=complex)
-        psi[0, :, self._order], psi[1, :, self._order] = t.shape, -1j * t.shape
+        psi[0, :, self._order], psi[1, :, self._order] = shape, -1j * shape
         pulled = np.array([here.forces_pulled(p) for p in psi]) / (A * stiffness)
-        drag, turn = (t.viscous - xi) / t.square, -2.0 * omega / t.square
-        by_omega = self._force(here, pushed) / (A * stiffness)
-        by_omega += np.array([turn * c + drag * s, drag * c - turn * s])
-        by_xi = -omega / t.square * np.array([s, c])
+        by_omega = (self._force(shape, pushed) + self._force(turned[0], forces)) / (A * stiffness)
+        by_omega += by_w @ np.array([c, s])
+        by_xi = self._force(turned[1], forces) / (A * stiffness) + by_drag @ np.array([c, s])
         rows = np.column_stack([pulled, by_q, by_omega, by_xi])
         return by_q @ y[-4:-2] + g, rows, pulled @ grown - g
 
@@ -256,6 +285,11 @@ class ModeSystem:
     def _modal(self, here: Linearization, q: Array, omega: float, xi: float) -> ComplexArray:
         """Mass-normalised modal coordinates of harmonic 1, (n_modes,)."""
         G = self.balance.layout.excitation(here.detail.forces)[:, self._order]
+        known = self.target.coordinates(
+            self._ports.T @ G.conj(), complex(q[0], -q[1]) / self.target.scale, omega, xi
+        )  # fmt: skip
+        if known is not None:
+            return known
         dynamic = self._stiffness + omega * (1j * (self._damping - xi) - omega)
         least = _EPS * np.abs(self._stiffness)
         coordinates = -(self._ports.T @ G.conj()) / np.where(np.abs(dynamic) < least, least, dynamic)

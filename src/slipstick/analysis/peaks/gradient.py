@@ -26,6 +26,10 @@ _STEP = 1e-6
 """Of the state, over which exact first derivatives are differenced."""
 _SAME = 1e-6
 """Times (rad) that are one."""
+_TIED = 1e-8
+"""Relative difference of extremes that are equal: points are solved to less."""
+_SEEN = 0.7
+"""Part of an extreme that the nearest of the times looked at shows, at least: cos(pi / 8) and less."""
 FLAT = 1e-6
 """Slope over the sizes of its terms above which a point is no smooth peak."""
 
@@ -65,10 +69,17 @@ class Extreme:
         """The largest other extreme of the motion."""
         return max(self._others(U), key=lambda other: other.value, default=None)
 
-    def _others(self, U: Array) -> Iterator[Extreme]:
+    def tied(self, U: Array) -> list[Extreme]:
+        """The other extremes that are as large as this one: of a motion that is symmetric about its mean."""
+        least = (1.0 - _TIED) * self.value
+        return [other for other in self._others(U, least) if other.value >= least] if self.value > 0.0 else []
+
+    def _others(self, U: Array, least: float = 0.0) -> Iterator[Extreme]:
+        """All others that can be larger than ``least``."""
         times, H = _waves(self.harmonics)
         size = np.abs(H @ U[1:])
-        for k in np.flatnonzero((size >= np.roll(size, 1)) & (size >= np.roll(size, -1))):
+        tops = (size >= np.roll(size, 1)) & (size >= np.roll(size, -1)) & (size >= _SEEN * least)
+        for k in np.flatnonzero(tops):
             other = Extreme.near(self.harmonics, U, float(times[k]))
             if abs(np.remainder(other.time - self.time + np.pi, 2.0 * np.pi) - np.pi) > _SAME:
                 yield other

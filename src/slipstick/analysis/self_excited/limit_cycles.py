@@ -194,12 +194,13 @@ def autonomous_faults(problem: Problem) -> list[Fault]:
 def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
     instead = "use ss.forced_response or ss.parameter_response"
     for load in problem.loads:
-        if load.harmonic:
+        if load.harmonic and (load.cos or load.sin):
             fault = f"it excites at harmonic {load.harmonic}"
             where = ("load", load.dof or load.shape or "")
             yield Fault(where, fault, expected="harmonic 0 alone", remedy=instead)
     for pair in problem.contacts:
-        if other := [name for name in pair.rubbing.names if name not in ("velocity", "second_velocity")]:
+        moved = [name for name, value in pair.rubbing.components() if np.any(value)]
+        if other := [name for name in moved if name not in ("velocity", "second_velocity")]:
             fault = f"the rubbing motion has {', '.join(other)}"
             yield Fault(("contact", pair.name), fault, expected="a constant velocity alone", remedy=instead)
         law = pair.contact

@@ -59,6 +59,7 @@ class Linearization:
         self._G = self.at.G
         if balance.springs is not None:  # those of the balance are less the forces of its springs
             self._G = balance.layout.excitation(self.detail.forces, inputs.P)
+            balance.lean(x, self._G)
 
     @property
     def lost(self) -> bool:
@@ -75,8 +76,9 @@ class Linearization:
         b = self.balance
         forces, dpowers, dP = self._sources(direction)
         dG = b.layout.excitation(force_rates(b, self.detail, dx, forces, dpowers), dP)
+        b.lean(dx, dG)
         dU = self._outputs_change(dx, dG, direction)
-        b.anchoring(dx, dG)
+        b.anchor(dx, dG)
         dR = dx + self.at.compliance.answer(dG)
         if direction.omega:
             dR += direction.omega * self.at.compliance.rate(self.at.G)
@@ -138,7 +140,10 @@ class Linearization:
             near, rest = self.outputs.transposed(h)
             gradient += near
             if self._far is not None:
-                gradient -= self.forces_pulled(self._far.transposed(_pairs(rest))[: self.balance.n_ports])
+                pulled = self._far.transposed(_pairs(rest))[: self.balance.n_ports]
+                gradient -= self.forces_pulled(pulled)
+                if self.balance.leaning is not None:
+                    gradient.reshape(self.balance.n_ports, -1)[:, 0] += self.balance.leaning * pulled[:, 0].real
         if z is not None:
             gradient += self.jacobian.multiply(z, transposed=True)
         return gradient

@@ -7,7 +7,8 @@ amplitude along the branch. All coefficients of a motion are had the direct way:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,6 +29,7 @@ from slipstick.results.record import Outputs, contact_states, unknowns
 from slipstick.results.schema import CYCLES, is_self_excited, state_names
 from slipstick.results.sensitivities import (
     PointDerivatives,
+    corner_warnings,
     direction_of,
     motion_dataset,
     parameter_names,
@@ -79,6 +81,8 @@ class Sensitivities:
         self._worn = followed == CYCLES
         self._path = parameter_path(branch.problem, self._followed) if self._followed else None
         self._along = self._table[branch.followed].to_numpy()
+        self._without: Counter[tuple[str, str]] = Counter()
+        self._sizes = np.abs([branch.problem.parameter(name) or 1.0 for name in parameters])
 
     def at(self, point: int) -> PointDerivatives:
         """At one point."""
@@ -86,14 +90,23 @@ class Sensitivities:
         if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
             unknown = np.full(len(self.parameters), np.nan)
             states = np.tile(unknown, (len(set(state_names(self.balance.problem))), 1))
-            return PointDerivatives(unknown, unknown, unknown, states, unknown)
+            return PointDerivatives(unknown, unknown, unknown, states, unknown, unknown, unknown)
         parts = list(self._functionals(here))
-        Z = here.jacobian.solve(np.column_stack([part.gradient for part in parts]), transposed=True).T
+        ties = list(self._ties(here))
+        Z = here.jacobian.solve(np.column_stack([part.gradient for part in (*parts, *ties)]), transposed=True).T
         directions = self._directions(float(self._along[point]))
-        rates = directions.changes(here, list(zip(parts, Z, strict=True)))
+        rates = directions.changes(here, list(zip((*parts, *ties), Z, strict=True)))
         place = self._place_rates(here, point, directions)
-        rows = np.where(directions.undecided(here), np.nan, [*rates, place])
-        return PointDerivatives(rows[0], rows[1], rows[2], states=rows[3:-1], followed=rows[-1])
+        rows = np.where(self._undecided(here, directions), np.nan, [*rates, place])
+        either = rows[[0, *range(len(parts), len(parts) + len(ties))]]
+        above, below = either.max(axis=0), either.min(axis=0)
+        least = _ROUNDING * Extreme.largest(self.balance.harmonics, here.motion()[0]).value / self._sizes
+        corner = above - below > np.maximum(_ONE_SLOPE * np.maximum(np.abs(above), np.abs(below)), least)
+        amplitude, followed = (np.where(corner, np.nan, row) for row in (rows[0], rows[-1]))
+        return PointDerivatives(
+            amplitude, rows[1], rows[2], states=rows[3 : len(parts)], followed=followed,
+            above=np.where(corner, above, amplitude), below=np.where(corner, below, amplitude),
+        )  # fmt: skip
 
     def motion_at(self, point: int) -> Array:
         """Of all coefficients of the output at one point, (n_parameters, L)."""
@@ -105,7 +118,21 @@ class Sensitivities:
             return unknown
         directions = self._directions(float(self._along[point]))
         rates = here.solutions(directions.moves)[1][:, 0]
-        return np.where(directions.undecided(here)[:, None], np.nan, rates)
+        return np.where(self._undecided(here, directions)[:, None], np.nan, rates)
+
+    def _undecided(self, here: Linearization, directions: Directions) -> NDArray[np.bool_]:
+        """By which parameters (K,) there is no derivative; why is kept."""
+        out = np.zeros(len(self.parameters), dtype=bool)
+        for reason, undecided in directions.undecided(here).items():
+            out |= undecided
+            for k in np.flatnonzero(undecided):
+                self._without[self.parameters[k], reason] += 1
+        return out
+
+    def warnings(self) -> Iterator[str]:
+        """By which parameters there was no derivative, at how many points, and why."""
+        for (name, reason), times in self._without.items():
+            yield f"there is no derivative by {name} at {times} {'point' if times == 1 else 'points'}: {reason}"
 
     def _functionals(self, here: Linearization) -> Iterator[Functional]:
         """Amplitude, mean, power of all contacts, the largest of each contact state."""
@@ -128,6 +155,12 @@ class Sensitivities:
         for state in largest.values():
             pair = powers[state.batch], state.gain[int(np.argmax(state.values))]
             yield Functional(still, (pair,), here.power_pulled(*pair))
+
+    def _ties(self, here: Linearization) -> Iterator[Functional]:
+        """Other extremes that are as large as the amplitude: along a parameter the larger of them is the amplitude."""
+        U = here.motion()[0]
+        for extreme in Extreme.largest(self.balance.harmonics, U).tied(U):
+            yield Functional(extreme.h, (), here.pull(h=extreme.h))
 
     def _place_rates(self, here: Linearization, point: int, directions: Directions) -> Array:
         """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
@@ -188,6 +221,17 @@ class Sensitivities:
         return Directions(problem.inputs, [direction_of(problem, name) for name in self.parameters])
 
 
+_JUMPS = "it sets contacts in motion that are stuck all period, and their mean friction force jumps"
+_BEGINS = "contacts at rest without tangential stiffness have no mean friction force yet"
+_OPENS = "contacts that just touch, and do not move across, open on one side of its value and close on the other"
+
+_TOUCHING = 1e-12
+"""Distance over the gap within which the sides of a contact touch."""
+
+_ONE_SLOPE = 1e-6
+"""Relative difference of slopes that are one."""
+_ROUNDING = 1e-12
+"""Of an amplitude over the size of a parameter: slopes below are rounding."""
 _SOLVED = 1e-10
 """Residual over its terms above which a point is corrected first."""
 _CORRECTIONS = 4
@@ -227,14 +271,46 @@ class Directions:
                 rates[:, k] += [float(np.sum(part.h * U) - z @ R) for part, z in parts]
         return rates
 
-    def undecided(self, here: Linearization) -> NDArray[np.bool_]:
-        """Which (K,) set contacts in motion that are stuck at rest: their friction force then jumps."""
-        undecided = np.zeros(len(self.moves), dtype=bool)
-        for batch, response, slides in zip(here.balance.batches, here.detail.responses, self._slides, strict=True):
+    def undecided(self, here: Linearization) -> Mapping[str, NDArray[np.bool_]]:
+        """Along which (K,) the solution has a corner or jumps, by the reason."""
+        jumps, begins, opens = (np.zeros(len(self.moves), dtype=bool) for _ in range(3))
+        for k, (batch, response) in enumerate(zip(here.balance.batches, here.detail.responses, strict=True)):
             loose = batch.law.undecided(response)
             if np.any(loose):
-                undecided |= np.any(slides & loose, axis=(1, 2))
-        return undecided
+                jumps |= np.any(self._slides[k] & loose, axis=(1, 2))
+            values, inputs = response.values, [move.inputs.batches[k] for move in self.moves if move.inputs is not None]
+            loose = (values["kt"] == 0.0) & ~here.inputs.batches[k].slides.any(axis=0) if "kt" in values else loose[:0]
+            if np.any(loose):
+                begins |= [bool(np.any(loose & (along.values["kt"] != 0.0))) for along in inputs]
+            touching = _touching(here, k)
+            if np.any(touching):
+                opens |= self._parted(here, k, touching)
+        return {_JUMPS: jumps, _BEGINS: begins, _OPENS: opens}
+
+    def _parted(self, here: Linearization, k: int, touching: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which (K,) bring the sides of contacts (n,) of a batch nearer to each other, or away."""
+        batch, balance = here.balance.batches[k], here.balance
+        i = batch.law.ports.index(batch.law.surface_ports["normal"])
+        moved = [direction.inputs.batches[k] for direction in self.moves if direction.inputs is not None]
+        parted = np.array([along.values["gap"] - along.motion[i][:, 0] for along in moved])
+        own = np.array([np.abs(along.motion[i]).max(axis=1) for along in moved]) + np.abs(parted)
+        port = batch.ports[i]
+        if port.size:
+            dX = here.solutions(self.moves)[0].reshape(-1, balance.n_ports, balance.L)
+            own[:, port.members] += np.abs(dX[:, port.rows]).max(axis=2)
+        return np.asarray(np.any((own > 0.0) & touching, axis=1))
+
+
+def _touching(here: Linearization, k: int) -> NDArray[np.bool_]:
+    """Which (n,) of a batch are neither open nor closed: at rest across, at a distance of zero."""
+    batch, values = here.balance.batches[k], here.detail.responses[k].values
+    across = batch.law.surface_ports.get("normal")
+    if across is None or "gap" not in values:
+        return np.zeros(batch.count, dtype=bool)
+    motion = here.balance.layout.motion(k, here.x, here.omega, here.inputs.batches[k])
+    Y, gap = motion.Q[batch.law.ports.index(across)], values["gap"]
+    least = _TOUCHING * np.maximum(np.abs(Y[:, 0]), np.abs(gap))
+    return np.asarray((np.abs(Y[:, 0] - gap) <= least) & (np.abs(Y[:, 1:]).max(axis=1, initial=0.0) <= least))
 
 
 def _flat(inputs: Inputs) -> Array:
@@ -274,5 +350,8 @@ def sensitivity_of(
     with one_thread():
         if of == "displacement":
             rates = [sensitivities.motion_at(k) for k in at]
+            warn(list(sensitivities.warnings()))
             return motion_dataset(branch, name, chosen, at, np.array(rates).swapaxes(0, 1))
-        return sensitivity_dataset(branch, name, chosen, at, [sensitivities.at(k) for k in at])
+        found = sensitivity_dataset(branch, name, chosen, at, [sensitivities.at(k) for k in at])
+    warn([*sensitivities.warnings(), *corner_warnings(found)])
+    return found

@@ -65,11 +65,12 @@ def checked_tolerances(problem: Problem, tolerances: Any) -> dict[str, float]:
 
 
 def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
-    """``a -+ sum |da/ds| share |s|`` at every point, not below 0."""
+    """``a -+ sum |da/ds| share |s|`` at every point, not below 0; of the steeper side where there are two."""
     shares = _shares(branch, tolerances)
     rates = _sensitivity(branch, shares, dof)
     size = np.abs(rates["value"].to_numpy()) * np.array(list(shares.values()))
-    spread = np.nan_to_num(np.abs(rates["amplitude"].to_numpy())).T @ size
+    steeper = np.maximum(*(np.abs(rates[f"amplitude_{side}"].to_numpy()) for side in ("above", "below")))
+    spread = np.nan_to_num(steeper).T @ size
     amplitude = branch.table["amplitude"].to_numpy()[:, branch.dof_index(dof)]
     return Band(np.maximum(amplitude - spread, 0.0), amplitude + spread)
 

@@ -22,6 +22,17 @@ def whole_numbers(option: str, given: str) -> list[int]:
     return [int(word) for word in found]
 
 
+def speed_given(option: str, given: str) -> float:
+    """A speed, rad/s: a plain number, or one with a unit such as "9000 rpm"."""
+    from slipstick.faults import in_radians, number
+
+    try:
+        value: Any = float(given)
+    except ValueError:
+        value = in_radians(option, given)
+    return number(option, value, 'a speed in rad/s, or one with its unit such as "9000 rpm"')
+
+
 def write_diagram(axes: Any, path: Path, answer: Answer) -> None:
     """A diagram in the format that the file's ending says, told."""
     from slipstick.plots import save_figure
@@ -38,7 +49,7 @@ _SENSE = {1: "forward", -1: "backward", 0: "no whirl"}
 def campbell(
     answer: Answer,
     case: CasePath,
-    to: Annotated[str, typer.Option("--to", help='The highest speed, such as "9000 rpm".', metavar="SPEED")],
+    to: Annotated[str, typer.Option("--to", help='The highest speed, rad/s, or such as "9000 rpm".', metavar="SPEED")],
     start: Annotated[str, typer.Option("--from", help="The lowest speed.", metavar="SPEED")] = "0 rpm",
     orders: Annotated[str, typer.Option("--orders", help="Engine orders, such as 1,2.", metavar="LIST")] = "1",
     points: Annotated[int, typer.Option("--points", help="Speeds in the diagram.", min=2, max=2000)] = 61,
@@ -47,16 +58,15 @@ def campbell(
         Path | None, typer.Option("-o", "--output", help="The figure; by default CASE-campbell.png, here.")
     ] = None,
 ) -> int:
-    """Frequencies of a rotor without contacts over its speed (structure with "gyroscopic"), and its critical speeds."""
+    """Damped frequencies of a rotor without contacts over its speed ("gyroscopic"), and its critical speeds."""
     import numpy as np
 
     from slipstick.case.case import Case
-    from slipstick.faults import in_radians
     from slipstick.plots import campbell as draw
     from slipstick.structure.campbell import campbell as diagram
 
     read = Case.from_file(case)
-    first, last = (in_radians(name, speed) for name, speed in (("--from", start), ("--to", to)))
+    first, last = speed_given("--from", start), speed_given("--to", to)
     if not 0.0 <= first < last:
         raise InputError(f"--from {start} --to {to}: expected two speeds >= 0, the second one above the first")
     structure: Any = read.problem().structure
@@ -67,6 +77,7 @@ def campbell(
         name: found[f"crossing_{name}"].to_numpy().tolist() for name in ("speed", "frequency", "order", "mode", "whirl")
     }
     answer["crossings"] = [dict(zip(met, row, strict=True)) for row in zip(*met.values(), strict=True)]
+    say("damped frequencies, without contacts (check tells undamped ones):")
     for speed, frequency, order, mode, whirl in zip(*met.values(), strict=True):
         say(
             f"engine order {order} meets mode {mode} ({_SENSE[whirl]}) at {speed:.6g} rad/s "

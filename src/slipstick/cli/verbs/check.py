@@ -108,7 +108,7 @@ def _structure(case: Case, problem: Problem) -> None:
     say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
     ratios = structure.damping_ratios
-    say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
+    say(f"undamped natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
     for number, omega in enumerate(frequencies[:_LISTED], start=1):
         damped = "" if ratios is None else f", damping ratio {ratios[number - 1]:.3g}"
         say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")

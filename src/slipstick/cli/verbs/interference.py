@@ -12,7 +12,7 @@ from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.campbell import whole_numbers, write_diagram
+from slipstick.cli.verbs.campbell import speed_given, whole_numbers, write_diagram
 from slipstick.errors import InputError
 
 _WAVES = {1: "wave with the pattern", -1: "wave against the pattern", 0: "standing wave"}
@@ -22,7 +22,7 @@ _WAVES = {1: "wave with the pattern", -1: "wave against the pattern", 0: "standi
 def interference(
     answer: Answer,
     case: CasePath,
-    to: Annotated[str, typer.Option("--to", help='The highest speed, such as "9000 rpm".', metavar="SPEED")],
+    to: Annotated[str, typer.Option("--to", help='The highest speed, or "9000 rpm".', metavar="SPEED")],
     orders: Annotated[str, typer.Option("--orders", help="Engine orders, such as 24,48.", metavar="LIST")],
     start: Annotated[str, typer.Option("--from", help="The lowest speed.", metavar="SPEED")] = "0 rpm",
     modes: Annotated[int, typer.Option("--modes", help="So many modes of each nodal diameter.", min=1)] = 3,
@@ -30,7 +30,7 @@ def interference(
         Path | None, typer.Option("-o", "--output", help="The figure; by default CASE-interference.png, here.")
     ] = None,
 ) -> int:
-    """Frequencies of a disc without contacts by nodal diameter, and resonances with engine orders (SAFE diagram)."""
+    """Undamped frequencies of a disc without contacts by nodal diameter, met by engine orders (SAFE diagram)."""
     from slipstick.case.case import Case
     from slipstick.plots import interference as draw
     from slipstick.structure.interference import interference as diagram
@@ -39,7 +39,8 @@ def interference(
     disc: Any = getattr(read.problem().structure, "sector", None)
     if disc is None:
         raise InputError(f"{case}: the structure is no sector of a disc in a travelling wave")
-    found = diagram(disc, (start, to), engine_orders=whole_numbers("--orders", orders), modes=modes)
+    speeds = speed_given("--from", start), speed_given("--to", to)
+    found = diagram(disc, speeds, engine_orders=whole_numbers("--orders", orders), modes=modes)
     names = ("speed", "frequency", "order", "nodal_diameter", "mode", "wave")
     rows = list(zip(*(found[f"crossing_{name}"].to_numpy().tolist() for name in names), strict=True))
     answer["crossings"] = [dict(zip(names, row, strict=True)) for row in rows]

@@ -17,7 +17,7 @@ class Diagram {
     const [factor, units] = app.unitsOf(app.result.frequencyAxis), across = diagram.x.frequency ? factor : 1;
     const lines = diagramLines(diagram, across, factor), x = { label: diagram.x.label, units: diagram.x.frequency ? units : "" };
     const ranges = (axis) => rangeOf(lines.map((line) => line[axis]), { air: 0.05, zero: axis === "y" || diagram.x.frequency });
-    chart(this.plot, { x: { ...x, range: ranges("x") }, y: { label: "Frequency", units, range: ranges("y") }, lines, height: 340, name: diagram.title });
+    chart(this.plot, { x: { ...x, range: ranges("x") }, y: { label: diagram.y, units, range: ranges("y") }, lines, height: 340, name: diagram.title });
     const rows = diagram.met.map(({ x: at, y, said }) => element("li", {}, `${said}: ${short(y * factor)} ${units}${diagram.x.frequency ? ` at a speed of ${short(at * across)} ${units}` : ""}`));
     fill(this.note, named(lines.filter(({ dash }) => !dash)), element("p", {}, `Without contacts; dashed: ${diagram.dashed}. `, diagram.met.length ? `Rings, where frequencies are met (${diagram.met.length}):` : "No frequency is met in this range."), rows.length ? element("ul", { class: "met", tabindex: "0" }, ...rows) : null);
   }

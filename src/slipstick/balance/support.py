@@ -1,0 +1,123 @@
+"""Structures that nothing but their contacts holds: springs in harmonic 0 that are taken off the contact forces again.
+
+A singular stiffness K has no static compliance. With reference springs k along the contact ports, ``K + B k B^T`` has,
+and ``X + A (F - k X - P)`` has the same solutions as ``K u + B (F - P) = 0``, whatever k is. Harmonics above 0 need
+none.
+
+Friction alone fixes no mean position: its force does not change with it. Where nothing but friction holds a rigid-body
+motion, the mean displacement is that without it, and what pushes along it has to be in balance by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.contact.law import Motion
+from slipstick.errors import Fault, InputError
+from slipstick.structure.checks import dense
+from slipstick.structure.matrices import NOTHING_HOLDS
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.balance.batches import Batch
+    from slipstick.balance.problem import Problem
+
+_BALANCED = 1e-8
+"""Mean force along a rigid-body motion over the forces that make it, up to which it is in balance."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Support:
+    """How a structure that is not held is held in harmonic 0.
+
+    Attributes
+    ----------
+    structure
+        The structure with the reference springs in its static compliance.
+    springs
+        Reference stiffness of each port (n_ports,), to be taken off the contact forces.
+    drifting
+        Rigid-body motions of the ports that friction alone holds, (n_ports, k); mass-normalised.
+    """
+
+    structure: Any
+    springs: Array
+    drifting: Array
+
+
+def support_of(problem: Problem) -> Support | None:
+    """What holds the structure in harmonic 0; None where it is held by itself. InputError where nothing holds it."""
+    structure: Any = problem.structure
+    if getattr(structure, "held", True):
+        return None
+    directions = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float)
+    fixing = _fixing(problem)
+    standing, springs, free = structure.standing_on(directions, fixing)
+    drifting = directions.T @ free
+    for motion in drifting.T:
+        if not np.any(np.abs(motion) > _BALANCED * np.abs(free).max(initial=0.0)):
+            raise InputError(NOTHING_HOLDS)
+    pushed = _static_loads(problem).T @ free
+    if np.any(np.abs(pushed) > _BALANCED * np.abs(free).max(initial=0.0) * np.abs(_static_loads(problem)).max()):
+        raise InputError(
+            Fault(
+                "loads",
+                "those of harmonic 0 push the structure along what friction alone holds, where its mean "
+                "position is not determined",
+                remedy="hold the structure there, or leave the mean of the loads out",
+            )
+        )
+    return Support(structure=standing, springs=springs, drifting=drifting)
+
+
+def _static_loads(problem: Problem) -> Array:
+    """Forces on all dofs in harmonic 0, (n_dofs, 1)."""
+    columns, P = problem.load_columns, problem.load_coefficients()
+    forces = np.column_stack([columns.vectors, *(problem.structure.shape_load(name) for name in columns.shapes)])  # type: ignore[attr-defined]
+    return np.asarray(forces @ columns.forces(P, [], 1.0)[:, :1])
+
+
+def _fixing(problem: Problem) -> Array:
+    """Which ports (n_ports,) have a force that knows the mean position: along a surface friction does not."""
+    fixing = np.ones(len(problem.port_directions), dtype=bool)
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        along = {port for name, port in batch.law.surface_ports.items() if name != "normal"}
+        for i, name in enumerate(batch.law.ports):
+            port = batch.ports[i]
+            if name in along and port.size:
+                fixing[port.rows] = _answers_mean(batch, i, given.values)[port.members]
+    return fixing
+
+
+def _answers_mean(batch: Batch, i: int, values: Mapping[str, Array]) -> Any:
+    """Whether the mean force changes with the mean displacement while a contact vibrates along a port, (n,)."""
+    harmonics, n, ports = Harmonics([0, 1]), batch.count, len(batch.law.ports)
+    moved = [np.zeros((n, harmonics.size)) for _ in range(ports)]
+    size = float(np.max(np.abs(batch.law.size(values)), initial=0.0))
+    moved[i][:, 1] = size if 0.0 < size < np.inf else 1.0
+    response = batch.law.respond(Motion(harmonics, 1.0, tuple(moved), np.zeros((ports, n))), values)
+    tangent = response.by_motion.get((i, i))
+    return np.zeros(n, dtype=bool) if tangent is None else tangent[:, 0, 0] != 0.0
+
+
+def drift_warnings(problem: Problem, values: Mapping[str, Array]) -> Iterator[str]:
+    """Whether the mean friction forces in results push a structure along what nothing else holds."""
+    support = problem.support
+    if support is None or not support.drifting.shape[1]:
+        return
+    force, largest = np.zeros((len(values["omega"]), len(support.springs))), 0.0
+    for batch in problem.batches:
+        for name, port in zip(batch.law.force_names, batch.ports, strict=True):
+            found = np.asarray(values[f"{name}_force"])[:, batch.elements][:, port.members]
+            force[:, port.rows], largest = found[..., 0], max(largest, float(np.nanmax(np.abs(found), initial=0.0)))
+    pushed = float(np.nanmax(np.abs(force @ support.drifting), initial=0.0))
+    if pushed > _BALANCED * largest * np.abs(support.drifting).max():
+        yield (
+            "the mean friction force pushes the structure along a motion that nothing but friction holds: it would "
+            "creep away, so the mean displacement means nothing; hold the structure there"
+        )
