@@ -27,7 +27,9 @@ from slipstick.fem.equations import (
 )
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
+from slipstick.fem.unit_systems import NOT_STATED, names_of, told
 from slipstick.typing import Array, BoolArray, IntArray
+from slipstick.units import Units
 
 _ROUNDING = 1e-13
 """Sums below this fraction of their terms are rounding."""
@@ -55,7 +57,7 @@ class ImportedModel:
     source
         The files read.
     units
-        What is known of them.
+        Of the numbers, such as "N, mm, t, s"; "not stated" where neither the files nor their user say so.
     notes
         What was left out without effect, one sentence each.
     warnings
@@ -93,7 +95,7 @@ class ImportedModel:
     dependent: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     dependence: csr_array | None = None
     source: str = ""
-    units: str = "not stated"
+    units: str = NOT_STATED
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     mesh: Mesh | None = None
@@ -110,6 +112,16 @@ class ImportedModel:
         """Give each of ``warnings`` as SlipstickWarning, in the name of whoever called the caller."""
         for sentence in self.warnings:
             warnings.warn(sentence, SlipstickWarning, stacklevel=3)
+
+    @property
+    def unit_names(self) -> Units | None:
+        """Names of the units of length, force and time, as results have them; None: they are not known."""
+        return names_of(self.units)
+
+    @property
+    def units_told(self) -> str:
+        """The units for the reader; where they are not stated, what the materials look like."""
+        return told(self.units, self.materials)
 
     @property
     def n_dofs(self) -> int:

@@ -105,7 +105,7 @@ def summary(model: ImportedModel) -> tuple[str, ...]:
     tied = f", {len(model.dependent)} that depend on others" if len(model.dependent) else ""
     held = f"{len(model.constrained)} constrained{tied}"
     head = f"{model.source}: {model.n_dofs} dofs on {nodes} nodes, {known}, {held}{sets}"
-    return (head, f"units: {model.units}; {_sizes(model)}", *model.notes, *support_notes(model))
+    return (head, f"units: {model.units_told}; {_sizes(model)}", *model.notes, *support_notes(model))
 
 
 def _sizes(model: ImportedModel) -> str:

@@ -14,7 +14,7 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material, Materials, element_values
 from slipstick.fem.mesh import Mesh
-from slipstick.importers.unit_systems import system_like
+from slipstick.fem.unit_systems import system_like
 from slipstick.typing import Array, BoolArray, IntArray
 
 Variants = Mapping[str, Mapping[str, int]]
@@ -166,9 +166,3 @@ def unit_notes(mesh: Mesh, materials: Mapping[str, Material]) -> tuple[str, ...]
         if system:
             notes.append(f"{name}: E = {material.young:.4g}, density = {material.density:.4g} look like {system}")
     return tuple(notes)
-
-
-def likely_units(materials: Mapping[str, Material]) -> str:
-    """What to write down about units that are not stated."""
-    systems = {system_like(material) for material in materials.values()} - {""}
-    return f"not stated; E and density look like {systems.pop()}" if len(systems) == 1 else "not stated"

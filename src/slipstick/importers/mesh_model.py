@@ -21,6 +21,7 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import Lumped, with_lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
+from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.importers.findings import Coupling
 from slipstick.importers.mesh_checks import Variants, material_warnings, variant_warnings
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel, build_model
@@ -89,7 +90,7 @@ class MeshModel:
     mesh: Mesh
     materials: Mapping[str, Material] = field(default_factory=dict)
     held: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
-    units: str = "not stated"
+    units: str = NOT_STATED
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     couplings: tuple[Coupling, ...] = ()

@@ -13,6 +13,7 @@ from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, misplaced_parts, name_rows
+from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.structure.checks import DAMPING_ELSEWHERE, asymmetry, number_faults, real
 from slipstick.typing import Array, BoolArray, IntArray, Matrix
 
@@ -105,7 +106,7 @@ def _refuse_asymmetric(matrix: csr_array, name: str) -> None:
     )
 
 
-def build_model(raw: RawModel, *, source: str, units: str = "not stated") -> ImportedModel:
+def build_model(raw: RawModel, *, source: str, units: str = NOT_STATED) -> ImportedModel:
     """Check what was read and take out held and empty degrees of freedom.
 
     Raises

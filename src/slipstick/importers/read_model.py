@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from slipstick.errors import Fault, InputError
-from slipstick.fem.conversion import Conversion, converted
+from slipstick.fem.conversion import converted
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.refine import linear_warnings
+from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_doubts
 from slipstick.importers.mesh_checks import mass_warnings
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.mesh_model import MeshModel, all_sets, assemble_mesh
@@ -19,7 +20,6 @@ from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_wa
 from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
 from slipstick.importers.text_numbers import read_bytes
 from slipstick.importers.turned import to_global
-from slipstick.importers.unit_systems import SI, conversion, factors_of, material_doubts
 from slipstick.io.model_file import load_model
 
 
@@ -66,8 +66,8 @@ def _stated_factors(options: ImportOptions) -> Conversion | None:
 
 def _own_factors(model: ImportedModel, options: ImportOptions) -> Conversion:
     """The conversion by the units that the file states."""
-    if model.units.startswith("not stated") or options.material is not None:
-        like = model.units.partition("; ")[2]
+    if model.units == NOT_STATED or options.material is not None:
+        like = looks(model.materials)
         remedy = f'give units = "N, mm, t, s"{f" ({like})" if like else ""}'
         raise InputError(Fault("to", "the units of the files are not stated", remedy=remedy))
     return conversion(model.units, str(options.to))
@@ -83,10 +83,10 @@ def _in_own_units(options: ImportOptions, factors: Conversion) -> ImportOptions:
 def _in_new_units(model: ImportedModel, options: ImportOptions, factors: Conversion) -> ImportedModel:
     told = {"length": factors.length, "force": factors.force, "time": factors.time, "mass": factors.mass}
     changed = ", ".join(f"{name} {value:.6g}" for name, value in told.items() if value != 1.0)
-    before = model.units.partition(";")[0]
+    before = model.units
     note = f"numbers of the files ({before}) multiplied: {changed or 'by 1'}"
     wanted = SI if (options.to or "").strip().upper() == "SI" else options.to
-    units = wanted or f"{before}, multiplied: {changed or 'by 1'}"
+    units = wanted or (before if before == NOT_STATED else f"{before}, multiplied: {changed or 'by 1'}")
     return replace(converted(model, factors), units=units, notes=(*model.notes, note))
 
 
@@ -106,7 +106,7 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
     raw, mesh = _with_positions(_read(roles, options), roles)
     if mesh and mesh.axes:
         raw = _along_global(raw, mesh, paths, source)
-    model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else "not stated"))
+    model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else NOT_STATED))
     model = replace(model, warnings=(*model.warnings, *place_warnings(model)))
     if mesh:
         model = _with_mesh(model, mesh, options.material)

@@ -24,6 +24,7 @@ from slipstick.structure.modal import ModalStructure
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.reduction.request import real_matrices
 from slipstick.typing import Array, ComplexArray, Matrix, Reals
+from slipstick.units import Units
 
 MOST_RIGID = 6
 _GAP = 1e-6
@@ -56,6 +57,11 @@ class FreeStructure:
     def dofs(self) -> tuple[str, ...]:
         """Names of the degrees of freedom."""
         return self.elastic.dofs
+
+    @property
+    def units(self) -> Units | None:
+        """Those of the elastic modes."""
+        return self.elastic.units
 
     @property
     def load_shapes(self) -> tuple[str, ...]:

@@ -106,7 +106,7 @@ def test_real_turbine_blade(tmp_path):
         "PRESSURE_SURF": 2701,
         **dict.fromkeys(root, 80),
     }
-    assert "lbf, inch, s" in model.units
+    assert "lbf, inch, s" in model.units_told
     assert [warning for warning in model.warnings if "stiff in bending" in warning] == list(model.warnings)
     assert len(model.warnings) == 1
     assert not any("not constrained" in note for note in notes)

@@ -21,7 +21,7 @@ from slipstick.importers.abaqus.glues import glue_warnings, moved_onto, symmetry
 from slipstick.importers.abaqus.input_file import read_content
 from slipstick.importers.findings import Verdict
 from slipstick.importers.grouped import with_named_places
-from slipstick.importers.mesh_checks import likely_units, unit_notes
+from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.mesh_model import MeshModel, Stated, matching_surface, with_surfaces
 from slipstick.typing import IntArray
 
@@ -66,7 +66,6 @@ def read_input(path: Path) -> MeshModel:
         mesh=mesh,
         materials=materials,
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
-        units=likely_units(materials),
         notes=(*alone, *findings.notes, *_mass_note(mesh, path), *unit_notes(mesh, materials)),
         warnings=(*findings.warnings, *content.doubts, *glue_warnings(content, mesh)),
         couplings=findings.couplings,

@@ -18,6 +18,7 @@ from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import in_global, supports
 from slipstick.fem.mesh import Mesh, node_indices
+from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.importers.ansys.commands import classify_commands
 from slipstick.importers.ansys.cyclic import read_cyclic
 from slipstick.importers.ansys.equations import read_equations
@@ -25,7 +26,7 @@ from slipstick.importers.ansys.lumps import LUMP_TYPES, Lumps
 from slipstick.importers.ansys.materials import read_materials
 from slipstick.importers.extras import require
 from slipstick.importers.findings import Coupling, Findings
-from slipstick.importers.mesh_checks import likely_units, unit_notes
+from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.mesh_model import MeshModel, stated_each, with_surfaces
 from slipstick.importers.midsides import Edges, middle_equations, placed, whole_row, with_middles
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
@@ -123,7 +124,7 @@ def read_archive(path: Path) -> MeshModel:
         mesh=with_surfaces(mesh, groups),
         materials=materials if len(materials) == len(parts.sets) else {},
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
-        units=_units(text) or likely_units(materials),
+        units=_units(text),
         notes=(*_left_out(parts.skipped, path), *findings.notes, *_straight(made, path), *unit_notes(mesh, materials)),
         warnings=findings.warnings,
         couplings=(*findings.couplings, *_elements_that_matter(parts.skipped, path)),
@@ -314,4 +315,4 @@ def _element_components(archive: Any, numbers: dict[str, IntArray]) -> dict[str,
 
 def _units(text: str) -> str:
     match = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
-    return _UNITS.get(match.group(1).upper(), match.group(1)) if match else ""
+    return _UNITS.get(match.group(1).upper(), match.group(1)) if match else NOT_STATED

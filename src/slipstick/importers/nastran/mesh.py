@@ -17,7 +17,7 @@ from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
-from slipstick.importers.mesh_checks import likely_units, unit_notes
+from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.mesh_model import MeshModel, stated_each
 from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
@@ -137,7 +137,6 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
         mesh=mesh,
         materials=materials,
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
-        units=likely_units(materials),
         notes=(*_left_out(deck, path), *deck.findings.notes, *unit_notes(mesh, materials)),
         warnings=deck.findings.warnings,
         couplings=(*deck.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
