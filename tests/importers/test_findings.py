@@ -22,7 +22,7 @@ def found(*names, of_the_model=True):
 
 def test_each_verdict_has_its_way_out():
     findings = found("CE", "SAVE", "LUMPM", "CP", "CE", "SAVE", "NOSUCH")
-    assert [c.where for c in findings.couplings] == ["a.cdb, line 1 and 1 more: CE", "a.cdb, line 4: CP"]
+    assert [str(c.where) for c in findings.couplings] == ["a.cdb, line 1 and 1 more: CE", "a.cdb, line 4: CP"]
     assert findings.warnings == (
         "a.cdb, line 3: LUMPM is left out",
         "a.cdb, line 7: NOSUCH is not understood: it has no effect here",
@@ -47,6 +47,7 @@ def test_all_that_is_incomplete_is_said_at_once():
 
 def test_a_coupling_says_what_to_do_with_and_without_matrices():
     (coupling,) = found("CP").couplings
-    assert coupling.refused.startswith("a.cdb, line 1: CP ties; ")
-    assert "export the assembled matrices" in coupling.refused
+    assert str(coupling.refused).startswith("a.cdb, line 1: CP ties; ")
+    assert coupling.refused.where == ("a.cdb", "line 1", "CP")
+    assert "export the assembled matrices" in coupling.refused.remedy
     assert "the matrices must hold it" in coupling.beside_matrices

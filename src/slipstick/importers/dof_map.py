@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import COMPONENTS
 from slipstick.importers.raw_model import DofMap, Nodes
 from slipstick.importers.text_numbers import read_bytes
@@ -52,19 +52,29 @@ def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
         try:
             row, node, component, position = _entry(words)
         except ValueError as error:
-            raise InputError(f"{path.name}, line {number}: {error}") from None
+            raise InputError(Fault(Place(path.name, f"line {number}"), str(error))) from None
         if abs(node) >= 2**63:
-            raise InputError(f"{path.name}, line {number}: found a node number beyond 64 bits; the map is damaged")
+            raise InputError(
+                Fault(
+                    (path.name, f"line {number}"),
+                    found="a node number beyond 64 bits",
+                    remedy="the map is damaged: write it again",
+                )
+            )
         entries.append((node, component))
         rows.append(row or len(entries))
         if position:
             positions[node] = position
     if not entries:
-        raise InputError(f"{path.name}: holds no line 'node direction'; expected one for each matrix row")
+        raise InputError(Fault(Place(path.name), "holds no line 'node direction'", expected="one for each matrix row"))
     order = np.argsort(rows)
     if not np.array_equal(np.asarray(rows)[order], np.arange(1, len(rows) + 1)):
         raise InputError(
-            f"{path.name}: row numbers are not 1..{len(rows)}, each once; the map is damaged or incomplete"
+            Fault(
+                Place(path.name),
+                f"row numbers are not 1..{len(rows)}, each once",
+                remedy="the map is damaged or incomplete: write it again",
+            )
         )
     table = np.asarray(entries, dtype=np.int64)[order]
     nodes = Nodes(

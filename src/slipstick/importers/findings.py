@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 
 ROUTE = (
     "export the assembled matrices and import those "
@@ -39,18 +39,19 @@ def rows(names: str, verdict: Verdict, what: str = "") -> dict[str, VerdictRow]:
 class Coupling:
     """Something the assembly from a mesh does not apply: where it stands, and what it does to the model."""
 
-    where: str
+    where: Place
     what: str
 
     @property
-    def refused(self) -> str:
-        """The sentence where the mesh is assembled here."""
-        return f"{self.where} {self.what}; an assembly of the mesh here does not apply this: {ROUTE}"
+    def refused(self) -> Fault:
+        """The fault where the mesh is assembled here."""
+        return Fault(self.where, f"{self.what}; an assembly of the mesh here does not apply this", remedy=ROUTE)
 
     @property
     def beside_matrices(self) -> str:
         """The sentence where the matrices come from the other code and the mesh tells positions only."""
-        return f"{self.where} {self.what}: the matrices must hold it; a dof it removes can carry no contact or load"
+        what = f"{self.what}: the matrices must hold it; a dof it removes can carry no contact or load"
+        return str(Fault(self.where, what))
 
 
 @dataclass(kw_only=True)
@@ -63,12 +64,13 @@ class Findings:
     source: str
     met: dict[tuple[Verdict, str, str], list[int]] = field(default_factory=dict)
     extra: list[str] = field(default_factory=list)
-    origin: list[str] = field(default_factory=list)
+    origin: list[Place] = field(default_factory=list)
     elsewhere: list[Coupling] = field(default_factory=list)
 
-    def place(self, line: int) -> str:
-        """File and line, for messages."""
-        return self.origin[line - 1] if 0 < line <= len(self.origin) else f"{self.source}, line {line}"
+    def place(self, line: int, *names: str) -> Place:
+        """Where something stands: file, line, what it is called."""
+        known = 0 < line <= len(self.origin)
+        return (self.origin[line - 1] if known else Place(self.source, f"line {line}")).at(*names)
 
     def add(self, verdict: Verdict, name: str, what: str, line: int) -> None:
         """Remember one entry."""
@@ -83,11 +85,11 @@ class Findings:
 
     def refuse_incomplete(self) -> None:
         """Raise InputError with all entries that leave the model of the file incomplete."""
-        faults = [f"{where} {what}" for where, what in self._of(Verdict.INCOMPLETE)]
+        faults = [Fault(where, what) for where, what in self._of(Verdict.INCOMPLETE)]
         if faults:
             raise InputError(faults)
 
-    def couple(self, where: str, what: str) -> None:
+    def couple(self, where: Place, what: str) -> None:
         """Remember what an assembly here would leave out and no single line states."""
         self.elsewhere.append(Coupling(where=where, what=what))
 
@@ -100,7 +102,7 @@ class Findings:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is approximated or not understood."""
-        return tuple(f"{where} {what}" for where, what in self._of(Verdict.APPROXIMATED))
+        return tuple(str(Fault(where, what)) for where, what in self._of(Verdict.APPROXIMATED))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -112,9 +114,9 @@ class Findings:
             if (names := self._list(verdict))
         ) + tuple(self.extra)
 
-    def _of(self, verdict: Verdict) -> list[tuple[str, str]]:
+    def _of(self, verdict: Verdict) -> list[tuple[Place, str]]:
         return [
-            (f"{self.place(lines[0])}{_more(len(lines) - 1)}: {name}", what)
+            (_with_more(self.place(lines[0]) if lines[0] else Place(self.source), len(lines) - 1).at(name), what)
             for (of, name, what), lines in self.met.items()
             if of is verdict
         ]
@@ -127,5 +129,5 @@ class Findings:
         return [f"{name} ({count})" if count > 1 else name for name, count in counts.items()]
 
 
-def _more(count: int) -> str:
-    return f" and {count} more" if count > 0 else ""
+def _with_more(place: Place, count: int) -> Place:
+    return Place(*place[:-1], f"{place[-1]} and {count} more") if count > 0 else place

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.importers.mesh_checks import unit_notes
@@ -78,7 +78,13 @@ def grouped_model(name: str, points: Array, cells: Sequence[Cells], labels: IntA
                 nodes.setdefault(group, []).append(part.nodes[chosen].ravel())
     if not blocks:
         flat = f"; it has {_counted(others)}" if others else ""
-        raise InputError(f"{name}: has no solid element{flat}; mesh the volume, and export it with its physical groups")
+        raise InputError(
+            Fault(
+                Place(name),
+                f"has no solid element{flat}",
+                remedy="mesh the volume, and export it with its physical groups",
+            )
+        )
     mesh = Mesh(
         nodes=points,
         blocks={kind: np.concatenate(parts) for kind, parts in blocks.items()},

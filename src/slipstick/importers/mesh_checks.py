@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
 from slipstick.fem.geometry import determinant_and_inverse, tangents
 from slipstick.fem.imported import ImportedModel
@@ -23,9 +23,12 @@ _WARNED, _REFUSED = 1.01, 2.0
 """Ratio of the masses of a mesh and of the matrices beside it from which they do not fit."""
 
 ONE_POINT = re.compile(r"C3D8R[A-Z]*|SOLID185 with KEYOPT\(2\) = 1")
-_ONE_POINT_REFUSED = (
+_ONE_POINT = (
     "have one point each and an artificial stiffness against hourglass motions, which differs between codes and is not "
-    "known here: make them quadratic (import: --quadratic; case: quadratic = true; Python: quadratic=True), import the "
+    "known here"
+)
+_ONE_POINT_REFUSED = (
+    "make them quadratic (import: --quadratic; case: quadratic = true; Python: quadratic=True), import the "
     "matrices, or write fully integrated ones, which would be"
 )
 
@@ -44,11 +47,12 @@ def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[st
     for kind, counts in variants.items():
         for name, count in counts.items():
             if kind in mesh.blocks and len(mesh.blocks[kind]):
-                said = f"{source}: {count} elements of type {name}"
+                said = f"{count} elements of type {name}"
                 if ONE_POINT.fullmatch(name):
-                    refused.append(f"{said} {_ONE_POINT_REFUSED} {_difference(mesh, kind)}")
+                    what = f"{_ONE_POINT_REFUSED} {_difference(mesh, kind)}"
+                    refused.append(Fault(Place(source), f"{said} {_ONE_POINT}", remedy=what))
                 else:
-                    yield f"{said} are computed as fully integrated {kind}: {_difference(mesh, kind)}"
+                    yield f"{source}: {said} are computed as fully integrated {kind}: {_difference(mesh, kind)}"
     if refused:
         raise InputError(refused)
 
@@ -122,7 +126,12 @@ def mass_warnings(
             "of the same model, material and units?"
         )
     elif ratio > _REFUSED:
-        raise InputError(f"{compared}; give both of one model in the same units, or the material (--young ...)")
+        raise InputError(
+            Fault(
+                statement=compared,
+                remedy="give both of one model in the same units, or the material (--young ...)",
+            )
+        )
     elif ratio > _WARNED:
         yield f"{compared}, {100 * (ratio - 1):.3g} % apart: are they of the same model, material and units?"
 

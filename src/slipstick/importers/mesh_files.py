@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.abaqus.mesh import read_input
 from slipstick.importers.ansys.archive import read_archive
 from slipstick.importers.extras import require
@@ -55,7 +55,9 @@ def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
         return read_bulk_mesh(path, constraints)
     if suffix not in MESH_SUFFIXES:
         known = ", ".join((*MESH_SUFFIXES, *BULK_SUFFIXES))
-        raise InputError(f"{path.name}: mesh files of type '{suffix}' are not known; known are {known}")
+        raise InputError(
+            Fault(Place(path.name), f"mesh files of type '{suffix}' are not known", remedy=f"known are {known}")
+        )
     return _from_meshio(path)
 
 
@@ -63,14 +65,22 @@ def _by_content(path: Path, suffix: str) -> MeshModel:
     """Several programs use these suffixes: CalculiX GraphiX writes input files as .msh."""
     begin = read_bytes(path)[:4096]
     if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError(f"{path.name}: is text in UTF-16; save it as plain text (ASCII or UTF-8)")
+        raise InputError(Fault(Place(path.name), "is text in UTF-16", remedy="save it as plain text (ASCII or UTF-8)"))
     kind = _program(begin)
     if kind is None and b"\0" in begin:
-        raise InputError(f"{path.name}: is no mesh: found a binary file; expected text of {_INPUT}, or Gmsh's .msh")
+        raise InputError(
+            Fault(Place(path.name), "is no mesh: found a binary file", expected=f"text of {_INPUT}, or Gmsh's .msh")
+        )
     if kind is None:
         kind = _GMSH if suffix == ".msh" else _INPUT
     if kind == _FLUENT:
-        raise InputError(f"{path.name}: is a mesh of {kind}, which is not read; export it for Abaqus (.inp) or Gmsh")
+        raise InputError(
+            Fault(
+                Place(path.name),
+                f"is a mesh of {kind}, which is not read",
+                remedy="export it for Abaqus (.inp) or Gmsh",
+            )
+        )
     usual = _INPUT if suffix == ".inp" else _GMSH
     model = read_input(path) if kind == _INPUT else _from_gmsh(path)
     if kind == usual:
@@ -110,11 +120,17 @@ def _from_meshio(path: Path) -> MeshModel:
             data = meshio.read(path)
     except (Exception, SystemExit) as error:
         said = " ".join(str(error).split())[:100]
-        raise InputError(f"{path.name}: is damaged or not a mesh that meshio reads ({said})") from None
+        raise InputError(Fault(Place(path.name), f"is damaged or not a mesh that meshio reads ({said})")) from None
     cells = []
     for index, block in enumerate(data.cells):
         if block.type.startswith(_FAMILIES) and block.type not in _MESHIO and block.type not in KINDS:
-            raise InputError(f"{path.name}: {len(block.data)} solids are of type {block.type}; mesh with order 1 or 2")
+            raise InputError(
+                Fault(
+                    Place(path.name),
+                    f"{len(block.data)} solids are of type {block.type}",
+                    remedy="mesh with order 1 or 2",
+                )
+            )
         groups = {
             str(name): np.asarray(sets[index], dtype=np.int64)
             for name, sets in data.cell_sets.items()

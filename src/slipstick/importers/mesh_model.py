@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place, Where
 from slipstick.fem import refine
 from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
@@ -39,7 +39,7 @@ class Stated:
     faces of a sector, for equal motion of all sectors.
     """
 
-    where: str
+    where: Place
     equations: Callable[[Mesh], Iterable[NodalEquation]]
     nodewise: bool = True
     cyclic: bool = False
@@ -47,11 +47,15 @@ class Stated:
 
 def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
     """Equations by the place that states them."""
-    places: dict[str, list[NodalEquation]] = {}
+    places: dict[Place, list[NodalEquation]] = {}
     for equation in equations:
-        places.setdefault(equation.where, []).append(equation)
+        places.setdefault(_place(equation.where), []).append(equation)
     for where, equations_there in places.items():
         yield Stated(where=where, equations=partial(_same, equations_there))
+
+
+def _place(where: str | Where) -> Place:
+    return Place(where) if isinstance(where, str) else Place(*where)
 
 
 def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
@@ -96,7 +100,7 @@ class MeshModel:
     couplings: tuple[Coupling, ...] = ()
     constraints: tuple[Stated, ...] = ()
     lumped: tuple[Lumped, ...] = ()
-    material_faults: tuple[str, ...] = ()
+    material_faults: tuple[Fault, ...] = ()
     variants: Variants = field(default_factory=dict)
     axes: NodeAxes = field(default_factory=dict)
     symmetry: Callable[[Mesh], CyclicSymmetry | None] = _no_symmetry
@@ -108,7 +112,9 @@ class MeshModel:
             Coupling(where=stated.where, what="ties degrees of freedom to each other") for stated in self.constraints
         ]
         if self.lumped:
-            ties.append(Coupling(where=f"{len(self.lumped)} point masses and springs", what="add to the matrices"))
+            ties.append(
+                Coupling(where=Place(f"{len(self.lumped)} point masses and springs"), what="add to the matrices")
+            )
         return tuple(dict.fromkeys(ties))
 
 
@@ -181,7 +187,9 @@ def assemble_mesh(
     fixed = [name for name in fixed if name not in single]
     for name in fixed:
         if not len(imported.mesh.node_set(name)):
-            raise InputError(f"{source}: the node set '{name}' is empty: nothing is fixed by it; give its nodes")
+            raise InputError(
+                Fault(Place(source), f"the node set '{name}' is empty: nothing is fixed by it", remedy="give its nodes")
+            )
     mesh = _with_held_sets(imported, source)
     if quadratic:
         mesh = refine.quadratic(mesh)
@@ -257,13 +265,13 @@ def _with_lumped(
     return matrices, DofMap(nodes=nodes, components=components)
 
 
-def _not_in_between(imported: MeshModel) -> Iterator[str]:
+def _not_in_between(imported: MeshModel) -> Iterator[Fault]:
     """Constraints that would leave out the nodes put in the middle of edges."""
     if any(block in LINEAR_TO_QUADRATIC and len(part) for block, part in imported.mesh.blocks.items()):
         for stated in imported.constraints:
             if stated.nodewise:
-                what = "names nodes one by one: those that quadratic adds would not be tied; mesh quadratic instead"
-                yield f"{stated.where} {what}"
+                what = "names nodes one by one: those that quadratic adds would not be tied"
+                yield Fault(stated.where, what, remedy="mesh quadratic instead")
 
 
 _HELD = tuple(f"(held {axis})" for axis in "xyz")
@@ -297,10 +305,12 @@ def _materials(imported: MeshModel, material: Material | None, source: str) -> M
     if material is not None:
         return material
     if not imported.materials:
-        raise InputError(f"{source}: is a mesh without material; give young, poisson and density")
+        raise InputError(Fault(Place(source), "is a mesh without material", remedy="give young, poisson and density"))
     without = [name for name, known in imported.materials.items() if not known.density > 0.0]
     if without:
-        raise InputError(f"{source}: {', '.join(without)} has no density; give young, poisson and density")
+        raise InputError(
+            Fault(Place(source), f"{', '.join(without)} has no density", remedy="give young, poisson and density")
+        )
     if len(imported.materials) == 1 and next(iter(imported.materials)) not in imported.mesh.element_sets:
         return next(iter(imported.materials.values()))
     return imported.materials

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation
 from slipstick.typing import Array, IntArray
@@ -29,7 +29,9 @@ def with_middles(name: str, nodes: IntArray, number: int, made: Edges, next_labe
     """
     element = ELEMENTS[name]
     if (nodes[: element.n_corners] <= 0).any() or (nodes < 0).any():
-        raise InputError(f"{source}: element {number} lacks a corner node; the file is damaged")
+        raise InputError(
+            Fault(Place(source), f"element {number} lacks a corner node", remedy="the file is damaged: write it again")
+        )
     labels = nodes.copy()
     for place in np.flatnonzero(nodes == 0).tolist():
         a, b = (int(nodes[i]) for i in element.edges[place - element.n_corners])
@@ -45,7 +47,9 @@ def placed(made: Edges, labels: IntArray, nodes: Array, source: str) -> tuple[In
     ends = np.array(list(made), dtype=np.int64)
     at = order[np.searchsorted(labels, ends, sorter=order).clip(max=len(order) - 1)]
     if np.any(labels[at] != ends):
-        raise InputError(f"{source}: an element uses node {ends[labels[at] != ends][0]}, which is not in the file")
+        raise InputError(
+            Fault(Place(source), f"an element uses node {ends[labels[at] != ends][0]}, which is not in the file")
+        )
     new = np.fromiter(made.values(), dtype=np.int64, count=len(made))
     return np.concatenate([labels, new]), np.vstack([nodes, nodes[at].mean(axis=1)])
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, misplaced_parts, name_rows
@@ -81,10 +81,12 @@ def full_symmetric(matrix: Matrix, name: str) -> csr_array:
         raise InputError(faults)
     matrix = csr_array(real(matrix), copy=True)  # what follows works in place
     if matrix.shape[0] != matrix.shape[1]:
-        raise InputError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}; expected a square matrix")
+        raise InputError(
+            Fault(statement=f"{name} is {matrix.shape[0]} x {matrix.shape[1]}", expected="a square matrix")
+        )
     matrix.sum_duplicates()
     if not np.all(np.isfinite(matrix.data)):
-        raise InputError(f"{name} holds values that are not finite; export it again")
+        raise InputError(Fault(statement=f"{name} holds values that are not finite", remedy="export it again"))
     matrix.eliminate_zeros()
     lower, upper = csr_array(tril(matrix, -1)), csr_array(triu(matrix, 1).T)
     stored_twice = (lower != 0).multiply(upper != 0).nnz if lower.nnz and upper.nnz else 0
@@ -101,8 +103,11 @@ def _refuse_asymmetric(matrix: csr_array, name: str) -> None:
         return
     i, j = pair.row + 1, pair.column + 1
     raise InputError(
-        f"{name} is not symmetric: entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is "
-        f"{pair.mirrored:.6g}; export a symmetric model (no friction, follower or gyroscopic terms)"
+        Fault(
+            statement=f"{name} is not symmetric: entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is "
+            f"{pair.mirrored:.6g}",
+            remedy="export a symmetric model (no friction, follower or gyroscopic terms)",
+        )
     )
 
 
@@ -168,22 +173,23 @@ def _cut(model: ImportedModel, held: BoolArray, constrained: IntArray) -> Import
     )
 
 
-def _size_faults(raw: RawModel, source: str) -> Iterator[str]:
+def _size_faults(raw: RawModel, source: str) -> Iterator[Fault]:
     for name, word in (("K", "stiffness"), ("M", "mass")):
         if name not in raw.matrices:
-            yield f"{source}: no {word} matrix {name}; give the file that holds it"
+            yield Fault(Place(source), f"no {word} matrix {name}", remedy="give the file that holds it")
     shapes = {name: matrix.shape for name, matrix in raw.matrices.items()}
     if len(set(shapes.values())) > 1:
         sizes = ", ".join(f"{name} is {rows} x {columns}" for name, (rows, columns) in shapes.items())
-        yield f"{source}: matrices of different size ({sizes}); export them from the same model and set"
-    elif raw.dof_map is None:
-        yield (
-            f"{source}: no map from rows to nodes and directions; give it as a file "
-            "(HBMAT's .mapping, CalculiX's .dof, or lines 'node direction')"
+        yield Fault(
+            Place(source), f"matrices of different size ({sizes})", remedy="export them from the same model and set"
         )
+    elif raw.dof_map is None:
+        remedy = "give it as a file (HBMAT's .mapping, CalculiX's .dof, or lines 'node direction')"
+        yield Fault(Place(source), "no map from rows to nodes and directions", remedy=remedy)
     elif shapes and len(raw.dof_map) != next(iter(shapes.values()))[0]:
         size = next(iter(shapes.values()))[0]
-        yield f"{source}: the matrices have {size} rows, the dof map has {len(raw.dof_map)} entries; they must agree"
+        what = f"the matrices have {size} rows, the dof map has {len(raw.dof_map)} entries"
+        yield Fault(Place(source), what, remedy="they must agree")
 
 
 def _held(dof_map: DofMap, held: IntArray) -> NDArray[np.bool_]:
@@ -197,20 +203,20 @@ def _some(nodes: IntArray, components: IntArray, chosen: NDArray[np.bool_]) -> s
 
 def _diagonal_faults(
     full: Mapping[str, csr_array], out: NDArray[np.bool_], nodes: IntArray, components: IntArray, source: str
-) -> Iterator[str]:
+) -> Iterator[Fault]:
     if np.all(out):
-        yield f"{source}: no degree of freedom is left: all are constrained or empty"
+        yield Fault(Place(source), "no degree of freedom is left: all are constrained or empty")
         return
     for name in ("K", "M"):
         negative = (full[name].diagonal() < 0.0) & ~out
         if negative.any():
-            yield f"{source}: {name} has negative diagonal entries at {_some(nodes, components, negative)}"
+            what = f"has negative diagonal entries at {_some(nodes, components, negative)}"
+            yield Fault(Place(source, name), what)
     loose = empty_rows(full["K"]) & ~out
     if loose.any():
-        yield (
-            f"{source}: K is singular, {loose.sum()} dofs have mass but no stiffness (a mechanism): "
-            f"{_some(nodes, components, loose)}; connect or fix them"
-        )
+        some = _some(nodes, components, loose)
+        what = f"is singular, {loose.sum()} dofs have mass but no stiffness (a mechanism): {some}"
+        yield Fault(Place(source, "K"), what, remedy="connect or fix them")
 
 
 def support_notes(model: ImportedModel) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.conversion import converted
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
@@ -48,7 +48,13 @@ def read_model(
         model = replace(model, warnings=(*model.warnings, *doubts))
     if options.conductivity is not None:
         if model.mesh is None:
-            raise InputError("conductivity: without a mesh it has no effect; import the mesh too, or leave it out")
+            raise InputError(
+                Fault(
+                    "conductivity",
+                    "without a mesh it has no effect",
+                    remedy="import the mesh too, or leave it out",
+                )
+            )
         model = model.conducting(options.conductivity)
     if not quiet:
         model.announce()
@@ -93,8 +99,8 @@ def _in_new_units(model: ImportedModel, options: ImportOptions, factors: Convers
 def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions) -> ImportedModel:
     paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(file) for file in files]
     if not paths:
-        raise InputError("no file to import was given")
-    missing = [f"{path}: there is no such file" for path in paths if not path.is_file()]
+        raise InputError(Fault(statement="no file to import was given"))
+    missing = [Fault(Place(str(path)), "there is no such file") for path in paths if not path.is_file()]
     if missing:
         raise InputError(missing)
     refuse_unread(paths)
@@ -123,8 +129,12 @@ def _along_global(raw: RawModel, mesh: MeshModel, paths: Sequence[Path], source:
     rotated = sorted(set(mesh.axes) & set([] if raw.dof_map is None else raw.dof_map.nodes.tolist()))
     if rotated and ".sti" not in suffixes:
         raise InputError(
-            f"{source}: {len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the "
-            "matrices; rotate the nodes to the global directions and export again"
+            Fault(
+                Place(source),
+                f"{len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the "
+                "matrices",
+                remedy="rotate the nodes to the global directions and export again",
+            )
         )
     return raw
 
@@ -186,7 +196,7 @@ def _read(roles: Roles, options: ImportOptions) -> RawModel:
     suffix = first.suffix.lower()
     others = [path.name for path in roles.matrices.values() if path != first]
     if others and suffix in (".full", ".sti"):
-        raise InputError(f"{first.name}: brings its own mass; leave out {', '.join(others)}")
+        raise InputError(Fault(Place(first.name), "brings its own mass", remedy=f"leave out {', '.join(others)}"))
     if suffix == ".full":
         from slipstick.importers.ansys.full import read_full
 
@@ -222,7 +232,9 @@ def _plain(roles: Roles, first: Path) -> RawModel:
     head = read_bytes(first)[:60].splitlines()[0] if first.suffix.lower() == ".mtx" else b""
     if head.startswith(b"%%") and head[:14].lower() != b"%%matrixmarket":
         shown = head.decode("ascii", "replace")
-        raise InputError(f"{first.name}: found the first line '{shown}'; expected '%%MatrixMarket matrix ...'")
+        raise InputError(
+            Fault(Place(first.name), found=f"the first line '{shown}'", expected="'%%MatrixMarket matrix ...'")
+        )
     if first.suffix.lower() == ".mtx" and not head.startswith(b"%%"):
         from slipstick.importers.abaqus.calculix import read_abaqus_matrices
         from slipstick.importers.dof_map import read_dof_map

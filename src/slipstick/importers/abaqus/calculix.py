@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.raw_model import DofMap, RawModel
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
@@ -44,7 +44,9 @@ def read_matrix_storage(path: Path) -> RawModel:
 def _sibling(path: Path, suffix: str, what: str) -> Path:
     sibling = path.with_suffix(suffix)
     if not sibling.is_file():
-        raise InputError(f"{path.name}: {what}, {sibling.name}, is not beside it; CalculiX writes both together")
+        raise InputError(
+            Fault(Place(path.name), f"{what}, {sibling.name}, is not beside it", remedy="CalculiX writes both together")
+        )
     return sibling
 
 
@@ -59,7 +61,13 @@ def _sparse(table: Array, size: int | None, path: Path) -> Sparse:
     rows, columns = (whole_numbers(table[:, i], "row and column numbers", path) - 1 for i in (0, 1))
     largest = int(max(rows.max(), columns.max())) + 1
     if size is not None and largest > size:
-        raise InputError(f"{path.name}: has row or column {largest}, the dof map has {size} entries; they must agree")
+        raise InputError(
+            Fault(
+                Place(path.name),
+                f"has row or column {largest}, the dof map has {size} entries",
+                remedy="they must agree",
+            )
+        )
     require_plausible(largest, len(table), path)
     return coo_array((table[:, 2], (rows, columns)), shape=(size or largest,) * 2)
 
@@ -69,13 +77,17 @@ def read_abaqus_matrices(files: dict[str, Path], dof_map: DofMap | None = None) 
     elements = {name: path for name, path in files.items() if is_user_element(path)}
     if elements:
         if len(elements) < len(files):
-            raise InputError(f"{', '.join(path.name for path in files.values())}: only some are a *USER ELEMENT")
+            raise InputError(Fault(", ".join(path.name for path in files.values()), "only some are a *USER ELEMENT"))
         return read_user_elements(elements, dof_map)
     tables = {name: _lines(path) for name, path in files.items()}
     widths = {table.shape[1] for table in tables.values()}
     if len(widths) > 1:
         names = ", ".join(path.name for path in files.values())
-        raise InputError(f"{names}: some lines are 'row column value', some name nodes; export them in one format")
+        raise InputError(
+            Fault(
+                Place(names), "some lines are 'row column value', some name nodes", remedy="export them in one format"
+            )
+        )
     if widths == {5}:
         return _by_label(tables, files)
     size = len(dof_map) if dof_map else None
@@ -87,12 +99,20 @@ def _lines(path: Path) -> Array:
     lines = read_bytes(path).decode("latin-1").splitlines()
     data = [line for line in lines if line.strip() and not line.startswith("*")]
     if not data:
-        raise InputError(f"{path.name}: holds no matrix entries; the file is damaged or truncated")
+        raise InputError(
+            Fault(
+                Place(path.name), "holds no matrix entries", remedy="the file is damaged or truncated: write it again"
+            )
+        )
     width = len(data[0].replace(",", " ").split())
     if width not in (3, 5):
         raise InputError(
-            f"{path.name}: found {width} numbers a line; expected 'node, direction, node, direction, value' "
-            "(*MATRIX OUTPUT, FORMAT=MATRIX INPUT) or 'row column value' (FORMAT=COORDINATE)"
+            Fault(
+                Place(path.name),
+                found=f"{width} numbers a line",
+                expected="'node, direction, node, direction, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT) or "
+                "'row column value' (FORMAT=COORDINATE)",
+            )
         )
     return number_table("\n".join(data).encode("latin-1"), width, path)
 
@@ -130,7 +150,9 @@ def _keys(table: Array, path: Path) -> IntArray:
     directions = whole_numbers(table[:, [1, 3]], "directions", path, low=0)
     if directions.max() > 6 or nodes.max() > 2**50:
         raise InputError(
-            f"{path.name}: found direction {directions.max()}; expected 1 to 6 (temperatures are no motion)"
+            Fault(
+                Place(path.name), found=f"direction {directions.max()}", expected="1 to 6 (temperatures are no motion)"
+            )
         )
     return nodes * 8 + (directions - 1) % 7
 
@@ -184,7 +206,11 @@ def read_user_elements(files: dict[str, Path], dof_map: DofMap | None = None) ->
         element = _parts(path)
         rows = _map(element, path)
         if dof_map is not None and (len(rows) != len(dof_map)):
-            raise InputError(f"{path.name}: has {len(rows)} dofs, the other files {len(dof_map)}; they must agree")
+            raise InputError(
+                Fault(
+                    Place(path.name), f"has {len(rows)} dofs, the other files {len(dof_map)}", remedy="they must agree"
+                )
+            )
         dof_map = dof_map or rows
         for kind, lines in element.matrices.items():
             role = _TYPES.get(kind)
@@ -193,7 +219,7 @@ def read_user_elements(files: dict[str, Path], dof_map: DofMap | None = None) ->
                 continue
             role = name if len(element.matrices) == 1 else role
             if role in matrices:
-                raise InputError(f"{path.name}: brings {kind} again; give each matrix once")
+                raise InputError(Fault(Place(path.name), f"brings {kind} again", remedy="give each matrix once"))
             matrices[role] = _lower_half(lines, len(rows), path)
     return RawModel(matrices=matrices, dof_map=dof_map, warnings=tuple(others))
 
@@ -209,7 +235,7 @@ def _parts(path: Path) -> _Element:
             words = line.upper().replace(" ", "").lstrip("*").split(",")
             section = words[0]
             if section == "USERELEMENT" and element.matrices:
-                raise InputError(f"{path.name}: holds several *USER ELEMENT; expected one substructure")
+                raise InputError(Fault(Place(path.name), "holds several *USER ELEMENT", expected="one substructure"))
             if section == "MATRIX":
                 kind = next((word[5:] for word in words if word.startswith("TYPE=")), "")
                 element.matrices.setdefault(kind, [])
@@ -234,7 +260,11 @@ def _map(element: _Element, path: Path) -> DofMap:
             entries += [(label, direction - 1) for direction in here]
     except ValueError:
         raise InputError(
-            f"{path.name}: the node list of its *USER ELEMENT cannot be read; the file is damaged"
+            Fault(
+                Place(path.name),
+                "the node list of its *USER ELEMENT cannot be read",
+                remedy="the file is damaged: write it again",
+            )
         ) from None
     table = np.asarray(entries, dtype=np.int64).reshape(-1, 2)
     return DofMap(nodes=table[:, 0], components=table[:, 1])
@@ -246,7 +276,11 @@ def _lower_half(lines: list[str], size: int, path: Path) -> Sparse:
     values = number_table("\n".join(lines).encode("latin-1"), 1, path)[:, 0]
     if len(values) != size * (size + 1) // 2:
         raise InputError(
-            f"{path.name}: found {len(values)} entries, expected {size * (size + 1) // 2} for {size} dofs; truncated"
+            Fault(
+                Place(path.name),
+                found=f"{len(values)} entries, expected {size * (size + 1) // 2} for {size} dofs",
+                remedy="it is truncated: write it again",
+            )
         )
     rows, columns = np.tril_indices(size)
     return coo_array((values, (rows, columns)), shape=(size, size))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.rigid import Reference
@@ -39,7 +39,8 @@ class Glue:
     adjust: bool
     tolerance: float | None
     cyclic: bool
-    where: str
+    where: Place
+    line: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +68,7 @@ class Content:
     element_sets: dict[str, list[int]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
-    material_faults: dict[str, list[str]] = field(default_factory=dict)
+    material_faults: dict[str, list[Fault]] = field(default_factory=dict)
     sections: list[Section] = field(default_factory=list)
     other_sections: list[Section] = field(default_factory=list)
     held: set[tuple[int, int]] = field(default_factory=set)
@@ -77,7 +78,7 @@ class Content:
     stated: list[Stated] = field(default_factory=list)
     glues: list[Glue] = field(default_factory=list)
     doubts: list[str] = field(default_factory=list)
-    sectors: list[tuple[Glue, Sector, str]] = field(default_factory=list)
+    sectors: list[tuple[Glue, Sector, Place]] = field(default_factory=list)
     lumped: list[Lumped] = field(default_factory=list)
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None
@@ -87,9 +88,9 @@ class Content:
     steps: list[dict[str, str]] = field(default_factory=list)
     loaded: bool = False
 
-    def where(self, line: int) -> str:
-        """File and line, for messages."""
-        return self.findings.place(line)
+    def where(self, line: int, *names: str) -> Place:
+        """Where something stands: file, line, what it is called."""
+        return self.findings.place(line, *names)
 
     def note(self, verdict: Verdict, block: Block, what: str = "") -> None:
         """What becomes of a keyword."""
@@ -122,19 +123,19 @@ def named(word: str, sets: dict[str, list[int]]) -> list[int]:
     return [whole_number(word)] if word.isdigit() else sets[word]
 
 
-def surface_of(mesh: Mesh, name: str, where: str) -> Surface:
+def surface_of(mesh: Mesh, name: str, where: Place) -> Surface:
     """The faces of a surface in the mesh; InputError where it has none on solid elements."""
     name = name.strip('"').upper()
     if name not in mesh.surfaces:
-        raise InputError(f"{where} names the surface {name}, which has no faces of solid elements in the file")
+        raise InputError(Fault(where, f"names the surface {name}, which has no faces of solid elements in the file"))
     return mesh.surfaces[name]
 
 
-def nodes_of(content: Content, mesh: Mesh, name: str, where: str) -> IntArray:
+def nodes_of(content: Content, mesh: Mesh, name: str, where: Place) -> IntArray:
     """Node indices of a surface of faces, or of a node set or nodal surface."""
     name = name.strip('"').upper()
     if name in content.surfaces:
         return surface_of(mesh, name, where).nodes
     if name not in mesh.node_sets:
-        raise InputError(f"{where} names {name}, which the file does not have")
+        raise InputError(Fault(where, f"names {name}, which the file does not have"))
     return mesh.node_sets[name]

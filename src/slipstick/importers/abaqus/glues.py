@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import NodalEquation
@@ -48,7 +48,8 @@ def on_tie(content: Content, block: Block) -> None:
             adjust=parameters.get("ADJUST", "YES") != "NO" and "CYCLICSYMMETRY" not in parameters,
             tolerance=tolerance,
             cyclic="CYCLICSYMMETRY" in parameters,
-            where=f"{content.where(line)}: {block.shown}",
+            where=content.where(line, block.shown),
+            line=line,
         )
         content.glues.append(glue)
         if not glue.cyclic:
@@ -94,8 +95,11 @@ def _tied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[NodalEquation]:
     nodes, projection = _near(content, glue, mesh)
     if not len(nodes):
         raise InputError(
-            f"{glue.where}: no node of {glue.dependent} lies near enough to {glue.independent}; "
-            "check the surfaces and POSITION TOLERANCE"
+            Fault(
+                glue.where,
+                f"no node of {glue.dependent} lies near enough to {glue.independent}",
+                remedy="check the surfaces and POSITION TOLERANCE",
+            )
         )
     yield from tie_equations(mesh, nodes, projection, glue.where)
 
@@ -127,7 +131,7 @@ def _untied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[str]:
         )
 
 
-def _unlike(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh) -> Iterator[str]:
+def _unlike(content: Content, glue: Glue, sector: Sector, where: Place, mesh: Mesh) -> Iterator[str]:
     """Sides of a sector that lie apart, whose nodes do not meet, or of which one is larger."""
     dependent, onto, size = _two_sides(content, glue, where, mesh)
     projection, rotation = sides(mesh, sector, dependent, onto)
@@ -173,7 +177,7 @@ def on_cyclic(content: Content, block: Block) -> None:
         raise ValueError("expected N from 2 up, six numbers of an axis, and one *TIE with CYCLIC SYMMETRY, or its name")
     sector = Sector(start=np.array(axis[:3]), end=np.array(axis[3:6]), count=sectors)
     for glue in joined:
-        where = f"{content.where(block.line)}: {block.shown}"
+        where = content.where(block.line, block.shown)
         content.sectors.append((glue, sector, where))
         content.stated.append(
             Stated(where=where, equations=partial(_sides, content, glue, sector, where), nodewise=False, cyclic=True)
@@ -199,7 +203,7 @@ def symmetry_of(content: Content, mesh: Mesh) -> CyclicSymmetry | None:
     )  # fmt: skip
 
 
-def _two_sides(content: Content, glue: Glue, where: str, mesh: Mesh) -> tuple[IntArray, Surface | IntArray, float]:
+def _two_sides(content: Content, glue: Glue, where: Place, mesh: Mesh) -> tuple[IntArray, Surface | IntArray, float]:
     """Nodes of one side, the other side (faces where it has some), and the length of its edges."""
     dependent = nodes_of(content, mesh, glue.dependent, where)
     faces = mesh.surfaces.get(glue.independent)
@@ -207,7 +211,7 @@ def _two_sides(content: Content, glue: Glue, where: str, mesh: Mesh) -> tuple[In
     return dependent, faces or other, face_size(mesh, faces) if faces else _spacing(mesh.nodes[other])
 
 
-def _sides(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+def _sides(content: Content, glue: Glue, sector: Sector, where: Place, mesh: Mesh) -> Iterator[NodalEquation]:
     dependent, onto, size = _two_sides(content, glue, where, mesh)
     tolerance = min(_SIDES * size, glue.tolerance or np.inf)
     yield from cyclic_equations(mesh, sector, dependent, onto, tolerance=tolerance, where=where)
@@ -233,9 +237,8 @@ def about_diameters(content: Content) -> None:
     lines = [glue for glue in content.glues if glue.cyclic]
     if not lines:
         return
-    line = int(lines[0].where.split("line ")[1].split(":")[0])
     others = sorted(content.diameters - {0})
     if others or not content.diameters:
         asked = f"asks for {others[0]} to {others[-1]} nodal diameters and " if others else ""
         what = f"{asked}is as a body computed for 0 alone, all sectors alike; ss.reduced_sector computes all of them"
-        content.findings.add(Verdict.APPROXIMATED, "*CYCLIC SYMMETRY MODEL", what, line)
+        content.findings.add(Verdict.APPROXIMATED, "*CYCLIC SYMMETRY MODEL", what, lines[0].line)

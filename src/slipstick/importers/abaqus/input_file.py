@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.abaqus.blocks import Block, blocks, whole_text
@@ -154,9 +154,9 @@ def _handle(content: Content, block: Block) -> None:
         missing = str(error.args[0])
         lacks = missing in KEYWORD_PARAMETERS.get(block.keyword, ())
         fault = f"lacks {missing}=" if lacks else f"names {missing}, which the file does not have"
-        raise InputError(f"{content.where(block.line)}: {block.shown} {fault}") from None
+        raise InputError(Fault(content.where(block.line, block.shown), fault)) from None
     except (ValueError, IndexError) as error:
-        raise InputError(f"{content.where(block.line)}: {block.shown} cannot be read ({error})") from None
+        raise InputError(Fault(content.where(block.line, block.shown), f"cannot be read ({error})")) from None
 
 
 def _parameters(content: Content, block: Block) -> None:
@@ -192,7 +192,9 @@ def _node(content: Content, block: Block) -> None:
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
         label = whole_number(row[0])
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
-            raise InputError(f"{content.where(line)}: node {label} is given again at another place; {_INSTANCES}")
+            raise InputError(
+                Fault(content.where(line), f"node {label} is given again at another place", remedy=_INSTANCES)
+            )
         labels.append(label)
     if "NSET" in block.parameters:
         content.node_sets.setdefault(block.parameters["NSET"], []).extend(labels)
@@ -222,7 +224,7 @@ def _solids(content: Content, block: Block, name: str, kind: str, same: bool) ->
     for at, label in enumerate(labels):
         nodes = words[at * width + 1 : (at + 1) * width]
         if content.kinds.setdefault(label, kind) != kind or table.setdefault(label, nodes) != nodes:
-            raise InputError(f"{content.where(block.line)}: element {label} is given twice; {_INSTANCES}")
+            raise InputError(Fault(content.where(block.line), f"element {label} is given twice", remedy=_INSTANCES))
     if not same:
         counts = content.variants.setdefault(kind, {})
         counts[name] = counts.get(name, 0) + len(labels)
@@ -303,8 +305,8 @@ def _law(content: Content, block: Block) -> None:
 
 
 def _fault(content: Content, block: Block, what: str) -> None:
-    sentence = f"{content.where(block.line)}: {block.shown} of material {content.material} {what}"
-    content.material_faults.setdefault(content.material, []).append(sentence)
+    fault = Fault(content.where(block.line, f"{block.shown} of material {content.material}"), what)
+    content.material_faults.setdefault(content.material, []).append(fault)
 
 
 def _section(content: Content, block: Block) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.frames import supports
 from slipstick.fem.materials import Material
@@ -51,8 +51,11 @@ def read_input(path: Path) -> MeshModel:
     if not content.nodes or not content.elements:
         left = f"; it has {_counts(content.skipped)}" if content.skipped else ""
         raise InputError(
-            f"{path.name}: has no solid element (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20){left}; "
-            "give the file with the mesh"
+            Fault(
+                Place(path.name),
+                f"has no solid element (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20){left}",
+                remedy="give the file with the mesh",
+            )
         )
     mesh = moved_onto(content, _mesh(content))
     materials, faults = _materials(content)
@@ -60,8 +63,8 @@ def read_input(path: Path) -> MeshModel:
     alone = (*touching(content), *named)
     findings = content.findings
     meant = {(node, axis) for node, axis in content.held if axis < 3 or node in content.turning}
-    held, along = supports(meant, frames(content), f"{path.name}: *BOUNDARY of nodes with *TRANSFORM")
-    turned = Stated(where=f"{path.name}: *TRANSFORM", equations=lambda _: along)
+    held, along = supports(meant, frames(content), Place(path.name, "*BOUNDARY of nodes with *TRANSFORM"))
+    turned = Stated(where=Place(path.name, "*TRANSFORM"), equations=lambda _: along)
     return MeshModel(
         mesh=mesh,
         materials=materials,
@@ -179,8 +182,8 @@ def _mesh(content: Content) -> Mesh:
     surfaces = {s: _faces(mesh, content, parts) for s, parts in content.surfaces.items()}
     mesh = replace(mesh, surfaces={s: surface for s, surface in surfaces.items() if surface.n_faces})
     for s in surfaces.keys() - mesh.surfaces.keys():
-        what = f"{s} lies on no solid element and is left out"
-        content.findings.add(Verdict.APPROXIMATED, "*SURFACE", what, content.surfaces[s][0][0])
+        what = "lies on no solid element and is left out"
+        content.findings.add(Verdict.APPROXIMATED, f"*SURFACE {s}", what, content.surfaces[s][0][0])
     return with_surfaces(mesh, [s for s in mesh.node_sets if s not in mesh.surfaces])
 
 
@@ -209,7 +212,7 @@ def _faces(mesh: Mesh, content: Content, parts: list[tuple[int, list[str]]]) -> 
         try:
             members = named(row[0], content.element_sets)
         except KeyError:
-            raise InputError(f"{where}: *SURFACE names {row[0]}, which the file does not have") from None
+            raise InputError(Fault(where.at("*SURFACE"), f"names {row[0]}, which the file does not have")) from None
         for kind, chosen in _positions(dict(mesh.element_labels or {}), members).items():
             if len(chosen) and len(row) > 1 and row[1]:
                 shape, local = ELEMENTS[kind].faces[_face_number(row[1], kind, where)]
@@ -223,32 +226,36 @@ def _faces(mesh: Mesh, content: Content, parts: list[tuple[int, list[str]]]) -> 
     return Surface(faces={shape: np.concatenate(part) for shape, part in faces.items()})
 
 
-def _face_number(word: str, kind: str, where: str) -> int:
+def _face_number(word: str, kind: str, where: Place) -> int:
     face = word.upper().removeprefix("S")
     count = len(ELEMENTS[kind].faces)
     if not face.isdigit() or not 1 <= int(face) <= count:
-        raise InputError(f"{where}: *SURFACE: found face {word}; expected S1 to S{count} of {kind} elements")
+        raise InputError(
+            Fault(where.at("*SURFACE"), found=f"face {word}", expected=f"S1 to S{count} of {kind} elements")
+        )
     return int(face) - 1
 
 
-def _materials(content: Content) -> tuple[dict[str, Material], tuple[str, ...]]:
+def _materials(content: Content) -> tuple[dict[str, Material], tuple[Fault, ...]]:
     """Materials by element set, and what is wrong with those that sections use."""
     materials: dict[str, Material] = {}
-    faults: list[str] = []
+    faults: list[Fault] = []
     for section in content.sections:
         if section.elements not in content.element_sets:
             raise InputError(
-                f"{content.where(section.line)}: *SOLID SECTION names the element set {section.elements}, "
-                "which the file does not have"
+                Fault(
+                    content.where(section.line, "*SOLID SECTION"),
+                    f"names the element set {section.elements}, which the file does not have",
+                )
             )
         known = content.materials.get(section.material, {})
         wrong = content.material_faults.get(section.material, [])
         if wrong or not set(known) >= _ELASTIC:
-            where = f"{content.where(section.line)}: *SOLID SECTION"
-            faults += wrong or [f"{where} names material {section.material}, which has no *ELASTIC"]
+            where = content.where(section.line, "*SOLID SECTION")
+            faults += wrong or [Fault(where, f"names material {section.material}, which has no *ELASTIC")]
             continue
         try:
             materials[section.elements] = Material(**known)
         except InputError as error:
-            faults += [str(fault.inside(content.path.name, section.material)) for fault in error.faults]
+            faults += [fault.inside(content.path.name, section.material) for fault in error.faults]
     return materials, tuple(dict.fromkeys(faults))

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import in_global, supports
 from slipstick.fem.mesh import Mesh, node_indices
@@ -119,7 +119,7 @@ def read_archive(path: Path) -> MeshModel:
     tied = read_equations(findings, text)
     _refuse_missing(tied, set(labels.tolist()))
     turning = lumps.turning() | {node for equation in tied for node, axis in equation.pairs if axis > 2}
-    held, along = supports({(n, c) for n, c in supported if c < 3 or n in turning}, axes, f"{path.name}: D")
+    held, along = supports({(n, c) for n, c in supported if c < 3 or n in turning}, axes, Place(path.name, "D"))
     return MeshModel(
         mesh=with_surfaces(mesh, groups),
         materials=materials if len(materials) == len(parts.sets) else {},
@@ -153,14 +153,16 @@ def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupl
         if kind not in _WITHOUT_STIFFNESS:
             name = _KINDS.get(kind, str(kind))
             what = "add stiffness, mass or constraints and are not read"
-            yield Coupling(where=f"{path.name}: {count} elements of type {name}", what=what)
+            yield Coupling(where=Place(path.name, f"{count} elements of type {name}"), what=what)
 
 
 def _refuse_missing(tied: Sequence[NodalEquation], labels: set[int]) -> None:
     """Nodes of CE and CP that the file does not have."""
     lost = {e.where: node for e in reversed(tied) for node, _ in e.pairs if node not in labels}
     if lost:
-        raise InputError([f"{where} names node {node}, which the file does not have" for where, node in lost.items()])
+        raise InputError(
+            [Fault(where, f"names node {node}, which the file does not have") for where, node in lost.items()]
+        )
 
 
 def _turned_nodes(text: str, path: Path) -> dict[int, Array]:
@@ -175,7 +177,7 @@ def _turned_nodes(text: str, path: Path) -> dict[int, Array]:
         start = integers * width + 3 * real
         for line in block.group(4).splitlines():
             words = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
-            with reading(f"{path.name}: its NBLOCK has a line that"):
+            with reading(Place(path.name, "NBLOCK, a line")):
                 angles = [fortran_real(word) if word.strip() else 0.0 for word in words]
                 if any(angles):
                     turned[whole_number(line[:width])] = _axes_of([*angles, 0.0, 0.0][:3])
@@ -201,7 +203,9 @@ def _parse(reader: Any, path: Path) -> Any:
     except Exception:
         sound = False
     if not sound:
-        raise InputError(f"{path.name}: has no readable node and element block; write it with CDWRITE,DB")
+        raise InputError(
+            Fault(Place(path.name), "has no readable node and element block", remedy="write it with CDWRITE,DB")
+        )
     return archive
 
 
@@ -218,8 +222,12 @@ def _check_counts(text: str, path: Path) -> None:
         lines = body[: end.start()].count("\n") if end else 0
         if end is None or (numbers and numbers[-1] > lines):
             raise InputError(
-                f"{path.name}: its {block.group(1).upper()} claims {numbers[-1] if numbers else 0} entries, "
-                f"the file has {lines} lines there; it is damaged or truncated"
+                Fault(
+                    Place(path.name),
+                    f"its {block.group(1).upper()} claims {numbers[-1] if numbers else 0} entries, "
+                    f"the file has {lines} lines there",
+                    remedy="it is damaged or truncated: write it again",
+                )
             )
     for block in re.finditer(
         r"^CMBLOCK,([^,\r\n]*),[^,\r\n]*,\s*(\d+)[^\r\n]*\r?\n\([^\r\n]*\r?\n([-\s\d]*)", text, re.MULTILINE
@@ -227,7 +235,10 @@ def _check_counts(text: str, path: Path) -> None:
         count = len(block.group(3).split())
         if count != int(block.group(2)):
             raise InputError(
-                f"{path.name}: component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {count}"
+                Fault(
+                    Place(path.name),
+                    f"component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {count}",
+                )
             )
 
 
@@ -265,7 +276,7 @@ def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts
         if full not in _SAME or name == "pyramid13":
             variants.setdefault(name, {})[full] = variants.get(name, {}).get(full, 0) + 1
     if not parts:
-        raise InputError(f"{path.name}: has no solid element (types {sorted(_SOLID)} or MESH200 solids)")
+        raise InputError(Fault(Place(path.name), f"has no solid element (types {sorted(_SOLID)} or MESH200 solids)"))
     material = {kind: np.array([number for _, _, number in part]) for kind, part in parts.items()}
     every = np.unique(np.concatenate(list(material.values()))).tolist()
     return _Parts(
@@ -302,7 +313,9 @@ def _shape(nodes: IntArray, number: int, path: Path) -> tuple[str, IntArray]:
         name, local = next((s, list(at)) for s, at in _SHAPES[len(nodes)].items() if s.startswith(family))
         nodes = nodes[local]
     else:
-        raise InputError(f"{path.name}: element {number} has {len(nodes)} nodes; expected a solid with 4, 8, 10 or 20")
+        raise InputError(
+            Fault(Place(path.name), f"element {number} has {len(nodes)} nodes", expected="a solid with 4, 8, 10 or 20")
+        )
     return name, nodes
 
 

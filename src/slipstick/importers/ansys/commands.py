@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
+from slipstick.errors import Place
 from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 
@@ -88,7 +89,7 @@ def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
         if name == "D":
-            with reading(f"{findings.source}, line {line}: D"):
+            with reading(Place(findings.source, f"line {line}", "D")):
                 held |= _support(findings, line, words)
         elif name == "N" and "-1" not in words:  # which ends a block
             what = "adds, moves or turns a node outside of the node blocks, which is not read"

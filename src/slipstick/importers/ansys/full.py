@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
 from slipstick.typing import Sparse
 
@@ -45,7 +45,7 @@ def read_full(path: Path) -> RawModel:
         return _read(words, path)
     except _Damaged:
         release = _release(path)
-        raise InputError(f"{path.name}: {_newer(release) if release else _DAMAGED}") from None
+        raise InputError(Fault(Place(path.name), _newer(release) if release else _DAMAGED)) from None
 
 
 def _release(path: Path) -> str:
@@ -78,7 +78,9 @@ def _read(words: Words, path: Path) -> RawModel:
     for name, pointer, what in (("K", _STIFFNESS, "stiffness"), ("M", _MASS, "mass")):
         start = _pointer(header, pointer)
         if start <= 0:
-            raise InputError(f"{path.name}: holds no {what} matrix; write it from a modal analysis")
+            raise InputError(
+                Fault(Place(path.name), f"holds no {what} matrix", remedy="write it from a modal analysis")
+            )
         matrices[name] = _matrix(words, start, equations)
     notes = ("the damping matrix in the file was left out",) if _pointer(header, _DAMPING) > 0 else ()
     held = np.stack([dof_map.nodes[~free], dof_map.components[~free]], axis=1)
@@ -110,18 +112,26 @@ def _pointer(header: Words, low_high: tuple[int, int]) -> int:
 
 def _refuse(header: Words, directions: Words, path: Path) -> None:
     if len(header) < 40 or int(header[0]) != _SYMBOLIC:
-        raise InputError(f"{path.name}: {_DAMAGED}, or of an old frontal solver: export with HBMAT instead")
+        raise InputError(Fault(Place(path.name), f"{_DAMAGED}, or of an old frontal solver: export with HBMAT instead"))
     if header[_LUMPED] or header[_UNSYMMETRIC]:
         what = "a lumped mass matrix" if header[_LUMPED] else "unsymmetric matrices"
-        raise InputError(f"{path.name}: holds {what}; solve a modal analysis with LUMPM,OFF and symmetric matrices")
+        raise InputError(
+            Fault(
+                Place(path.name), f"holds {what}", remedy="solve a modal analysis with LUMPM,OFF and symmetric matrices"
+            )
+        )
     if header[_CONSTRAINT_EQUATIONS] > 0:
         raise InputError(
-            f"{path.name}: keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart "
-            "from its matrices; join the parts by shared nodes, or export a superelement with HBMAT"
+            Fault(
+                Place(path.name),
+                f"keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart from its "
+                "matrices",
+                remedy="join the parts by shared nodes, or export a superelement with HBMAT",
+            )
         )
     strange = sorted(set(directions.tolist()) - set(_COMPONENTS))
     if strange:
-        raise InputError(f"{path.name}: has dofs {strange}, no motions; export a structural model")
+        raise InputError(Fault(Place(path.name), f"has dofs {strange}, no motions", remedy="export a structural model"))
 
 
 def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple[DofMap, NDArray[np.bool_]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.cards import cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
@@ -57,7 +57,7 @@ def read_bulk(path: Path) -> BulkData:
         if name not in _READ:
             classify_card(reader.findings, name, number)
             continue
-        with reading(f"{path.name}, line {number}: {name}"):
+        with reading(Place(path.name, f"line {number}", name)):
             reader.line = number
             reader.read(name, fields)
     reader.findings.refuse_incomplete()
@@ -111,7 +111,9 @@ class _Reader:
         x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
         point = (_system(fields[1]), _system(fields[5]), (x, y, z))
         if self.grids.setdefault(node, point) != point:
-            raise InputError(f"{self.path.name}, line {self.line}: GRID {node} is given again at another place")
+            raise InputError(
+                Fault(Place(self.path.name, f"line {self.line}", f"GRID {node}"), "is given again at another place")
+            )
         self._hold(node, fields[6])
         if not fields[6]:
             self.free_grids.append(node)
@@ -194,7 +196,9 @@ class _Reader:
             if kind in (3, 4) or form not in (1, 6):
                 described = "complex" if kind in (3, 4) else f"of form {form}"
                 raise InputError(
-                    f"{self.path.name}: DMIG {name} is {described}; expected a real square or symmetric one"
+                    Fault(
+                        Place(self.path.name), f"DMIG {name} is {described}", expected="a real square or symmetric one"
+                    )
                 )
             self.matrices[name] = DirectMatrix(name=name, symmetric=form == 6)
             return
@@ -248,7 +252,11 @@ class _Reader:
         numbers = {node: displacement if number is None else number for node, number in stated.items()}
         fluid = [node for node, number in numbers.items() if number < 0]
         if fluid:
-            raise InputError(f"{self.path.name}: GRID {fluid[0]} is a point of a fluid; only structures are read")
+            raise InputError(
+                Fault(
+                    Place(self.path.name), f"GRID {fluid[0]} is a point of a fluid", remedy="only structures are read"
+                )
+            )
         turned = {
             node: frames.frame(number).directions(coordinates[node]) for node, number in numbers.items() if number > 0
         }

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 
 _SUPER = (
@@ -107,7 +107,7 @@ def _fields(line: str, *, large: bool) -> list[str]:
         parts = [part.strip() for part in line.split(",")][1:]
         if any(_REAL.fullmatch(part) for part in parts[count:]):
             some = "a line of large fields (*) holds four" if large else "a line holds eight; go on in the next one"
-            raise InputError(f"bulk data '{line.strip()[:72]}' has {len(parts)} fields; {some}")
+            raise InputError(Fault(statement=f"bulk data '{line.strip()[:72]}' has {len(parts)} fields", remedy=some))
         parts = parts[:count]
     else:
         parts = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]

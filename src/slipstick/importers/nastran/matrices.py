@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
@@ -48,13 +48,12 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
         if len(fitting) > 1:
             fitting = [name for name in fitting if _OF_A_SET.match(name.upper())] or fitting
         if told and told not in names:
-            faults.append(f"{source}: holds no matrix {told}; it holds {', '.join(names)}")
+            faults.append(Fault(Place(source), f"holds no matrix {told}", remedy=f"it holds {', '.join(names)}"))
         elif len(fitting) == 1:
             chosen[role] = fitting[0]
         elif fitting:
-            faults.append(
-                f"{source}: several {_WORD[role]} matrices ({', '.join(fitting)}); say which, as {role}={fitting[0]}"
-            )
+            what = f"several {_WORD[role]} matrices ({', '.join(fitting)})"
+            faults.append(Fault(Place(source), what, remedy=f"say which, as {role}={fitting[0]}"))
     if faults:
         raise InputError(faults)
     return chosen
@@ -90,7 +89,7 @@ def read_op4_model(
     if bulk is None or "K" not in matrices:
         return _with(RawModel(matrices=matrices), beside)
     data = read_bulk(bulk)
-    told_rows = _rows(data, matrices["K"].shape[0], f"{source}: K", bulk, constraints)
+    told_rows = _rows(data, matrices["K"].shape[0], Place(source, "K"), bulk, constraints)
     raw = _with(RawModel(matrices=matrices, **told_rows), beside)
     return to_global(raw, data.directions, source)
 
@@ -128,7 +127,7 @@ def _structural(name: str, damping: Any, stiffness: Any, source: str) -> str:
     return f"{head}: it is no multiple of the stiffness; give the loss_factor that comes nearest"
 
 
-def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | None) -> dict[str, Any]:
+def _rows(data: BulkData, size: int, what: Place, bulk: Path, constraints: int | None) -> dict[str, Any]:
     """Map and nodes for a matrix of this size."""
     pairs = [(node, component) for node in data.nodes.ids.tolist() for component in range(6)]
     every = sorted(pairs + [(point, 6) for point in data.scalar_points.tolist()])
@@ -144,12 +143,17 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
     if fitting is None:
         sizes = ", ".join(f"the {name} {len(pairs)}" for name, pairs in sets.items() if pairs)
         raise InputError(
-            f"{what} has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints): "
-            "export KGG and MGG, or give a map file"
+            Fault(
+                what,
+                f"has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints)",
+                remedy="export KGG and MGG, or give a map file",
+            )
         )
     couplings, whole = data.findings.couplings, fitting is every
     if couplings and fitting not in (sets["analysis set"], data.external):
-        raise InputError([f"{c.where} {c.what}, which {what} does not hold; export KAA and MAA" for c in couplings])
+        raise InputError(
+            [Fault(c.where, f"{c.what}, which {what} does not hold", remedy="export KAA and MAA") for c in couplings]
+        )
     if whole:
         _refuse_turned(equations, data, held, bulk)
     nodes = Nodes(ids=data.nodes.ids, coordinates=data.nodes.coordinates, held=_table(held))
@@ -176,8 +180,11 @@ def _refuse_turned(
     partly = [n for n in sorted(named) if 0 < sum((n, axis) in held for axis in range(3)) < 3]
     if partly:
         raise InputError(
-            f"{bulk.name}: point {partly[0]} is held in part along its own directions and stands in MPC, RBE or RBAR "
-            "cards; export KAA and MAA"
+            Fault(
+                Place(bulk.name),
+                f"point {partly[0]} is held in part along its own directions and stands in MPC, RBE or RBAR cards",
+                remedy="export KAA and MAA",
+            )
         )
 
 
@@ -194,10 +201,16 @@ def chosen_supports(data: BulkData, constraints: int | None, bulk: Path) -> set[
     chosen = sorted(number for number in data.held if number and number not in data.combined)
     if constraints is None and len(chosen) > 1:
         raise InputError(
-            f"{bulk.name}: holds the constraint sets {chosen}; say which one is in force (constraints=...)"
+            Fault(
+                Place(bulk.name),
+                f"holds the constraint sets {chosen}",
+                remedy="say which one is in force (constraints=...)",
+            )
         )
     if constraints is not None and constraints not in data.held:
-        raise InputError(f"{bulk.name}: has no constraint set {constraints}; it has {chosen or 'none'}")
+        raise InputError(
+            Fault(Place(bulk.name), f"has no constraint set {constraints}", remedy=f"it has {chosen or 'none'}")
+        )
     number = constraints if constraints is not None else (chosen[0] if chosen else 0)
     return data.held.get(0, set()) | data.held.get(number, set())
 
@@ -226,7 +239,13 @@ def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mappi
         stored |= part.matrices
     source = ", ".join(path.name for path in files)
     if not stored:
-        raise InputError(f"{source}: holds no DMIG matrix; punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)")
+        raise InputError(
+            Fault(
+                Place(source),
+                "holds no DMIG matrix",
+                remedy="punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)",
+            )
+        )
     chosen = choose(list(stored), source, names)
     keys = sorted({pair for matrix in stored.values() for pair in (*matrix.rows, *matrix.columns)})
     every = {name: sparse(matrix, keys) for name, matrix in stored.items()}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import supports
@@ -122,7 +122,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     deck = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
     if not deck.elements:
         remedy = "give the file with the mesh"
-        raise InputError(f"{path.name}: has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM); {remedy}")
+        raise InputError(Fault(Place(path.name), "has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM)", remedy=remedy))
     labels, nodes = placed(deck.made, data.nodes.ids, data.nodes.coordinates, path.name)
     mesh = _mesh(deck, labels, nodes, path)
     materials, faults = _materials(deck, path)
@@ -139,7 +139,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         notes=(*_left_out(deck, path), *deck.findings.notes, *unit_notes(mesh, materials)),
         warnings=deck.findings.warnings,
-        couplings=(*deck.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
+        couplings=(*deck.findings.couplings, *(c for c in data.findings.couplings if c.where[-1] == "SPC")),
         constraints=tuple(stated_each(equations)),
         lumped=lumped,
         material_faults=faults,
@@ -165,7 +165,7 @@ def _cards(path: Path, text: str, next_label: int) -> Cards:
             elif name not in POINTS | SYSTEMS:
                 classify_mesh_card(deck.findings, name, line)
         except (ValueError, IndexError) as error:
-            raise InputError(f"{path.name}, line {line}: {name} cannot be read ({error})") from None
+            raise InputError(Fault(Place(path.name, f"line {line}", name), f"cannot be read ({error})")) from None
     deck.findings.refuse_incomplete()
     solid = _solid_nodes(deck)
     for name, members in deck.others.items():
@@ -236,22 +236,22 @@ def _mesh(deck: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
     )
 
 
-def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[str, ...]]:
+def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[Fault, ...]]:
     """Materials by element set, and what is wrong with those that properties use."""
     materials: dict[str, Material] = {}
-    faults: list[str] = []
+    faults: list[Fault] = []
     for group in sorted({group for part in deck.elements.values() for _, group, _ in part}):
         number = deck.properties.get(group)
         known = deck.materials.get(number) if number is not None else None
         if known is None:
             lacks = "has no PSOLID" if number is None else f"names material {number}, which is no MAT1 (isotropic)"
-            faults.append(f"{path.name}: property {group} {lacks}")
+            faults.append(Fault(Place(path.name, f"property {group}"), lacks))
             continue
         try:
             scaled = {**known, "density": known["density"] * deck.mass_factor}
             materials[f"property {group}"] = Material(**scaled)
         except InputError as error:
-            faults += [str(fault.inside(path.name, f"material {number}")) for fault in error.faults]
+            faults += [fault.inside(path.name, f"material {number}") for fault in error.faults]
     return materials, tuple(faults)
 
 
@@ -261,7 +261,7 @@ def _supports(
     """What is held, also along directions of points; of rotations those that take part."""
     held = chosen_supports(data, number, path)
     meant = {(node, axis) for node, axis in held if axis < 3 or node in turning}
-    return supports(meant, {node: axes.T for node, axes in data.directions.items()}, f"{path.name}: SPC")
+    return supports(meant, {node: axes.T for node, axes in data.directions.items()}, Place(path.name, "SPC"))
 
 
 def _left_out(deck: Cards, path: Path) -> Iterator[str]:
@@ -292,7 +292,7 @@ def lumped_of(
     }
     parts: list[Lumped] = []
     for name, line, fields in lump_cards:
-        where = f"{points.source}, line {line}: {name}"
+        where = Place(points.source, f"line {line}", name)
         with reading(where):
             if name == "CONM2":
                 parts += _mass(findings, [*fields, *[""] * 16], line, points, solid, factor, where)
@@ -302,7 +302,7 @@ def lumped_of(
 
 
 def _mass(
-    findings: Findings, fields: Sequence[str], line: int, points: Points, solid: set[int], factor: float, where: str
+    findings: Findings, fields: Sequence[str], line: int, points: Points, solid: set[int], factor: float, where: Place
 ) -> Iterator[Lumped]:
     """Number, point, system, mass, offset (three), blank, then I11, I21, I22, I31, I32, I33."""
     node, system = whole_number(fields[1]), fields[2]
@@ -325,13 +325,13 @@ def _mass(
 
 
 def _scalar(
-    name: str, fields: Sequence[str], points: Points, stiffness: Mapping[int, float], factor: float, where: str
+    name: str, fields: Sequence[str], points: Points, stiffness: Mapping[int, float], factor: float, where: Place
 ) -> Iterator[Lumped]:
     """CELAS1: number, property, then "point, direction" twice; CELAS2, CMASS2: number, value, and the same."""
     if name == "CELAS1":
         number = whole_number(fields[1] or fields[0])
         if number not in stiffness:
-            raise InputError(f"{where} names the property PELAS {number}, which is not in the file")
+            raise InputError(Fault(where, f"names the property PELAS {number}, which is not in the file"))
         value = stiffness[number]
     else:
         value = fortran_real(fields[1]) * (factor if name == "CMASS2" else 1.0)
@@ -343,7 +343,7 @@ def _scalar(
             axis_terms = points.axis(whole_number(node), whole_number(direction) - 1)
             terms += [(n, c, sign * cosine) for n, c, cosine in axis_terms]
         elif node and node != "0":
-            raise InputError(f"{where} joins the scalar point {node}, which is not read")
+            raise InputError(Fault(where, f"joins the scalar point {node}, which is not read"))
     along = np.array([cosine for _, _, cosine in terms])
     pairs = tuple((n, c) for n, c, _ in terms)
     yield Lumped(matrix="M" if name == "CMASS2" else "K", pairs=pairs, values=value * np.outer(along, along))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.dof_map import direction, read_dof_map
 from slipstick.importers.plain.matrix_file import read_matrix
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
@@ -38,13 +38,14 @@ def read_bundle(path: Path) -> RawModel:
     """
     shapes = array_shapes(path)
     faults = [
-        f"{path.name}: '{n}' has shape {shapes[n]}; expected a square matrix"
+        Fault(Place(path.name), f"'{n}' has shape {shapes[n]}", expected="a square matrix")
         for n in "KMC"
         if n in shapes and len(shapes[n]) != 2
     ]
     missing = [name for name in ("dof_nodes", "dof_components") if name not in shapes]
     if missing:
-        faults.append(f"{path.name}: has no {' and no '.join(missing)}, the map from rows to nodes and directions")
+        what = f"has no {' and no '.join(missing)}, the map from rows to nodes and directions"
+        faults.append(Fault(Place(path.name), what))
     if faults:
         raise InputError(faults)
     arrays = read_any(path)
@@ -52,7 +53,7 @@ def read_bundle(path: Path) -> RawModel:
         components = np.array([direction(str(value)) for value in arrays["dof_components"].tolist()], dtype=np.int64)
         nodes = arrays["dof_nodes"].astype(np.int64)
     except (ValueError, TypeError, OverflowError) as error:
-        raise InputError(f"{path.name}: {error}") from None
+        raise InputError(Fault(Place(path.name), str(error))) from None
     positions = Nodes()
     if {"nodes", "coordinates"} <= set(shapes):
         positions = Nodes(ids=arrays["nodes"].astype(np.int64), coordinates=arrays["coordinates"].astype(float))
