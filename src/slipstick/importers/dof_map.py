@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import COMPONENTS
-from slipstick.importers.raw_model import DofMap, Nodes
+from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.text_numbers import read_bytes
 
 _ANSYS = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
@@ -31,8 +32,8 @@ def direction(text: str) -> int:
     raise ValueError(f"'{text}' is not a direction; known are 1..6, x, y, z, rx, ry, rz, UX, UY, UZ, ROTX, ROTY, ROTZ")
 
 
-def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
-    """Map and, where the lines carry them, coordinates.
+def read_dof_map(path: Path) -> Deck:
+    """Rows of matrices and, where the lines carry them, positions of nodes.
 
     One line a row: ``node.direction`` (CalculiX .dof) or ``n12y``; ``node direction``; ``row node direction`` (HBMAT's
     .mapping); ``node direction x y z``. Blank lines, comments (#, %, !, *) and heading lines are skipped.
@@ -44,7 +45,7 @@ def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
     """
     entries: list[tuple[int, int]] = []
     rows: list[int] = []
-    positions: dict[int, tuple[float, ...]] = {}
+    positions: dict[int, Sequence[float]] = {}
     for number, line in enumerate(read_bytes(path).decode("latin-1").splitlines(), 1):
         words = line.replace(",", " ").split()
         if not words or words[0][0] in "#%!*" or (not entries and not any(c.isdigit() for c in line)):
@@ -76,12 +77,7 @@ def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
                 remedy="the map is damaged or incomplete: write it again",
             )
         )
-    table = np.asarray(entries, dtype=np.int64)[order]
-    nodes = Nodes(
-        ids=np.fromiter(positions, dtype=np.int64, count=len(positions)),
-        coordinates=np.array(list(positions.values()), dtype=float).reshape(-1, 3),
-    )
-    return DofMap(nodes=table[:, 0], components=table[:, 1]), nodes
+    return Deck(source=path.name, rows=pairs_table(entries)[order], nodes=positions)
 
 
 def _entry(words: list[str]) -> tuple[int | None, int, int, tuple[float, ...]]:

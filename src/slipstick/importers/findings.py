@@ -108,11 +108,12 @@ class Findings:
     def notes(self) -> tuple[str, ...]:
         """What is not needed and what is not understood, each in one list with counts."""
         heads = {Verdict.HARMLESS: "without effect here", Verdict.UNKNOWN: "not understood, without effect here"}
-        return tuple(
+        listed = (
             f"{self.source}: {head}: {', '.join(names)}"
             for verdict, head in heads.items()
             if (names := self._list(verdict))
-        ) + tuple(self.extra)
+        )
+        return (*self.extra, *listed)
 
     def _of(self, verdict: Verdict) -> list[tuple[Place, str]]:
         return [

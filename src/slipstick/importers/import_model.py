@@ -15,7 +15,7 @@ from slipstick.faults import path as path_of
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import user_names
-from slipstick.importers.raw_model import support_notes
+from slipstick.importers.matrix_model import support_notes
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
 from slipstick.io.model_file import save_model

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,10 @@ import numpy as np
 from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.abaqus.mesh import read_input
 from slipstick.importers.ansys.archive import read_archive
+from slipstick.importers.deck import Deck
 from slipstick.importers.extras import require
 from slipstick.importers.gmsh.mesh_file import read_gmsh
 from slipstick.importers.grouped import KINDS, MARK, Cells, grouped_model
-from slipstick.importers.mesh_model import MeshModel
 from slipstick.importers.nastran.mesh import read_bulk_mesh
 from slipstick.importers.text_numbers import read_bytes
 
@@ -36,7 +35,7 @@ _DIMENSIONS = ("points", "curves", "surfaces", "volumes")
 _GMSH, _INPUT, _FLUENT = "Gmsh", "Abaqus or CalculiX", "Ansys Fluent"
 
 
-def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
+def read_mesh(path: Path, constraints: int | None = None) -> Deck:
     """A mesh with its named groups; materials and supports where the format has them.
 
     ``constraints`` is the Nastran SPC set in force; not needed where the file has one, or its case control says which.
@@ -61,7 +60,7 @@ def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     return _from_meshio(path)
 
 
-def _by_content(path: Path, suffix: str) -> MeshModel:
+def _by_content(path: Path, suffix: str) -> Deck:
     """Several programs use these suffixes: CalculiX GraphiX writes input files as .msh."""
     begin = read_bytes(path)[:4096]
     if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -83,9 +82,9 @@ def _by_content(path: Path, suffix: str) -> MeshModel:
         )
     usual = _INPUT if suffix == ".inp" else _GMSH
     model = read_input(path) if kind == _INPUT else _from_gmsh(path)
-    if kind == usual:
-        return model
-    return replace(model, notes=(f"{path.name}: is a file of {kind}, and read as that", *model.notes))
+    if kind != usual:
+        model.extra.insert(0, f"{path.name}: is a file of {kind}, and read as that")
+    return model
 
 
 def _program(begin: bytes) -> str | None:
@@ -102,17 +101,16 @@ def _program(begin: bytes) -> str | None:
     return None
 
 
-def _from_gmsh(path: Path) -> MeshModel:
+def _from_gmsh(path: Path) -> Deck:
     file = read_gmsh(path)
     model = grouped_model(path.name, file.points, file.cells, file.labels)
-    if not file.unnamed:
-        return model
     groups = ", ".join(f"{number} of {_DIMENSIONS[dimension]}" for dimension, number in file.unnamed)
     what = f"{path.name}: physical groups without a name are not read: {groups}; name them in Gmsh to use them"
-    return replace(model, notes=(*model.notes, what))
+    model.extra += [what] if file.unnamed else []
+    return model
 
 
-def _from_meshio(path: Path) -> MeshModel:
+def _from_meshio(path: Path) -> Deck:
     meshio = require("meshio", "meshio")
     read_bytes(path)
     try:

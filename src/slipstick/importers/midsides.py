@@ -19,7 +19,7 @@ Edges = dict[tuple[int, int], int]
 """Label of a made node by the labels of the ends of its edge."""
 
 
-def with_middles(name: str, nodes: IntArray, number: int, made: Edges, next_label: int, source: str) -> IntArray:
+def with_middles(name: str, nodes: Sequence[int], number: int, made: Edges, next_label: int, source: str) -> list[int]:
     """Labels of an element with middle nodes put where there is 0; those made so far are in ``made``.
 
     Raises
@@ -28,13 +28,13 @@ def with_middles(name: str, nodes: IntArray, number: int, made: Edges, next_labe
         If a corner is missing.
     """
     element = ELEMENTS[name]
-    if (nodes[: element.n_corners] <= 0).any() or (nodes < 0).any():
+    if min(nodes[: element.n_corners]) <= 0 or min(nodes) < 0:
         raise InputError(
             Fault(Place(source), f"element {number} lacks a corner node", remedy="the file is damaged: write it again")
         )
-    labels = nodes.copy()
-    for place in np.flatnonzero(nodes == 0).tolist():
-        a, b = (int(nodes[i]) for i in element.edges[place - element.n_corners])
+    labels = list(nodes)
+    for place in (i for i, node in enumerate(nodes) if node == 0):
+        a, b = (nodes[i] for i in element.edges[place - element.n_corners])
         labels[place] = made.setdefault((min(a, b), max(a, b)), next_label + len(made))
     return labels
 

@@ -69,7 +69,7 @@ def test_input_file_sets_surfaces_materials(tmp_path):
     assert found.mesh.surface("ROOT").n_faces == 2
     assert "N, mm, tonne" in told(found.units, found.materials)
     labels = {3 * i + 5 for i in mesh.node_set("ROOT").tolist()}
-    assert set(found.held[found.held[:, 1] == 0, 0].tolist()) == labels
+    assert {node for node, axis in found.held if axis == 0} == labels
     order = np.argsort(found.mesh.labels)
     np.testing.assert_array_equal(found.mesh.nodes[order], mesh.nodes)
 

@@ -10,14 +10,14 @@ after ``** ELEMENT NODES``, then the directions of the first node, and "position
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.raw_model import DofMap, RawModel
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
 from slipstick.typing import Array, IntArray, Sparse
 
@@ -25,7 +25,7 @@ HELD_DIAGONAL = 1e30
 """Abaqus marks a held degree of freedom by 1e36 on the diagonal of the stiffness."""
 
 
-def read_matrix_storage(path: Path) -> RawModel:
+def read_matrix_storage(path: Path) -> Deck:
     """CalculiX's job.sti with job.mas and job.dof beside it.
 
     Raises
@@ -33,12 +33,14 @@ def read_matrix_storage(path: Path) -> RawModel:
     InputError
         If one of the three is missing, damaged, or they disagree.
     """
-    dof_map, nodes = read_dof_map(_sibling(path, ".dof", "the map of its rows"))
-    matrices = {
-        "K": read_coordinates(path, len(dof_map)),
-        "M": read_coordinates(_sibling(path, ".mas", "the mass matrix"), len(dof_map)),
-    }
-    return RawModel(matrices=matrices, dof_map=dof_map, nodes=nodes)
+    deck = read_dof_map(_sibling(path, ".dof", "the map of its rows"))
+    files = {"K": path, "M": _sibling(path, ".mas", "the mass matrix")}
+    deck.matrices = {name: read_coordinates(file, _size(deck.rows)) for name, file in files.items()}
+    return deck
+
+
+def _size(rows: IntArray | None) -> int | None:
+    return None if rows is None else len(rows)
 
 
 def _sibling(path: Path, suffix: str, what: str) -> Path:
@@ -72,13 +74,13 @@ def _sparse(table: Array, size: int | None, path: Path) -> Sparse:
     return coo_array((table[:, 2], (rows, columns)), shape=(size or largest,) * 2)
 
 
-def read_abaqus_matrices(files: dict[str, Path], dof_map: DofMap | None = None) -> RawModel:
-    """Matrices by name ("K", "M", "C") from .mtx files; the map is theirs, or ``dof_map`` where they have none."""
+def read_abaqus_matrices(files: dict[str, Path], rows: IntArray | None = None) -> Deck:
+    """Matrices by name ("K", "M", "C") from .mtx files; the map is theirs, or ``rows`` where they have none."""
     elements = {name: path for name, path in files.items() if is_user_element(path)}
     if elements:
         if len(elements) < len(files):
             raise InputError(Fault(", ".join(path.name for path in files.values()), "only some are a *USER ELEMENT"))
-        return read_user_elements(elements, dof_map)
+        return read_user_elements(elements, rows)
     tables = {name: _lines(path) for name, path in files.items()}
     widths = {table.shape[1] for table in tables.values()}
     if len(widths) > 1:
@@ -90,8 +92,7 @@ def read_abaqus_matrices(files: dict[str, Path], dof_map: DofMap | None = None) 
         )
     if widths == {5}:
         return _by_label(tables, files)
-    size = len(dof_map) if dof_map else None
-    return RawModel(matrices={n: _sparse(table, size, files[n]) for n, table in tables.items()}, dof_map=dof_map)
+    return Deck(matrices={n: _sparse(table, _size(rows), files[n]) for n, table in tables.items()}, rows=rows)
 
 
 def _lines(path: Path) -> Array:
@@ -117,7 +118,7 @@ def _lines(path: Path) -> Array:
     return number_table("\n".join(data).encode("latin-1"), width, path)
 
 
-def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> RawModel:
+def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> Deck:
     from scipy.sparse import coo_array
 
     keys = {name: _keys(table, files[name]) for name, table in tables.items()}
@@ -127,14 +128,16 @@ def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> RawModel:
         rows, columns = np.searchsorted(every, keys[name]).T
         matrices[name] = coo_array((table[:, 4], (rows, columns)), shape=(len(every),) * 2)
     nodes, components = every // 8, every % 8
-    notes: tuple[str, ...] = ()
+    notes: list[str] = []
     if nodes[0] < 0:
         nodes, components, notes = _internal(nodes, components)
-    raw = RawModel(matrices=matrices, dof_map=DofMap(nodes=nodes, components=components), notes=notes)
-    return _without_marked(raw) if "K" in matrices else raw
+    deck = Deck(matrices=matrices, rows=np.stack([nodes, components], axis=1), extra=notes)
+    if "K" in matrices:
+        _empty_marked(deck)
+    return deck
 
 
-def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray, tuple[str, ...]]:
+def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray, list[str]]:
     """Abaqus' internal nodes, of negative numbers, as scalar points above the others: a generalised coordinate each."""
     inner = np.flatnonzero(nodes < 0)
     inner = inner[np.lexsort((components[inner], -nodes[inner]))]
@@ -142,7 +145,7 @@ def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray
     nodes, components = nodes.copy(), components.copy()
     nodes[inner], components[inner] = first + 1 + np.arange(len(inner)), 6
     note = f"{len(inner)} dofs of Abaqus' internal nodes are generalised coordinates: n{first + 1}s to n{nodes.max()}s"
-    return nodes, components, (note,)
+    return nodes, components, [note]
 
 
 def _keys(table: Array, path: Path) -> IntArray:
@@ -157,21 +160,16 @@ def _keys(table: Array, path: Path) -> IntArray:
     return nodes * 8 + (directions - 1) % 7
 
 
-def _without_marked(raw: RawModel) -> RawModel:
+def _empty_marked(deck: Deck) -> None:
     """Held degrees of freedom are those with Abaqus' mark on the diagonal: their rows are emptied and listed."""
     from scipy.sparse import csr_array, diags_array
 
-    from slipstick.importers.raw_model import Nodes
-
-    assert raw.dof_map is not None
-    stiffness = csr_array(raw.matrices["K"])
-    marked = stiffness.diagonal() >= HELD_DIAGONAL
-    if not marked.any():
-        return raw
+    assert deck.rows is not None
+    marked = csr_array(deck.matrices["K"]).diagonal() >= HELD_DIAGONAL
     keep = diags_array((~marked).astype(float))
-    matrices = {name: csr_array(keep @ csr_array(matrix) @ keep) for name, matrix in raw.matrices.items()}
-    held = np.stack([raw.dof_map.nodes[marked], raw.dof_map.components[marked]], axis=1)
-    return replace(raw, matrices=matrices, nodes=Nodes(held=held))
+    if marked.any():
+        deck.matrices = {name: csr_array(keep @ csr_array(matrix) @ keep) for name, matrix in deck.matrices.items()}
+        deck.held = {(node, axis) for node, axis in deck.rows[marked].tolist()}
 
 
 _TYPES = {"STIFFNESS": "K", "MASS": "M", "VISCOUSDAMPING": "C", "DAMPING": "C"}
@@ -192,36 +190,34 @@ def is_user_element(path: Path) -> bool:
     return content.startswith(b"*USERELEMENT") or b"\n*USERELEMENT" in content
 
 
-def read_user_elements(files: dict[str, Path], dof_map: DofMap | None = None) -> RawModel:
-    """Matrices of one file with several, or of one file for each; the map is that of the first, or ``dof_map``.
+def read_user_elements(files: dict[str, Path], rows: IntArray | None = None) -> Deck:
+    """Matrices of one file with several, or of one file for each; the map is that of the first, or ``rows``.
 
     Raises
     ------
     InputError
         If a list or a matrix is damaged, a matrix is given twice, or two files have different nodes.
     """
-    matrices: dict[str, Sparse] = {}
-    others: list[str] = []
+    deck = Deck()
     for name, path in files.items():
         element = _parts(path)
-        rows = _map(element, path)
-        if dof_map is not None and (len(rows) != len(dof_map)):
+        own = _map(element, path)
+        if rows is not None and (len(own) != len(rows)):
             raise InputError(
-                Fault(
-                    Place(path.name), f"has {len(rows)} dofs, the other files {len(dof_map)}", remedy="they must agree"
-                )
+                Fault(Place(path.name), f"has {len(own)} dofs, the other files {len(rows)}", remedy="they must agree")
             )
-        dof_map = dof_map or rows
+        rows = own if rows is None else rows
         for kind, lines in element.matrices.items():
             role = _TYPES.get(kind)
             if role is None:
-                others.append(f"{path.name}: *MATRIX, TYPE={kind} is not used")
+                deck.doubts.append(f"{path.name}: *MATRIX, TYPE={kind} is not used")
                 continue
             role = name if len(element.matrices) == 1 else role
-            if role in matrices:
+            if role in deck.matrices:
                 raise InputError(Fault(Place(path.name), f"brings {kind} again", remedy="give each matrix once"))
-            matrices[role] = _lower_half(lines, len(rows), path)
-    return RawModel(matrices=matrices, dof_map=dof_map, warnings=tuple(others))
+            deck.matrices[role] = _lower_half(lines, len(own), path)
+    deck.rows = rows
+    return deck
 
 
 def _parts(path: Path) -> _Element:
@@ -246,7 +242,7 @@ def _parts(path: Path) -> _Element:
     return element
 
 
-def _map(element: _Element, path: Path) -> DofMap:
+def _map(element: _Element, path: Path) -> IntArray:
     """Directions of each node in turn: those of the first line, until a line "position, directions" changes them."""
     try:
         labels = [int(word) for word in element.nodes]
@@ -266,8 +262,7 @@ def _map(element: _Element, path: Path) -> DofMap:
                 remedy="the file is damaged: write it again",
             )
         ) from None
-    table = np.asarray(entries, dtype=np.int64).reshape(-1, 2)
-    return DofMap(nodes=table[:, 0], components=table[:, 1])
+    return pairs_table(entries)
 
 
 def _lower_half(lines: list[str], size: int, path: Path) -> Sparse:

@@ -19,8 +19,8 @@ from slipstick.fem.mesh import Mesh
 from slipstick.fem.rigid import Reference, mean_equations, rigid_equations, rigid_rows
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
+from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict
-from slipstick.importers.mesh_model import Stated
 from slipstick.importers.text_numbers import fortran_real, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
@@ -48,14 +48,14 @@ def on_equation(content: Content, block: Block) -> None:
 
 
 def _one_equation(content: Content, block: Block, words: list[str], line: int) -> None:
-    where = content.where(line, block.shown)
+    where = content.place(line, block.shown)
     parts = [
         (named(words[i], content.node_sets), whole_number(words[i + 1]) - 1, fortran_real(words[i + 2]))
         for i in range(0, len(words), 3)
     ]
     if any(not 0 <= axis < 6 for _, axis, _ in parts):
         if all(not 0 <= axis < 6 for _, axis, _ in parts):
-            content.findings.add(Verdict.HARMLESS, block.shown, "", line)
+            content.add(Verdict.HARMLESS, block.shown, "", line)
             return
         raise ValueError("directions beyond 6 together with motions")
     length = max(len(nodes) for nodes, _, _ in parts)
@@ -122,7 +122,7 @@ def on_mpc(content: Content, block: Block) -> None:
     for line, words in lines:
         kind = words[0].upper()
         groups = [named(word, content.node_sets) for word in words[1:] if word]
-        where = content.where(line, f"{block.shown} {kind}")
+        where = content.place(line, f"{block.shown} {kind}")
         if kind in ("PLANE", "STRAIGHT"):
             nodes = list(dict.fromkeys(node for group in groups for node in group))
             make = _plane if kind == "PLANE" else _straight
@@ -133,7 +133,7 @@ def on_mpc(content: Content, block: Block) -> None:
             content.stated.append(Stated(where=where, equations=equations))
         else:
             what = "ties degrees of freedom to each other"
-            content.findings.add(Verdict.COUPLING, f"{block.shown} {kind}", what, line)
+            content.add(Verdict.COUPLING, f"{block.shown} {kind}", what, line)
 
 
 def _joined(
@@ -187,7 +187,7 @@ def _along(normal: Array, parts: tuple[tuple[int, float], ...], where: Place) ->
 def on_rigid_body(content: Content, block: Block) -> None:
     """All nodes of a set follow a reference node; its rotations are directions 4..6, or those of the ROT NODE."""
     parameters = block.parameters
-    where = content.where(block.line, block.shown)
+    where = content.place(block.line, block.shown)
     if "REFNODE" not in parameters or not parameters.keys() & {"NSET", "ELSET"}:
         content.note(Verdict.COUPLING, block, "makes a rigid body without REF NODE, or without NSET or ELSET")
         return
@@ -226,7 +226,7 @@ def unfinished_coupling(content: Content) -> None:
     """A *COUPLING that is followed by nothing that is read is refused."""
     if content.coupling is not None:
         what = "is followed neither by *KINEMATIC nor by *DISTRIBUTING"
-        content.findings.add(Verdict.COUPLING, content.coupling.shown, what, content.coupling.line)
+        content.add(Verdict.COUPLING, content.coupling.shown, what, content.coupling.line)
 
 
 def on_kind_of_coupling(content: Content, block: Block) -> None:
@@ -234,7 +234,7 @@ def on_kind_of_coupling(content: Content, block: Block) -> None:
     if content.coupling is None:
         raise ValueError("no *COUPLING stands before it")
     head, content.coupling = content.coupling.parameters, None
-    where = content.where(block.line, block.shown)
+    where = content.place(block.line, block.shown)
     if not head.keys() >= {"REFNODE", "SURFACE"} or "CYCLICSYMMETRY" in block.parameters:
         content.note(Verdict.COUPLING, block, "couples nodes to a reference node")
         return
@@ -321,7 +321,7 @@ def on_distributing_coupling(content: Content, block: Block) -> None:
         for node in named(row[0], content.node_sets):
             weights[node] = weights.get(node, 0.0) + (fortran_real(row[1]) if len(row) > 1 and row[1] else 1.0)
     total, node = sum(weights.values()), coupled[0][0]
-    where = content.where(block.line, block.shown)
+    where = content.place(block.line, block.shown)
     if not total > 0.0:
         raise ValueError(f"weights whose sum is {total:g}")
     equations = [

@@ -26,7 +26,6 @@ from slipstick.importers.abaqus.couplings import (
     read_axes,
     unfinished_coupling,
 )
-from slipstick.importers.abaqus.glues import about_diameters, on_cyclic, on_diameters, on_tie
 from slipstick.importers.abaqus.keywords import (
     KEYWORD_PARAMETERS,
     KEYWORD_VERDICTS,
@@ -35,7 +34,8 @@ from slipstick.importers.abaqus.keywords import (
     OTHER_SECTIONS,
     solid_type,
 )
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.abaqus.ties import about_diameters, on_cyclic, on_diameters, on_tie
+from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
 
@@ -87,7 +87,7 @@ def on_spring(content: Content, block: Block) -> None:
         if kind == "SPRINGA":
             ends = (nodes[0], nodes[1])
             along = content.position(ends[1]) - content.position(ends[0])
-            content.lumped.append(axial_spring(stiffness, ends, along, content.where(block.line)))
+            content.lumped.append(axial_spring(stiffness, ends, along, content.place(block.line)))
         else:
             content.lumped.append(_spring(kind, nodes, directions, stiffness))
 
@@ -121,14 +121,14 @@ def read_content(path: Path) -> Content:
         For damaged lines, unknown sets, elements given twice (with their line), and whatever leaves the mesh
         incomplete: includes, generated nodes, several parts, moved instances.
     """
-    content = Content(path=path, findings=Findings(source=path.name))
+    content = Content(path=path, source=path.name, flatten=_INSTANCES)
     late: list[Block] = []
-    for block in blocks(whole_text(path, content.findings)):
+    for block in blocks(whole_text(path, content)):
         if block.keyword in _LATE:
             late.append(block)
         else:
             _handle(content, block)
-    content.findings.refuse_incomplete()
+    content.refuse_incomplete()
     for block in sorted(late, key=lambda block: _ORDER.get(block.keyword, 1)):
         _handle(content, block)
     unfinished_coupling(content)
@@ -141,9 +141,7 @@ def _handle(content: Content, block: Block) -> None:
     if handler is None and block.keyword in MATERIAL_FAULTS:
         handler = _law
     if handler is None:
-        content.findings.look_up(
-            KEYWORD_VERDICTS, block.keyword, block.shown, block.line, of_the_model=not content.steps
-        )
+        content.look_up(KEYWORD_VERDICTS, block.keyword, block.shown, block.line, of_the_model=not content.steps)
         return
     _parameters(content, block)
     try:
@@ -154,9 +152,9 @@ def _handle(content: Content, block: Block) -> None:
         missing = str(error.args[0])
         lacks = missing in KEYWORD_PARAMETERS.get(block.keyword, ())
         fault = f"lacks {missing}=" if lacks else f"names {missing}, which the file does not have"
-        raise InputError(Fault(content.where(block.line, block.shown), fault)) from None
+        raise InputError(Fault(content.place(block.line, block.shown), fault)) from None
     except (ValueError, IndexError) as error:
-        raise InputError(Fault(content.where(block.line, block.shown), f"cannot be read ({error})")) from None
+        raise InputError(Fault(content.place(block.line, block.shown), f"cannot be read ({error})")) from None
 
 
 def _parameters(content: Content, block: Block) -> None:
@@ -193,7 +191,7 @@ def _node(content: Content, block: Block) -> None:
         label = whole_number(row[0])
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
             raise InputError(
-                Fault(content.where(line), f"node {label} is given again at another place", remedy=_INSTANCES)
+                Fault(content.place(line), f"node {label} is given again at another place", remedy=_INSTANCES)
             )
         labels.append(label)
     if "NSET" in block.parameters:
@@ -219,16 +217,10 @@ def _solids(content: Content, block: Block, name: str, kind: str, same: bool) ->
     width = 1 + ELEMENTS[kind].n_nodes
     if len(words) % width:
         raise ValueError(f"{len(words)} numbers for elements of {width - 1} nodes")
-    table = content.elements.setdefault(kind, {})
-    labels = words[::width]
-    for at, label in enumerate(labels):
-        nodes = words[at * width + 1 : (at + 1) * width]
-        if content.kinds.setdefault(label, kind) != kind or table.setdefault(label, nodes) != nodes:
-            raise InputError(Fault(content.where(block.line), f"element {label} is given twice", remedy=_INSTANCES))
-    if not same:
-        counts = content.variants.setdefault(kind, {})
-        counts[name] = counts.get(name, 0) + len(labels)
-    return labels
+    where = content.place(block.line)
+    for at in range(0, len(words), width):
+        content.element(kind, words[at], words[at + 1 : at + width], where, "" if same else name)
+    return words[::width]
 
 
 def _nset(content: Content, block: Block) -> None:
@@ -272,14 +264,14 @@ def _surface(content: Content, block: Block) -> None:
 
 def _material(content: Content, block: Block) -> None:
     content.material = block.parameters["NAME"]
-    content.materials[content.material] = {}
+    content.properties[content.material] = {}
 
 
 def _property(content: Content, block: Block) -> None:
     if not content.material:
         raise ValueError("no *MATERIAL stands before it")
     rows = [[fortran_real(word) if word else 0.0 for word in row] for row in block.rows]
-    table = content.materials[content.material]
+    table = content.properties[content.material]
     width = 2 if block.keyword == "ELASTIC" else 1
     isotropic = block.parameters.get("TYPE", "ISO") in ("ISO", "ISOTROPIC")
     varies = any(row[:width] != rows[0][:width] for row in rows)
@@ -305,8 +297,8 @@ def _law(content: Content, block: Block) -> None:
 
 
 def _fault(content: Content, block: Block, what: str) -> None:
-    fault = Fault(content.where(block.line, f"{block.shown} of material {content.material}"), what)
-    content.material_faults.setdefault(content.material, []).append(fault)
+    fault = Fault(content.place(block.line, f"{block.shown} of material {content.material}"), what)
+    content.law_faults.setdefault(content.material, []).append(fault)
 
 
 def _section(content: Content, block: Block) -> None:
@@ -381,7 +373,7 @@ def _boundary(content: Content, block: Block) -> None:
         axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
         if axes and value and "FIXED" not in parameters:
-            content.findings.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
+            content.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
         content.held |= {(node, axis) for node in nodes for axis in axes}
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +16,19 @@ import numpy as np
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import in_global, supports
-from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.importers.ansys.commands import classify_commands
 from slipstick.importers.ansys.cyclic import read_cyclic
 from slipstick.importers.ansys.equations import read_equations
 from slipstick.importers.ansys.lumps import LUMP_TYPES, Lumps
 from slipstick.importers.ansys.materials import read_materials
+from slipstick.importers.deck import Deck, with_surfaces
 from slipstick.importers.extras import require
-from slipstick.importers.findings import Coupling, Findings
+from slipstick.importers.findings import Coupling
 from slipstick.importers.mesh_checks import unit_notes
-from slipstick.importers.mesh_model import MeshModel, stated_each, with_surfaces
-from slipstick.importers.midsides import Edges, middle_equations, placed, whole_row, with_middles
+from slipstick.importers.midsides import whole_row
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array
 
 _HEAD = 10
 """Numbers of an EBLOCK row before its nodes: material, type, ..., element number, one more."""
@@ -79,67 +77,47 @@ _UNITS = {"SI": "SI (m, kg, s)", "MKS": "m, kg, s", "CGS": "cm, g, s", "BIN": "i
 _UNITS |= {"MPA": "mm, tonne, s", "UMKS": "micrometre, kg, s"}
 
 
-def read_archive(path: Path) -> MeshModel:
+def read_archive(path: Path) -> Deck:
     """Mesh of a .cdb file with its node and element components; materials by element set "material <number>".
 
     Raises
     ------
     InputError
         If the extra is not installed, the file is damaged or has no solid element. What couples or holds otherwise is
-        in the model's ``couplings``.
+        in the deck's ``couplings``.
     """
     reader = require("mapdl_archive", "mapdl-archive")
     text = read_bytes(path).decode("latin-1")
     _check_counts(text, path)
     archive = _parse(reader, path)
-    made: Edges = {}
-    grids = np.asarray(archive.nnum, dtype=np.int64)
-    parts = _elements(archive, made, grids, path)
-    labels, nodes = placed(made, grids, np.asarray(archive.nodes, dtype=float).reshape(-1, 3), path.name)
-    blocks = {k: node_indices(labels, part, f"{path.name}: an element") for k, part in parts.blocks.items()}
-    groups = {name: np.asarray(part, dtype=np.int64) for name, part in archive.node_components.items()}
-    mesh = Mesh(
-        nodes=nodes,
-        blocks=blocks,
-        node_sets={n: node_indices(labels, part, f"{path.name}: component {n}") for n, part in groups.items()},
-        element_sets={**parts.sets, **_element_components(archive, parts.numbers)},
-        node_labels=labels,
-        element_labels=parts.numbers,
-    )
-    findings = Findings(source=path.name)
-    supported = classify_commands(findings, text)
-    read = read_materials(findings, text)
-    symmetry = read_cyclic(findings, text, groups)
-    findings.refuse_incomplete()
-    used = {name: int(name.split()[1]) for name in parts.sets}
-    materials = {name: read.materials[number] for name, number in used.items() if number in read.materials}
-    axes = _turned_nodes(text, path)
-    lumps = Lumps(findings, archive, text, dict(zip(labels.tolist(), nodes, strict=True)), axes)
-    added = tuple(lumps)
-    tied = read_equations(findings, text)
-    _refuse_missing(tied, set(labels.tolist()))
+    labels, places = np.asarray(archive.nnum, dtype=np.int64), np.asarray(archive.nodes, dtype=float).reshape(-1, 3)
+    deck = Deck(source=path.name, nodes=dict(zip(labels.tolist(), places, strict=True)))
+    skipped = _elements(deck, archive, path)
+    used = {name: int(name.split()[1]) for name in deck.element_sets}
+    deck.node_sets = {name: np.asarray(part).tolist() for name, part in archive.node_components.items()}
+    deck.element_sets |= {name: np.asarray(part).tolist() for name, part in archive.element_components.items()}
+    deck.axes = _turned_nodes(text, path)
+    supported = classify_commands(deck, text)
+    read = read_materials(deck, text)
+    symmetry = read_cyclic(deck, text, deck.node_sets)
+    deck.refuse_incomplete()
+    known = {name: read.materials[number] for name, number in used.items() if number in read.materials}
+    deck.materials = known if len(known) == len(used) else {}
+    deck.material_faults = [fault for number in used.values() for fault in read.faults.get(number, ())]
+    lumps = Lumps(deck, archive, text)
+    deck.lumped += lumps
+    tied = read_equations(deck, text)
+    _refuse_missing(tied, set(deck.nodes))
     turning = lumps.turning() | {node for equation in tied for node, axis in equation.pairs if axis > 2}
-    held, along = supports({(n, c) for n, c in supported if c < 3 or n in turning}, axes, Place(path.name, "D"))
-    return MeshModel(
-        mesh=with_surfaces(mesh, groups),
-        materials=materials if len(materials) == len(parts.sets) else {},
-        held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
-        units=_units(text),
-        notes=(*_left_out(parts.skipped, path), *findings.notes, *_straight(made, path), *unit_notes(mesh, materials)),
-        warnings=findings.warnings,
-        couplings=(*findings.couplings, *_elements_that_matter(parts.skipped, path)),
-        constraints=tuple(stated_each([*in_global(tied, axes), *along, *middle_equations(made, path.name)])),
-        lumped=added,
-        material_faults=tuple(fault for number in used.values() for fault in read.faults.get(number, ())),
-        variants=parts.variants,
-        axes=axes,
-        symmetry=lambda _mesh: symmetry,
-    )
-
-
-def _straight(made: Edges, path: Path) -> Iterator[str]:
-    if made:
-        yield f"{path.name}: {len(made)} edges have no middle node: they stay straight, as in Ansys"
+    meant = {(n, c) for n, c in supported if c < 3 or n in turning}
+    deck.held, along = supports(meant, deck.axes, Place(path.name, "D"))
+    deck.equate([*in_global(tied, deck.axes), *along])
+    deck.mesh = with_surfaces(deck.build(), deck.node_sets)
+    deck.units = _units(text)
+    deck.elsewhere += _elements_that_matter(skipped, path)
+    deck.extra += [*_left_out(skipped, path), *unit_notes(deck.mesh, known)]
+    deck.symmetry = lambda _mesh: symmetry
+    return deck
 
 
 def _left_out(skipped: dict[int, int], path: Path) -> Iterator[str]:
@@ -242,50 +220,30 @@ def _check_counts(text: str, path: Path) -> None:
             )
 
 
-@dataclass(kw_only=True)
-class _Parts:
-    """Node labels, numbers and sets "material <number>" by element type; how many of others; types unlike ours."""
-
-    blocks: dict[str, IntArray]
-    numbers: dict[str, IntArray]
-    sets: dict[str, dict[str, IntArray]]
-    skipped: dict[int, int]
-    variants: dict[str, dict[str, int]]
-
-
-def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts:
+def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
+    """Solids by element set "material <number>"; how many there are of each other type."""
     solid = dict(_solid_types(archive))
-    parts: dict[str, list[tuple[IntArray, int, int]]] = {}
     skipped: dict[int, int] = {}
-    variants: dict[str, dict[str, int]] = {}
     types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
-    first = int(labels.max(initial=0)) + 1
+    where = Place(path.name, "EBLOCK")
     for row in archive.elem:
-        row = np.asarray(row, dtype=np.int64)
-        kind = types.get(int(row[1]), 0)
-        if int(row[1]) not in solid:
+        material, of, number = int(row[0]), int(row[1]), int(row[8])
+        kind = types.get(of, 0)
+        if of not in solid:
             if kind not in LUMP_TYPES:
                 skipped[kind] = skipped.get(kind, 0) + 1
             continue
-        row_nodes = np.asarray(whole_row(row[_HEAD:].tolist(), kind in _QUADRATIC), dtype=np.int64)
-        name, nodes = _shape(row_nodes, int(row[8]), path)
-        nodes = with_middles(name, nodes, int(row[8]), made, first, path.name)
-        full = solid[int(row[1])]
+        nodes = whole_row([int(node) for node in row[_HEAD:]], kind in _QUADRATIC)
+        name, nodes = _shape(nodes, number, path)
+        full = solid[of]
         name = _REDUCED.get((full, name), name)
-        parts.setdefault(name, []).append((nodes, int(row[8]), int(row[0])))
-        if full not in _SAME or name == "pyramid13":
-            variants.setdefault(name, {})[full] = variants.get(name, {}).get(full, 0) + 1
-    if not parts:
-        raise InputError(Fault(Place(path.name), f"has no solid element (types {sorted(_SOLID)} or MESH200 solids)"))
-    material = {kind: np.array([number for _, _, number in part]) for kind, part in parts.items()}
-    every = np.unique(np.concatenate(list(material.values()))).tolist()
-    return _Parts(
-        blocks={k: np.array([n for n, _, _ in p]) for k, p in parts.items()},
-        numbers={kind: np.array([number for _, number, _ in part]) for kind, part in parts.items()},
-        sets={f"material {m}": {kind: np.flatnonzero(part == m) for kind, part in material.items()} for m in every},
-        skipped=skipped,
-        variants=variants,
-    )
+        deck.element(name, number, nodes, where, "" if full in _SAME and name != "pyramid13" else full)
+        deck.element_sets.setdefault(f"material {material}", []).append(number)
+    if not deck.elements:
+        what = f"has no solid element (types {sorted(_SOLID)} or MESH200 solids)"
+        raise InputError(Fault(Place(path.name), what))
+    deck.element_sets = dict(sorted(deck.element_sets.items(), key=lambda item: int(item[0].split()[1])))
+    return skipped
 
 
 def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
@@ -301,29 +259,22 @@ def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
             yield number, f"{_KINDS[kind]}" + (f" with KEYOPT({key}) = {options[key]}" if options.get(key) else "")
 
 
-def _shape(nodes: IntArray, number: int, path: Path) -> tuple[str, IntArray]:
+def _shape(nodes: Sequence[int], number: int, path: Path) -> tuple[str, Sequence[int]]:
     """Element type and its nodes from a row of an EBLOCK, degenerate bricks recognised."""
     if len(nodes) in _TETRAHEDRA:
         name = _TETRAHEDRA[len(nodes)]
     elif len(nodes) in _SHAPES:
-        k, l, m, n, o, p = nodes[2:8].tolist()  # noqa: E741 - the names of Ansys' element pictures
+        k, l, m, n, o, p = nodes[2:8]  # noqa: E741 - the names of Ansys' element pictures
         flat, point = k == l, m == n == o == p
         wedge = flat and o == p and not point
         family = "tet" if flat and point else "pyramid" if point else "wedge" if wedge else "hex"
         name, local = next((s, list(at)) for s, at in _SHAPES[len(nodes)].items() if s.startswith(family))
-        nodes = nodes[local]
+        nodes = [nodes[at] for at in local]
     else:
         raise InputError(
             Fault(Place(path.name), f"element {number} has {len(nodes)} nodes", expected="a solid with 4, 8, 10 or 20")
         )
     return name, nodes
-
-
-def _element_components(archive: Any, numbers: dict[str, IntArray]) -> dict[str, dict[str, IntArray]]:
-    return {
-        name: {kind: np.flatnonzero(np.isin(part, members)) for kind, part in numbers.items()}
-        for name, members in archive.element_components.items()
-    }
 
 
 def _units(text: str) -> str:

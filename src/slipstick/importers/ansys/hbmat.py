@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.deck import Deck
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.raw_model import RawModel
 from slipstick.importers.text_numbers import read_bytes, require_plausible
-from slipstick.typing import Sparse
+from slipstick.typing import Matrix, Sparse
 
 _FORMAT = re.compile(r"\(?\s*(?:\d+\s*P\s*,?\s*)?(\d*)\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
 
 
-def read_hbmat(files: dict[str, Path], mapping: Path | None) -> RawModel:
+def read_hbmat(files: dict[str, Path], mapping: Path | None) -> Deck:
     """HBMAT matrices by name; the mapping is ``mapping`` or the .mapping file beside the first one.
 
     Raises
@@ -29,12 +29,11 @@ def read_hbmat(files: dict[str, Path], mapping: Path | None) -> RawModel:
     InputError
         If a file is damaged. A missing map is refused when the model is built.
     """
-    matrices = {name: read_harwell_boeing(path) for name, path in files.items()}
+    matrices: dict[str, Matrix] = {name: read_harwell_boeing(path) for name, path in files.items()}
     map_file = mapping or next(filter(None, (_mapping_beside(path) for path in files.values())), None)
-    if map_file is None:
-        return RawModel(matrices=matrices)
-    dof_map, nodes = read_dof_map(map_file)
-    return RawModel(matrices=matrices, dof_map=dof_map, nodes=nodes)
+    deck = Deck() if map_file is None else read_dof_map(map_file)
+    deck.matrices = matrices
+    return deck
 
 
 def _mapping_beside(path: Path) -> Path | None:

@@ -9,12 +9,11 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import Pair
-from slipstick.fem.frames import NodeAxes
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.ansys.commands import commands
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.deck import Deck
+from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
-from slipstick.typing import Array
 
 LUMP_TYPES = {21: "MASS21", 14: "COMBIN14"}
 _TYPE, _REAL, _NUMBER, _HEAD = 1, 2, 8, 10
@@ -47,18 +46,15 @@ class Lumps:
 
     Parameters
     ----------
-    findings
-        Takes what cannot be applied.
+    deck
+        Takes what cannot be applied, and knows positions and own directions of nodes.
     archive, text
         The archive as read, and its text.
-    places, axes
-        Positions of nodes and their rotated directions, by label.
     """
 
-    def __init__(
-        self, findings: Findings, archive: Any, text: str, places: Mapping[int, Array], axes: NodeAxes
-    ) -> None:
-        self.findings, self.places, self.axes = findings, places, axes
+    def __init__(self, deck: Deck, archive: Any, text: str) -> None:
+        self.findings, self.axes = deck, deck.axes
+        self.places = deck.nodes
         self.options: dict[int, dict[int, int]] = {
             int(number): {int(key): int(value) for key, value, *_ in options}
             for number, options in archive.key_option.items()
@@ -125,7 +121,7 @@ class Lumps:
             return
         first, second = nodes
         if axis == 0:
-            along = self.places[second] - self.places[first]
+            along = np.asarray(self.places[second]) - np.asarray(self.places[first])
             yield axial_spring(stiffness, (first, second), along, where)
             return
         if any(node in self.axes for node in nodes):

@@ -13,7 +13,6 @@ from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.cards import cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
 from slipstick.importers.nastran.frames import Definition, Frames
-from slipstick.importers.raw_model import Nodes
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import Array, IntArray, Sparse
 
@@ -28,7 +27,7 @@ class BulkData:
     SPCADD joins; ``findings`` tells of the cards that are not read.
     """
 
-    nodes: Nodes
+    nodes: dict[int, Array]
     scalar_points: IntArray
     held: dict[int, set[tuple[int, int]]]
     combined: frozenset[int]
@@ -229,7 +228,7 @@ class _Reader:
             self.held[number] = set().union(*(self.held.get(part, set()) for part in parts))
         coordinates, directions = self._points()
         return BulkData(
-            nodes=Nodes(ids=np.array(list(coordinates), dtype=np.int64), coordinates=_stack(coordinates)),
+            nodes=coordinates,
             scalar_points=np.array(sorted(self.points), dtype=np.int64),
             held=self.held,
             combined=frozenset(part for parts in self.sums.values() for part in parts),
@@ -268,10 +267,6 @@ class _Reader:
 def _system(text: str) -> int | None:
     """Number of a coordinate system; None where nothing is said."""
     return whole_number(text) if text else None
-
-
-def _stack(coordinates: Mapping[int, Array]) -> Array:
-    return np.array(list(coordinates.values()), dtype=float).reshape(-1, 3)
 
 
 def _labels(fields: list[str]) -> list[int]:

@@ -15,17 +15,14 @@ from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import supports
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh, node_indices
+from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 from slipstick.importers.mesh_checks import unit_notes
-from slipstick.importers.mesh_model import MeshModel, stated_each
-from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
 from slipstick.importers.nastran.cards import CARD_VERDICTS, cards
 from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.matrices import chosen_supports, points_of
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
-from slipstick.typing import IntArray
 
 SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
     "CTETRA": {4: ("tet4", tuple(range(4))), 10: ("tet10", tuple(range(10)))},
@@ -86,18 +83,17 @@ def classify_mesh_card(findings: Findings, name: str, line: int) -> None:
         findings.look_up(MESH_VERDICTS, name, name, line)
 
 
-@dataclass(kw_only=True)
-class Cards:
-    """The cards of a file that a mesh is made of; elements by our type: label, property, nodes."""
+Card = tuple[str, int, list[str]]
 
-    findings: Findings
-    elements: dict[str, list[tuple[int, int, IntArray]]] = field(default_factory=dict)
-    variants: dict[str, dict[str, int]] = field(default_factory=dict)
-    properties: dict[int, int] = field(default_factory=dict)
-    materials: dict[int, dict[str, float]] = field(default_factory=dict)
-    lumps: list[tuple[str, int, list[str]]] = field(default_factory=list)
+
+@dataclass(kw_only=True)
+class Cards(Deck):
+    """A mesh of bulk data as far as its cards were read; materials and properties by number."""
+
+    property_numbers: dict[int, int] = field(default_factory=dict)
+    laws: dict[int, dict[str, float]] = field(default_factory=dict)
+    lumps: list[Card] = field(default_factory=list)
     others: dict[str, list[tuple[int, set[int]]]] = field(default_factory=dict)
-    made: Edges = field(default_factory=dict)
     mass_factor: float = 1.0
 
 
@@ -106,7 +102,7 @@ def holds_solids(path: Path) -> bool:
     return any(name in SOLIDS for _, name, _ in cards(read_bytes(path).decode("latin-1"), ()))
 
 
-def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
+def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     """Mesh of a bulk data file; materials by element set "property <number>".
 
     ``constraints`` is the SPC set in force, instead of the one that the case control asks for.
@@ -115,46 +111,38 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     ------
     InputError
         For damaged cards, included files, superelements, no solid element, several sets of supports or equations of
-        which the case control chooses none. What couples or holds otherwise is in the model's ``couplings``.
+        which the case control chooses none. What couples or holds otherwise is in the deck's ``couplings``.
     """
     data = read_bulk(path)
     text = read_bytes(path).decode("latin-1")
-    deck = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
+    deck = _cards(path, text, data.nodes)
     if not deck.elements:
-        remedy = "give the file with the mesh"
-        raise InputError(Fault(Place(path.name), "has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM)", remedy=remedy))
-    labels, nodes = placed(deck.made, data.nodes.ids, data.nodes.coordinates, path.name)
-    mesh = _mesh(deck, labels, nodes, path)
-    materials, faults = _materials(deck, path)
+        what = "has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM)"
+        raise InputError(Fault(Place(path.name), what, remedy="give the file with the mesh"))
+    deck.materials, faults = _materials(deck, path)
+    deck.material_faults += faults
     points = points_of(data, path.name)
-    lumped, turning = lumped_of(deck.findings, deck.lumps, points, _solid_nodes(deck), deck.mass_factor)
+    lumped, turning = lumped_of(deck, deck.lumps, points, deck.solid_nodes, deck.mass_factor)
+    deck.lumped += lumped
     tied = list(coupled_equations(data.coupled, points, data.mpc))
     turning |= {node for equation in tied for node, axis in equation.pairs if axis > 2}
     number = selected(text, "SPC") if constraints is None else constraints
-    held, along = _supports(data, number, path, turning)
-    equations = [*tied, *along, *middle_equations(deck.made, path.name)]
-    return MeshModel(
-        mesh=mesh,
-        materials=materials,
-        held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
-        notes=(*_left_out(deck, path), *deck.findings.notes, *unit_notes(mesh, materials)),
-        warnings=deck.findings.warnings,
-        couplings=(*deck.findings.couplings, *(c for c in data.findings.couplings if c.where[-1] == "SPC")),
-        constraints=tuple(stated_each(equations)),
-        lumped=lumped,
-        material_faults=faults,
-        variants=deck.variants,
-        axes={node: axes.T for node, axes in data.directions.items()},
-    )
+    deck.held, along = _supports(data, number, path, turning)
+    deck.equate([*tied, *along])
+    mesh = deck.build()
+    deck.elsewhere += (coupling for coupling in data.findings.couplings if coupling.where[-1] == "SPC")
+    deck.extra += [*_left_out(deck, path), *unit_notes(mesh, deck.materials)]
+    deck.axes = {node: axes.T for node, axes in data.directions.items()}
+    return deck
 
 
-def _cards(path: Path, text: str, next_label: int) -> Cards:
-    deck = Cards(findings=Findings(source=path.name))
+def _cards(path: Path, text: str, nodes: Mapping[int, Sequence[float]]) -> Cards:
+    deck = Cards(source=path.name, nodes=dict(nodes))
     others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
     for line, name, fields in cards(text, {*SOLIDS, *LUMPS, *MATERIALS, *others}):
         try:
             if name in SOLIDS:
-                _element(deck, name, fields, next_label, path.name)
+                _element(deck, name, fields, Place(path.name, f"line {line}"))
             elif name in LUMPS:
                 deck.lumps.append((name, line, fields))
             elif name in MATERIALS:
@@ -163,21 +151,21 @@ def _cards(path: Path, text: str, next_label: int) -> Cards:
                 nodes = {int(word) for word in fields[2:] if word.isdigit()}
                 deck.others.setdefault(name, []).append((line, nodes))
             elif name not in POINTS | SYSTEMS:
-                classify_mesh_card(deck.findings, name, line)
+                classify_mesh_card(deck, name, line)
         except (ValueError, IndexError) as error:
             raise InputError(Fault(Place(path.name, f"line {line}", name), f"cannot be read ({error})")) from None
-    deck.findings.refuse_incomplete()
-    solid = _solid_nodes(deck)
+    deck.refuse_incomplete()
+    solid = deck.solid_nodes
     for name, members in deck.others.items():
         near = [line for line, nodes in members if not solid.isdisjoint(nodes)]
         if near:
             what = "shares nodes with solids: the stiffness and mass it adds are not read"
             for line in near:
-                deck.findings.add(Verdict.COUPLING, name, what, line)
+                deck.add(Verdict.COUPLING, name, what, line)
     return deck
 
 
-def _element(deck: Cards, name: str, fields: list[str], next_label: int, source: str) -> None:
+def _element(deck: Cards, name: str, fields: list[str], where: Place) -> None:
     label, group = whole_number(fields[0]), whole_number(fields[1] or fields[0])
     corners = [whole_number(word) if word else 0 for word in fields[2:]]
     while corners and not corners[-1]:
@@ -186,63 +174,37 @@ def _element(deck: Cards, name: str, fields: list[str], next_label: int, source:
     if not size:
         raise ValueError(f"{len(corners)} nodes")
     kind, order = SOLIDS[name][size]
-    nodes = np.array([*corners, *[0] * (size - len(corners))], dtype=np.int64)[list(order)]
-    nodes = with_middles(kind, nodes, label, deck.made, next_label, source)
-    deck.elements.setdefault(kind, []).append((label, group, nodes))
-    if name not in SAME:
-        counts = deck.variants.setdefault(kind, {})
-        shown = f"{name} of {ELEMENTS[kind].n_nodes} nodes"
-        counts[shown] = counts.get(shown, 0) + 1
+    nodes = [*corners, *[0] * (size - len(corners))]
+    foreign = "" if name in SAME else f"{name} of {ELEMENTS[kind].n_nodes} nodes"
+    deck.element(kind, label, [nodes[at] for at in order], where, foreign)
+    deck.element_sets.setdefault(f"property {group}", []).append(label)
 
 
 def _material(deck: Cards, name: str, fields: list[str], line: int) -> None:
     if name == "PSOLID":
-        deck.properties[whole_number(fields[0])] = whole_number(fields[1])
+        deck.property_numbers[whole_number(fields[0])] = whole_number(fields[1])
     elif name == "MAT1":
         young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
         if young is None or (shear is None and poisson is None):
             young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
         ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
-        deck.materials[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+        deck.laws[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
         if any(fortran_real(word) for word in fields[7:8] if word):
             what = "has structural damping (GE), which is not read; give the structure's loss_factor"
-            deck.findings.add(Verdict.APPROXIMATED, name, what, line)
+            deck.add(Verdict.APPROXIMATED, name, what, line)
     elif fields[0].upper() == "WTMASS":
         deck.mass_factor = fortran_real(fields[1])
     else:
-        deck.findings.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
-
-
-def _solid_nodes(deck: Cards) -> set[int]:
-    return {int(node) for part in deck.elements.values() for _, _, nodes in part for node in nodes}
-
-
-def _mesh(deck: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
-    what = f"{path.name}: an element"
-    groups = sorted({group for part in deck.elements.values() for _, group, _ in part})
-    return Mesh(
-        nodes=nodes,
-        blocks={
-            kind: node_indices(labels, np.array([n for _, _, n in part]), what) for kind, part in deck.elements.items()
-        },
-        element_sets={
-            f"property {group}": {
-                kind: np.flatnonzero([of == group for _, of, _ in part]) for kind, part in deck.elements.items()
-            }
-            for group in groups
-        },
-        node_labels=labels,
-        element_labels={kind: np.array([label for label, _, _ in part]) for kind, part in deck.elements.items()},
-    )
+        deck.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
 
 
 def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[Fault, ...]]:
     """Materials by element set, and what is wrong with those that properties use."""
     materials: dict[str, Material] = {}
     faults: list[Fault] = []
-    for group in sorted({group for part in deck.elements.values() for _, group, _ in part}):
-        number = deck.properties.get(group)
-        known = deck.materials.get(number) if number is not None else None
+    for group in sorted(int(name.split()[1]) for name in deck.element_sets):
+        number = deck.property_numbers.get(group)
+        known = deck.laws.get(number) if number is not None else None
         if known is None:
             lacks = "has no PSOLID" if number is None else f"names material {number}, which is no MAT1 (isotropic)"
             faults.append(Fault(Place(path.name, f"property {group}"), lacks))
@@ -268,13 +230,8 @@ def _left_out(deck: Cards, path: Path) -> Iterator[str]:
     if deck.others:
         counts = ", ".join(f"{len(part)} {name}" for name, part in deck.others.items())
         yield f"{path.name}: elements that are no solids were left out: {counts}"
-    if deck.made:
-        yield f"{path.name}: {len(deck.made)} edges have no middle node: they stay straight, as in Nastran"
     if deck.mass_factor != 1.0:
         yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {deck.mass_factor:.6g}"
-
-
-Card = tuple[str, int, list[str]]
 
 
 def lumped_of(
