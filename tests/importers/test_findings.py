@@ -3,14 +3,13 @@
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.importers.findings import Findings, Verdict, rows
+from slipstick.importers.findings import Findings, Table, Verdict
 
-TABLE = {
-    **rows("CE CP", Verdict.COUPLING, "ties"),
-    **rows("SAVE", Verdict.HARMLESS),
-    **rows("LUMPM", Verdict.APPROXIMATED, "is left out"),
-    **rows("CDREAD", Verdict.INCOMPLETE, "brings in more"),
-}
+TABLE = Table()
+TABLE.rows("CE CP", Verdict.COUPLING, "ties")
+TABLE.rows("SAVE", Verdict.HARMLESS)
+TABLE.rows("LUMPM", Verdict.APPROXIMATED, "is left out")
+TABLE.rows("CDREAD", Verdict.INCOMPLETE, "brings in more")
 
 
 def found(*names, of_the_model=True):

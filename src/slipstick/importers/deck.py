@@ -80,7 +80,7 @@ class Deck(Findings):
     """
 
     source: str = ""
-    nodes: dict[int, Sequence[float]] = field(default_factory=dict)
+    nodes: dict[int, Sequence[float] | Array] = field(default_factory=dict)
     elements: dict[str, dict[int, list[int]]] = field(default_factory=dict)
     node_sets: dict[str, list[int]] = field(default_factory=dict)
     element_sets: dict[str, list[int]] = field(default_factory=dict)

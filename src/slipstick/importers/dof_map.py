@@ -12,6 +12,7 @@ from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import COMPONENTS
 from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.text_numbers import read_bytes
+from slipstick.typing import Array
 
 _ANSYS = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
 _NAMED = re.compile(r"^[nN]?(\d+)[.:]?([A-Za-z]{1,4}|\d)$")
@@ -45,7 +46,7 @@ def read_dof_map(path: Path) -> Deck:
     """
     entries: list[tuple[int, int]] = []
     rows: list[int] = []
-    positions: dict[int, Sequence[float]] = {}
+    positions: dict[int, Sequence[float] | Array] = {}
     for number, line in enumerate(read_bytes(path).decode("latin-1").splitlines(), 1):
         words = line.replace(",", " ").split()
         if not words or words[0][0] in "#%!*" or (not entries and not any(c.isdigit() for c in line)):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TypeVar
 
 from slipstick.errors import Fault, InputError, Place
 
@@ -26,13 +27,47 @@ class Verdict(Enum):
     UNKNOWN = "listed; warned of among the data of the model"
 
 
-VerdictRow = tuple[Verdict, str]
-VerdictTable = Mapping[str, VerdictRow]
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """What becomes of a keyword, command or card.
+
+    ``what`` it does, in words that go on from its name; ``read`` is the function that reads it, ``parameters`` those
+    that it understands (None: all), ``stage`` its turn: what says something of all that the file names comes later.
+    """
+
+    verdict: Verdict
+    what: str = ""
+    read: Callable[..., None] | None = None
+    parameters: frozenset[str] | None = None
+    stage: int = 0
 
 
-def rows(names: str, verdict: Verdict, what: str = "") -> dict[str, VerdictRow]:
-    """The same row for several names, separated by blanks."""
-    return dict.fromkeys(names.split(), (verdict, what))
+Reader = TypeVar("Reader", bound=Callable[..., None])
+
+
+class Table(dict[str, Entry]):
+    """Every entry of a code, by name: what becomes of it, once."""
+
+    def rows(self, names: str, verdict: Verdict, what: str = "") -> None:
+        """The same for several names, separated by blanks."""
+        for name in names.split():
+            self._set(name, Entry(verdict=verdict, what=what))
+
+    def reads(self, names: str, parameters: str | None = None, *, stage: int = 0) -> Callable[[Reader], Reader]:
+        """Decorator of the function that reads these."""
+
+        def register(read: Reader) -> Reader:
+            known = None if parameters is None else frozenset(parameters.split())
+            for name in names.split():
+                self._set(name, Entry(verdict=Verdict.READ, read=read, parameters=known, stage=stage))
+            return read
+
+        return register
+
+    def _set(self, name: str, entry: Entry) -> None:
+        if name in self:
+            raise ValueError(f"{name} is in the table already")
+        self[name] = entry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,12 +111,12 @@ class Findings:
         """Remember one entry."""
         self.met.setdefault((verdict, name, what), []).append(line)
 
-    def look_up(self, table: VerdictTable, name: str, shown: str, line: int, *, of_the_model: bool = True) -> None:
-        """Give an entry the verdict of its row; without a row it is not understood."""
+    def look_up(self, table: Table, name: str, shown: str, line: int, *, of_the_model: bool = True) -> None:
+        """Give an entry the verdict of the table; one that is not in it is not understood."""
         unknown = Verdict.APPROXIMATED if of_the_model else Verdict.UNKNOWN
-        verdict, what = table.get(name, (unknown, "is not understood: it has no effect here"))
-        if verdict is not Verdict.READ:
-            self.add(verdict, shown, what, line)
+        entry = table.get(name, Entry(verdict=unknown, what="is not understood: it has no effect here"))
+        if entry.verdict is not Verdict.READ:
+            self.add(entry.verdict, shown, entry.what, line)
 
     def refuse_incomplete(self) -> None:
         """Raise InputError with all entries that leave the model of the file incomplete."""

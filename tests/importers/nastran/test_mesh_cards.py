@@ -6,7 +6,7 @@ from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.mesh import (
     LUMPS,
     MATERIALS,
-    MESH_VERDICTS,
+    MESH_CARDS,
     POINTS,
     SOLIDS,
     SYSTEMS,
@@ -16,9 +16,9 @@ from slipstick.importers.nastran.mesh import (
 
 
 def test_no_card_has_two_fates():
-    read = {name for name, (verdict, _) in MESH_VERDICTS.items() if verdict is Verdict.READ}
+    read = {name for name, entry in MESH_CARDS.items() if entry.verdict is Verdict.READ}
     assert read == {*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS}
-    assert not any(map(is_other_element, MESH_VERDICTS))
+    assert not any(map(is_other_element, MESH_CARDS))
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from slipstick.fem.mesh import Mesh
 from slipstick.fem.rigid import Reference, mean_equations, rigid_equations, rigid_rows
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
+from slipstick.importers.abaqus.keywords import KEYWORDS
 from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -26,6 +27,7 @@ from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
 
 
+@KEYWORDS.reads("EQUATION", "REMOVE REMOVEALL", stage=2)
 def on_equation(content: Content, block: Block) -> None:
     """A number of terms, then "node or set, direction, factor" in turn."""
     if block.parameters.keys() & {"REMOVE", "REMOVEALL"}:
@@ -91,6 +93,7 @@ def read_axes(words: list[str], kind: str) -> Axes:
     return system
 
 
+@KEYWORDS.reads("ORIENTATION", "DEFINITION NAME SYSTEM", stage=1)
 def on_orientation(content: Content, block: Block) -> None:
     """A system of directions by name; without effect on isotropic materials."""
     kind = block.parameters.get("SYSTEM", "RECTANGULAR")
@@ -111,6 +114,7 @@ def _numbers(rows: list[list[str]]) -> bool:
         return False
 
 
+@KEYWORDS.reads("MPC", "", stage=2)
 def on_mpc(content: Content, block: Block) -> None:
     """Each line a type and its nodes; a line may go on in the next one, beginning with 0."""
     lines: list[tuple[int, list[str]]] = []
@@ -184,6 +188,7 @@ def _along(normal: Array, parts: tuple[tuple[int, float], ...], where: Place) ->
     return NodalEquation(terms=terms, where=where, dependent=Dependent.ANY)
 
 
+@KEYWORDS.reads("RIGIDBODY", "ELSET NSET REFNODE ROTNODE", stage=2)
 def on_rigid_body(content: Content, block: Block) -> None:
     """All nodes of a set follow a reference node; its rotations are directions 4..6, or those of the ROT NODE."""
     parameters = block.parameters
@@ -216,6 +221,7 @@ def _rigid(
     yield from rigid_equations(reference, nodes, where, (0, 1, 2))
 
 
+@KEYWORDS.reads("COUPLING", "CONSTRAINTNAME ORIENTATION REFNODE SURFACE", stage=2)
 def on_coupling(content: Content, block: Block) -> None:
     """A reference node and a surface; what couples them stands in the next keyword."""
     unfinished_coupling(content)
@@ -229,6 +235,8 @@ def unfinished_coupling(content: Content) -> None:
         content.add(Verdict.COUPLING, content.coupling.shown, what, content.coupling.line)
 
 
+@KEYWORDS.reads("KINEMATIC", "", stage=2)
+@KEYWORDS.reads("DISTRIBUTING", "CYCLICSYMMETRY", stage=2)
 def on_kind_of_coupling(content: Content, block: Block) -> None:
     """*KINEMATIC: the surface follows the reference node; *DISTRIBUTING: the reference node follows it in the mean."""
     if content.coupling is None:
@@ -302,6 +310,7 @@ def _distributing(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[Nodal
     yield from mean_equations(joint.reference, nodes, joint.where, joint.directions)
 
 
+@KEYWORDS.reads("DISTRIBUTINGCOUPLING", "ELSET", stage=2)
 def on_distributing_coupling(content: Content, block: Block) -> None:
     """CalculiX: the node of a DCOUP3D element moves as the weighted mean of others."""
     elements = set(content.element_sets[block.parameters["ELSET"]])

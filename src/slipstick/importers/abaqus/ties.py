@@ -16,6 +16,7 @@ from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.ties import Projection, Sector, cyclic_equations, face_size, project, sides, tie_equations
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Content, Tie, nodes_of, surface_of
+from slipstick.importers.abaqus.keywords import KEYWORDS
 from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -31,6 +32,7 @@ _TOLD, _MEET = 1e-2, 1e-3
 """Distance over the mean edge of the faces from which tied surfaces, and sides of a sector, are told to lie apart."""
 
 
+@KEYWORDS.reads("TIE", "ADJUST CYCLICSYMMETRY MULTISTAGE NAME NOROTATION POSITIONTOLERANCE TYPE", stage=2)
 def on_tie(content: Content, block: Block) -> None:
     """A dependent and an independent surface on each line."""
     parameters = block.parameters
@@ -165,6 +167,7 @@ def _spread(places: Array, points: Array) -> Array:
     return np.asarray(cKDTree(places).query(points)[0])
 
 
+@KEYWORDS.reads("CYCLICSYMMETRYMODEL", "CHECK ELSET N NGRAPH TIE", stage=3)
 def on_cyclic(content: Content, block: Block) -> None:
     """Number of sectors, and two points of the axis."""
     parameters = block.parameters
@@ -224,6 +227,7 @@ def _spacing(places: Array) -> float:
     return float(np.median(cKDTree(places).query(places, k=2)[0][:, 1])) if len(places) > 1 else 0.0
 
 
+@KEYWORDS.reads("SELECTCYCLICSYMMETRYMODES", "NMAX NMIN", stage=2)
 def on_diameters(content: Content, block: Block) -> None:
     """Nodal diameters that are asked for."""
     low, high = (whole_number(block.parameters.get(name, "0")) for name in ("NMIN", "NMAX"))

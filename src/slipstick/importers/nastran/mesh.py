@@ -16,13 +16,14 @@ from slipstick.fem.frames import supports
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.importers.deck import Deck
-from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
+from slipstick.importers.findings import Findings, Table, Verdict
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
-from slipstick.importers.nastran.cards import CARD_VERDICTS, cards
+from slipstick.importers.nastran.cards import CARDS, cards
 from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.matrices import chosen_supports, points_of
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
+from slipstick.typing import Array
 
 SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
     "CTETRA": {4: ("tet4", tuple(range(4))), 10: ("tet10", tuple(range(10)))},
@@ -43,18 +44,18 @@ SYSTEMS = {f"CORD{i}{kind}" for i in "12" for kind in "RCS"}
 
 _OTHERS = """CELAS3 CELAS4 CMASS1 CMASS3 CMASS4 CONM1 CDAMP1 CDAMP2 CDAMP3 CDAMP4 CVISC GENEL TF DMIG DMIJ
     NSM NSM1 NSML NSML1"""
-MESH_VERDICTS: dict[str, VerdictRow] = {
-    **rows(" ".join(sorted({*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS})), Verdict.READ),
-    **CARD_VERDICTS,
-    **rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read"),
-    **rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact"),
-    **rows("SUPORT SUPORT1", Verdict.HARMLESS),
-    **rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
-    **rows("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
-    **rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
-    **rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
-    **rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
-}
+MESH_CARDS = Table(CARDS)
+MESH_CARDS.rows(" ".join(sorted({*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS})), Verdict.READ)
+MESH_CARDS.rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read")
+MESH_CARDS.rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact")
+MESH_CARDS.rows("SUPORT SUPORT1", Verdict.HARMLESS)
+MESH_CARDS.rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out")
+MESH_CARDS.rows(
+    "MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"
+)
+MESH_CARDS.rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic")
+MESH_CARDS.rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
+MESH_CARDS.rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio")
 """The whole of it at a glance, with the patterns below; what stands nowhere is named as not understood."""
 _ELEMENT = re.compile(
     r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|GAP|SHEAR|BEND|WELD|FAST|SEAM|RAC|HEX|PEN|TET|AERO|FLUID|HA|HB)"
@@ -77,10 +78,10 @@ def is_other_element(name: str) -> bool:
 
 def classify_mesh_card(findings: Findings, name: str, line: int) -> None:
     """Give a card that is not read its verdict."""
-    if name not in MESH_VERDICTS and _HARMLESS.fullmatch(name):
+    if name not in MESH_CARDS and _HARMLESS.fullmatch(name):
         findings.add(Verdict.HARMLESS, name, "", line)
     else:
-        findings.look_up(MESH_VERDICTS, name, name, line)
+        findings.look_up(MESH_CARDS, name, name, line)
 
 
 Card = tuple[str, int, list[str]]
@@ -136,7 +137,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     return deck
 
 
-def _cards(path: Path, text: str, nodes: Mapping[int, Sequence[float]]) -> Cards:
+def _cards(path: Path, text: str, nodes: Mapping[int, Array]) -> Cards:
     deck = Cards(source=path.name, nodes=dict(nodes))
     others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
     for line, name, fields in cards(text, {*SOLIDS, *LUMPS, *MATERIALS, *others}):
@@ -148,8 +149,8 @@ def _cards(path: Path, text: str, nodes: Mapping[int, Sequence[float]]) -> Cards
             elif name in MATERIALS:
                 _material(deck, name, fields, line)
             elif name in others:
-                nodes = {int(word) for word in fields[2:] if word.isdigit()}
-                deck.others.setdefault(name, []).append((line, nodes))
+                used = {int(word) for word in fields[2:] if word.isdigit()}
+                deck.others.setdefault(name, []).append((line, used))
             elif name not in POINTS | SYSTEMS:
                 classify_mesh_card(deck, name, line)
         except (ValueError, IndexError) as error:
@@ -157,7 +158,7 @@ def _cards(path: Path, text: str, nodes: Mapping[int, Sequence[float]]) -> Cards
     deck.refuse_incomplete()
     solid = deck.solid_nodes
     for name, members in deck.others.items():
-        near = [line for line, nodes in members if not solid.isdisjoint(nodes)]
+        near = [line for line, used in members if not solid.isdisjoint(used)]
         if near:
             what = "shares nodes with solids: the stiffness and mass it adds are not read"
             for line in near:
