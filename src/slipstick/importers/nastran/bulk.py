@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.nastran.cards import cards, classify_card
+from slipstick.importers.nastran.cards import CARDS, MATRIX_CARDS, SETS, SYSTEMS, cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
 from slipstick.importers.nastran.frames import Definition, Frames
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
@@ -52,24 +52,19 @@ def read_bulk(path: Path) -> BulkData:
     reader = _Reader(path)
     text = read_bytes(path).decode("latin-1")
     reader.mpc = selected(text, "MPC")
-    for number, name, fields in cards(text, _READ):
-        if name not in _READ:
-            classify_card(reader.findings, name, number)
+    readers = {name: entry.read for name, entry in (CARDS | MATRIX_CARDS).items() if entry.read is not None}
+    for reader.line, reader.name, fields in cards(text, readers):
+        if reader.name not in readers:
+            classify_card(reader.findings, reader.name, reader.line)
             continue
-        with reading(Place(path.name, f"line {number}", name)):
-            reader.line = number
-            reader.read(name, fields)
+        with reading(Place(path.name, f"line {reader.line}", reader.name)):
+            readers[reader.name](reader, fields)
     reader.findings.refuse_incomplete()
     return reader.finish()
 
 
 _LONGEST = 10_000_000
 """Points in one range, at most."""
-_SETS = ("ASET", "BSET", "CSET", "QSET")
-"""What the analysis set is made of: boundary and generalised degrees of freedom."""
-_SYSTEMS = tuple(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
-_READ = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "EXTRN", "DMIG", *_SYSTEMS}
-_READ |= {*_SETS, *(f"{name}1" for name in _SETS), *COUPLED}
 
 
 class _Reader:
@@ -89,21 +84,14 @@ class _Reader:
         self.free_grids: list[int] = []
         self.held_by_default = ""
         self.findings = Findings(source=path.name)
-        self.line = 0
+        self.line, self.name = 0, ""
         self.mpc: int | None = None
 
-    def read(self, name: str, fields: list[str]) -> None:
-        if name.startswith("CORD"):
-            self.on_system(name[4], name[5], fields)
-        elif name in COUPLED:
-            self.coupled.append(CoupledCard(name=name, line=self.line, fields=tuple(fields)))
-        elif name in _SETS:
-            self.on_set(fields)
-        elif name[:-1] in _SETS:
-            self.on_set1(fields)
-        else:
-            getattr(self, f"on_{name.lower()}")(fields)
+    @CARDS.reads(COUPLED)
+    def on_coupled(self, fields: list[str]) -> None:
+        self.coupled.append(CoupledCard(name=self.name, line=self.line, fields=tuple(fields)))
 
+    @CARDS.reads("GRID")
     def on_grid(self, fields: list[str]) -> None:
         fields = fields + [""] * 4  # a card may end after the position
         node = whole_number(fields[0])
@@ -117,14 +105,17 @@ class _Reader:
         if not fields[6]:
             self.free_grids.append(node)
 
+    @CARDS.reads("GRDSET")
     def on_grdset(self, fields: list[str]) -> None:
         fields = fields + [""] * 4
         self.default_systems = (_system(fields[1]) or 0, _system(fields[5]) or 0)
         self.held_by_default = fields[6]
         _pairs(0, fields[6])  # ValueError here, with the line
 
-    def on_system(self, form: str, kind: str, fields: list[str]) -> None:
+    @CARDS.reads(SYSTEMS)
+    def on_system(self, fields: list[str]) -> None:
         """CORD1: a number and three grid points, twice at most; CORD2: a number, its system and three points."""
+        form, kind = self.name[4:6]
         if form == "1":
             for part in (fields[:4], fields[4:8]):
                 if any(part):
@@ -145,6 +136,7 @@ class _Reader:
         ):
             raise ValueError(f"coordinate system {number} is defined again in another way")
 
+    @MATRIX_CARDS.reads("EXTRN")
     def on_extrn(self, fields: list[str]) -> None:
         """Pairs "point, directions", or "first, THRU, last, directions"."""
         words = [word for word in fields if word]
@@ -157,9 +149,11 @@ class _Reader:
             self.external += [key for node in range(first, last + 1) for key in sorted(_pairs(node, directions))]
             words = words[4 if through else 2 :]
 
+    @CARDS.reads("SPOINT")
     def on_spoint(self, fields: list[str]) -> None:
         self.points |= set(_labels(fields))
 
+    @CARDS.reads("SPC")
     def on_spc(self, fields: list[str]) -> None:
         fields = fields + [""] * 4
         for node, directions, value in (fields[1:4], fields[4:7]):
@@ -168,22 +162,27 @@ class _Reader:
             if value and fortran_real(value):
                 self.findings.add(Verdict.COUPLING, "SPC", "prescribes a displacement that is not 0", self.line)
 
+    @CARDS.reads("SPCADD")
     def on_spcadd(self, fields: list[str]) -> None:
         self.sums[whole_number(fields[0])] = [whole_number(field) for field in fields[1:] if field]
 
+    @CARDS.reads("SPC1")
     def on_spc1(self, fields: list[str]) -> None:
         for node in _labels(fields[2:]):
             self._constrain(whole_number(fields[0]), node, fields[1])
 
+    @MATRIX_CARDS.reads(SETS)
     def on_set(self, fields: list[str]) -> None:
         for node, directions in zip(fields[::2], fields[1::2], strict=False):
             if node:
                 self.analysis |= _pairs(whole_number(node), directions)
 
+    @MATRIX_CARDS.reads(SETS.replace("SET", "SET1"))
     def on_set1(self, fields: list[str]) -> None:
         for node in _labels(fields[1:]):
             self.analysis |= _pairs(node, fields[0])
 
+    @MATRIX_CARDS.reads("DMIG")
     def on_dmig(self, fields: list[str]) -> None:
         name = fields[0].upper()
         if fields[1] in ("", "0"):

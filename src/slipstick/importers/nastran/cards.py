@@ -17,7 +17,16 @@ _SUPER = (
     "file, or export the residual structure with its own bulk data"
 )
 
+SYSTEMS = " ".join(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
+SETS = "ASET BSET CSET QSET"
+"""What the analysis set is made of: boundary and generalised degrees of freedom."""
+
 CARDS = Table()
+"""Cards that mean the same beside matrices and in a mesh; those that are read are entered by what reads them."""
+
+MATRIX_CARDS = Table()
+"""Cards that are read beside matrices alone."""
+
 CARDS.rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one")
 CARDS.rows("SUPER", Verdict.INCOMPLETE, _SUPER)
 CARDS.rows("SESET SEELT SEBULK SECONCT SEBNDRY SEEXCLD SELABEL SELOC SEMPLN SETREE SENQSET", Verdict.INCOMPLETE, _SUPER)

@@ -16,7 +16,7 @@ from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
 
-COUPLED = frozenset({"MPC", "MPCADD", "RBE2", "RBE3", "RBAR"})
+COUPLED = "MPC MPCADD RBE2 RBE3 RBAR"
 """Cards read here."""
 
 

@@ -37,15 +37,12 @@ SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
 SAME = {"CTETRA"}
 """Integrated by Nastran as by us; the others have reduced integration or bubble functions by default."""
 
-LUMPS = {"CONM2", "CELAS1", "CELAS2", "CMASS2", "PELAS"}
-MATERIALS = {"MAT1", "PSOLID", "PARAM"}
-POINTS = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR"}
-SYSTEMS = {f"CORD{i}{kind}" for i in "12" for kind in "RCS"}
-
 _OTHERS = """CELAS3 CELAS4 CMASS1 CMASS3 CMASS4 CONM1 CDAMP1 CDAMP2 CDAMP3 CDAMP4 CVISC GENEL TF DMIG DMIJ
     NSM NSM1 NSML NSML1"""
-MESH_CARDS = Table(CARDS)
-MESH_CARDS.rows(" ".join(sorted({*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS})), Verdict.READ)
+MESH_CARDS = Table()
+"""Cards that mean something in a mesh alone, beside those of CARDS, and with the patterns below; what stands nowhere is
+named as not understood.
+"""
 MESH_CARDS.rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read")
 MESH_CARDS.rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact")
 MESH_CARDS.rows("SUPORT SUPORT1", Verdict.HARMLESS)
@@ -56,7 +53,6 @@ MESH_CARDS.rows(
 MESH_CARDS.rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic")
 MESH_CARDS.rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
 MESH_CARDS.rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio")
-"""The whole of it at a glance, with the patterns below; what stands nowhere is named as not understood."""
 _ELEMENT = re.compile(
     r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|GAP|SHEAR|BEND|WELD|FAST|SEAM|RAC|HEX|PEN|TET|AERO|FLUID|HA|HB)"
 )
@@ -77,11 +73,11 @@ def is_other_element(name: str) -> bool:
 
 
 def classify_mesh_card(findings: Findings, name: str, line: int) -> None:
-    """Give a card that is not read its verdict."""
-    if name not in MESH_CARDS and _HARMLESS.fullmatch(name):
+    """Give a card that is not read here its verdict."""
+    if name not in MESH_CARDS and name not in CARDS and _HARMLESS.fullmatch(name):
         findings.add(Verdict.HARMLESS, name, "", line)
     else:
-        findings.look_up(MESH_CARDS, name, name, line)
+        findings.look_up(MESH_CARDS if name in MESH_CARDS else CARDS, name, name, line)
 
 
 Card = tuple[str, int, list[str]]
@@ -93,7 +89,7 @@ class Cards(Deck):
 
     property_numbers: dict[int, int] = field(default_factory=dict)
     laws: dict[int, dict[str, float]] = field(default_factory=dict)
-    lumps: list[Card] = field(default_factory=list)
+    point_elements: list[Card] = field(default_factory=list)
     others: dict[str, list[tuple[int, set[int]]]] = field(default_factory=dict)
     mass_factor: float = 1.0
 
@@ -123,7 +119,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     deck.materials, faults = _materials(deck, path)
     deck.material_faults += faults
     points = points_of(data, path.name)
-    lumped, turning = lumped_of(deck, deck.lumps, points, deck.solid_nodes, deck.mass_factor)
+    lumped, turning = lumped_of(deck, deck.point_elements, points, deck.solid_nodes, deck.mass_factor)
     deck.lumped += lumped
     tied = list(coupled_equations(data.coupled, points, data.mpc))
     turning |= {node for equation in tied for node, axis in equation.pairs if axis > 2}
@@ -140,21 +136,16 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
 def _cards(path: Path, text: str, nodes: Mapping[int, Array]) -> Cards:
     deck = Cards(source=path.name, nodes=dict(nodes))
     others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
-    for line, name, fields in cards(text, {*SOLIDS, *LUMPS, *MATERIALS, *others}):
-        try:
-            if name in SOLIDS:
-                _element(deck, name, fields, Place(path.name, f"line {line}"))
-            elif name in LUMPS:
-                deck.lumps.append((name, line, fields))
-            elif name in MATERIALS:
-                _material(deck, name, fields, line)
+    readers = {name: entry.read for name, entry in MESH_CARDS.items() if entry.read is not None}
+    for line, name, fields in cards(text, {*readers, *others}):
+        with reading(where := Place(path.name, f"line {line}", name)):
+            if name in readers:
+                readers[name](deck, where, line, fields)
             elif name in others:
                 used = {int(word) for word in fields[2:] if word.isdigit()}
                 deck.others.setdefault(name, []).append((line, used))
-            elif name not in POINTS | SYSTEMS:
+            else:
                 classify_mesh_card(deck, name, line)
-        except (ValueError, IndexError) as error:
-            raise InputError(Fault(Place(path.name, f"line {line}", name), f"cannot be read ({error})")) from None
     deck.refuse_incomplete()
     solid = deck.solid_nodes
     for name, members in deck.others.items():
@@ -166,7 +157,10 @@ def _cards(path: Path, text: str, nodes: Mapping[int, Array]) -> Cards:
     return deck
 
 
-def _element(deck: Cards, name: str, fields: list[str], where: Place) -> None:
+@MESH_CARDS.reads(" ".join(SOLIDS))
+def _element(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del line
+    name = str(where[-1])
     label, group = whole_number(fields[0]), whole_number(fields[1] or fields[0])
     corners = [whole_number(word) if word else 0 for word in fields[2:]]
     while corners and not corners[-1]:
@@ -181,19 +175,33 @@ def _element(deck: Cards, name: str, fields: list[str], where: Place) -> None:
     deck.element_sets.setdefault(f"property {group}", []).append(label)
 
 
-def _material(deck: Cards, name: str, fields: list[str], line: int) -> None:
-    if name == "PSOLID":
-        deck.property_numbers[whole_number(fields[0])] = whole_number(fields[1])
-    elif name == "MAT1":
-        young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
-        if young is None or (shear is None and poisson is None):
-            young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
-        ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
-        deck.laws[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
-        if any(fortran_real(word) for word in fields[7:8] if word):
-            what = "has structural damping (GE), which is not read; give the structure's loss_factor"
-            deck.add(Verdict.APPROXIMATED, name, what, line)
-    elif fields[0].upper() == "WTMASS":
+@MESH_CARDS.reads("CONM2 CELAS1 CELAS2 CMASS2 PELAS")
+def _point_mass_or_spring(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    deck.point_elements.append((str(where[-1]), line, fields))
+
+
+@MESH_CARDS.reads("PSOLID")
+def _property(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del where, line
+    deck.property_numbers[whole_number(fields[0])] = whole_number(fields[1])
+
+
+@MESH_CARDS.reads("MAT1")
+def _material(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
+    if young is None or (shear is None and poisson is None):
+        young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
+    ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
+    deck.laws[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+    if any(fortran_real(word) for word in fields[7:8] if word):
+        what = "has structural damping (GE), which is not read; give the structure's loss_factor"
+        deck.add(Verdict.APPROXIMATED, str(where[-1]), what, line)
+
+
+@MESH_CARDS.reads("PARAM")
+def _parameter(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del where
+    if fields[0].upper() == "WTMASS":
         deck.mass_factor = fortran_real(fields[1])
     else:
         deck.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
@@ -236,7 +244,7 @@ def _left_out(deck: Cards, path: Path) -> Iterator[str]:
 
 
 def lumped_of(
-    findings: Findings, lump_cards: Sequence[Card], points: Points, solid: set[int], factor: float
+    findings: Findings, point_cards: Sequence[Card], points: Points, solid: set[int], factor: float
 ) -> tuple[tuple[Lumped, ...], set[int]]:
     """What the cards add, and the points whose rotations take part; ``factor`` multiplies masses (PARAM,WTMASS).
 
@@ -246,10 +254,10 @@ def lumped_of(
         For cards that cannot be read, and points or properties that are not there.
     """
     stiffness = {
-        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in lump_cards if n == "PELAS" for i in (0, 4) if f[i]
+        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in point_cards if n == "PELAS" for i in (0, 4) if f[i]
     }
     parts: list[Lumped] = []
-    for name, line, fields in lump_cards:
+    for name, line, fields in point_cards:
         where = Place(points.source, f"line {line}", name)
         with reading(where):
             if name == "CONM2":
