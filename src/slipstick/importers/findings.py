@@ -37,12 +37,12 @@ class Entry:
 
     verdict: Verdict
     what: str = ""
-    read: Callable[..., None] | None = None
+    read: Callable[..., object] | None = None
     parameters: frozenset[str] | None = None
     stage: int = 0
 
 
-Reader = TypeVar("Reader", bound=Callable[..., None])
+Reader = TypeVar("Reader", bound=Callable[..., object])
 
 
 class Table(dict[str, Entry]):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -22,7 +21,6 @@ Variants = Mapping[str, Mapping[str, int]]
 _WARNED, _REFUSED = 1.01, 2.0
 """Ratio of the masses of a mesh and of the matrices beside it from which they do not fit."""
 
-ONE_POINT = re.compile(r"C3D8R[A-Z]*|SOLID185 with KEYOPT\(2\) = 1")
 _ONE_POINT = (
     "have one point each and an artificial stiffness against hourglass motions, which differs between codes and is not "
     "known here"
@@ -35,8 +33,10 @@ _ONE_POINT_REFUSED = (
 _NONE = np.empty((0, 2), dtype=np.int64)
 
 
-def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[str]:
+def variant_warnings(mesh: Mesh, variants: Variants, source: str, one_point: Collection[str] = ()) -> Iterator[str]:
     """A sentence for each foreign element type that integrates otherwise than ours, with the size of the difference.
+
+    ``one_point`` are those of them that have one point.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[st
         for name, count in counts.items():
             if kind in mesh.blocks and len(mesh.blocks[kind]):
                 said = f"{count} elements of type {name}"
-                if ONE_POINT.fullmatch(name):
+                if name in one_point:
                     what = f"{_ONE_POINT_REFUSED} {_difference(mesh, kind)}"
                     refused.append(Fault(Place(source), f"{said} {_ONE_POINT}", remedy=what))
                 else:

@@ -84,7 +84,7 @@ def assemble_mesh(
     whole.doubts = [
         *deck.doubts,
         *refine.linear_warnings(mesh, source),
-        *variant_warnings(mesh, deck.variants, source),
+        *variant_warnings(mesh, deck.variants, source, deck.one_point),
         *hourglass_warnings(mesh, source),
         *material_warnings(deck.materials, material, source),
     ]

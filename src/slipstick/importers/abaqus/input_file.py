@@ -16,7 +16,7 @@ from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.abaqus.blocks import Block, blocks, whole_text
 from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import read_axes, unfinished_coupling
-from slipstick.importers.abaqus.keywords import KEYWORDS, LAWS, LOADING, OTHER_SECTIONS, solid_type
+from slipstick.importers.abaqus.keywords import KEYWORDS, LAWS, LOADING, OTHER_SECTIONS, ElementType, solid_type
 from slipstick.importers.abaqus.ties import about_diameters
 from slipstick.importers.findings import Entry, Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -194,7 +194,7 @@ def _node(content: Content, block: Block) -> None:
 def _element(content: Content, block: Block) -> None:
     name = block.parameters["TYPE"]
     solid = solid_type(name)
-    labels = _skipped(content, block, name) if solid is None else _solids(content, block, name, *solid)
+    labels = _skipped(content, block, name) if solid is None else _solids(content, block, name, solid)
     if "ELSET" in block.parameters:
         content.element_sets.setdefault(block.parameters["ELSET"], []).extend(labels)
 
@@ -205,14 +205,15 @@ def _skipped(content: Content, block: Block, name: str) -> list[int]:
     return list(elements)
 
 
-def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
+def _solids(content: Content, block: Block, name: str, solid: ElementType) -> list[int]:
     words = [whole_number(word) for row in block.rows for word in row if word]
-    width = 1 + ELEMENTS[kind].n_nodes
+    width = 1 + ELEMENTS[solid.kind].n_nodes
     if len(words) % width:
         raise ValueError(f"{len(words)} numbers for elements of {width - 1} nodes")
     where = content.place(block.line)
     for at in range(0, len(words), width):
-        content.element(kind, words[at], words[at + 1 : at + width], where, "" if same else name)
+        nodes = words[at + 1 : at + width]
+        content.element(solid.kind, words[at], nodes, where, "" if solid.same else name, one_point=solid.one_point)
     return words[::width]
 
 

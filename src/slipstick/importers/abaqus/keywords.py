@@ -7,6 +7,7 @@ named as not understood.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, replace
 
 from slipstick.importers.findings import Table, Verdict
 
@@ -95,19 +96,41 @@ OTHER_SECTIONS = """SHELLSECTION SHELLGENERALSECTION BEAMSECTION BEAMGENERALSECT
 
 KEYWORDS.rows(" ".join((_LOADS, _DEFINITIONS, _PROCEDURES, _OUTPUT)), Verdict.HARMLESS)
 
-_SOLIDS = {4: "tet4", 5: "pyramid5", 6: "wedge6", 8: "hex8", 10: "tet10", 15: "wedge15", 20: "hex20"}
-_REDUCED = {"hex20": "hex20r"}
-_SAME = {"C3D4", "C3D10", "C3D15", "C3D20", "C3D20R"}
+
+@dataclass(frozen=True, kw_only=True)
+class ElementType:
+    """Our element for a solid; whether both integrate alike; whether theirs has one point."""
+
+    kind: str
+    same: bool = False
+    one_point: bool = False
 
 
-def solid_type(name: str) -> tuple[str, bool] | None:
-    """Our element for an element type, and whether it is the same; None for what is no solid.
+ELEMENT_TYPES = {
+    "C3D4": ElementType(kind="tet4", same=True),
+    "C3D5": ElementType(kind="pyramid5"),
+    "C3D6": ElementType(kind="wedge6"),
+    "C3D8": ElementType(kind="hex8"),
+    "C3D8R": ElementType(kind="hex8", one_point=True),
+    "C3D10": ElementType(kind="tet10", same=True),
+    "C3D15": ElementType(kind="wedge15", same=True),
+    "C3D20": ElementType(kind="hex20", same=True),
+    "C3D20R": ElementType(kind="hex20r", same=True),
+}
+"""Solids. With other letters (C3D8I, C3D10M, DC3D8) they have the same nodes and another integration."""
 
-    >>> solid_type("C3D20"), solid_type("C3D20R"), solid_type("DC3D8"), solid_type("S8R")
-    (('hex20', True), ('hex20r', True), ('hex8', False), None)
+
+def solid_type(name: str) -> ElementType | None:
+    """What is known of an element type; None for what is no solid.
+
+    >>> solid_type("C3D20RH")
+    ElementType(kind='hex20r', same=False, one_point=False)
+    >>> solid_type("DC3D8").kind, solid_type("S8R")
+    ('hex8', None)
     """
-    match = re.fullmatch(r"D?C3D(\d+)([A-Z]*)", name)
-    kind = _SOLIDS.get(int(match.group(1))) if match else None
-    if match is None or kind is None:
-        return None
-    return _REDUCED.get(kind, kind) if "R" in match.group(2) else kind, name in _SAME
+    match = re.fullmatch(r"D?(C3D\d+)([A-Z]*)", name)
+    if name in ELEMENT_TYPES or match is None:
+        return ELEMENT_TYPES.get(name)
+    reduced = f"{match[1]}R" if "R" in match[2] else match[1]
+    like = ELEMENT_TYPES.get(reduced, ELEMENT_TYPES.get(match[1]))
+    return None if like is None else replace(like, same=False)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,10 @@ from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import in_global, supports
 from slipstick.fem.unit_systems import NOT_STATED
-from slipstick.importers.ansys.commands import classify_commands
+from slipstick.importers.ansys.commands import COMMANDS, classify_commands
 from slipstick.importers.ansys.cyclic import read_cyclic
 from slipstick.importers.ansys.equations import read_equations
-from slipstick.importers.ansys.lumps import LUMP_TYPES, Lumps
+from slipstick.importers.ansys.lumps import Lumps
 from slipstick.importers.ansys.materials import read_materials
 from slipstick.importers.deck import Deck, with_surfaces
 from slipstick.importers.extras import require
@@ -47,32 +48,58 @@ _SHAPES = {
     },
 }
 _TETRAHEDRA = {4: "tet4", 10: "tet10"}
-_SOLID = {45, 64, 65, 73, 95, 185, 186, 190, 92, 187, 285}
-_QUADRATIC = {95, 186}
-_MESH200_SOLID = {8, 9, 10, 11}
-_FAMILIES = {
-    "SOLID": (45, 64, 65, 73, 92, 95, 185, 186, 187, 285),
-    "COMBIN": (14, 37, 39, 40),
-    "MASS": (21,),
-    "MATRIX": (27, 50),
-    "SURF": (151, 152, 153, 154, 156),
-    "TARGE": (169, 170),
-    "CONTA": (171, 172, 173, 174, 175, 176, 177, 178),
-    "PRETS": (179,),
-    "LINK": (180,),
-    "SHELL": (181, 281),
-    "MPC": (184,),
-    "BEAM": (188, 189),
-    "SOLSH": (190,),
-    "MESH": (200,),
-    "COMBI": (214,),
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElementType:
+    """An element type by its number.
+
+    ``solid``; ``quadratic`` ones may lack middle nodes; ``option`` is the KEYOPT that changes their integration: values
+    for which it is as here (``same``; with ``reduced`` as of our hex20r), for which it has one point. Of the others:
+    ``ignored`` ones add nothing, ``point`` ones are masses and springs.
+    """
+
+    name: str
+    solid: bool = False
+    quadratic: bool = False
+    option: int = 0
+    same: tuple[int, ...] = ()
+    reduced: tuple[int, ...] = ()
+    one_point: tuple[int, ...] = ()
+    ignored: bool = False
+    point: bool = False
+
+
+def _named(family: str, *numbers: int, **what: Any) -> dict[int, ElementType]:
+    return {number: ElementType(name=f"{family}{number}", **what) for number in numbers}
+
+
+ELEMENT_TYPES: dict[int, ElementType] = {
+    **_named("SOLID", 45, solid=True, option=1),
+    **_named("SOLID", 64, 65, 73, 285, solid=True),
+    **_named("SOLID", 92, 187, solid=True, same=(0,)),
+    **_named("SOLID", 95, solid=True, quadratic=True, option=11, reduced=(1,)),
+    **_named("SOLID", 185, solid=True, option=2, one_point=(1,)),
+    **_named("SOLID", 186, solid=True, quadratic=True, option=2, same=(0, 1), reduced=(0,)),  # 14 points: as our 27
+    **_named("SOLSH", 190, solid=True),
+    **_named("MASS", 21, point=True),
+    **_named("COMBIN", 14, point=True),
+    **_named("MESH", 200, ignored=True, same=(0,)),
+    **_named("SURF", 151, 152, 153, 154, 156, ignored=True),
+    **_named("TARGE", 169, 170, ignored=True),
+    **_named("CONTA", *range(171, 179)),
+    **_named("COMBIN", 37, 39, 40),
+    **_named("MATRIX", 27, 50),
+    **_named("PRETS", 179),
+    **_named("LINK", 180),
+    **_named("SHELL", 181, 281),
+    **_named("MPC", 184),
+    **_named("BEAM", 188, 189),
+    **_named("COMBI", 214),
 }
-_KINDS = {number: f"{family}{number}" for family, numbers in _FAMILIES.items() for number in numbers}
-_WITHOUT_STIFFNESS = {151, 152, 153, 154, 156, 169, 170, 200}
-"""Load elements, the targets of contacts, and elements for meshing only."""
-_SAME = {"SOLID92", "SOLID187", "MESH200", "SOLID186", "SOLID186 with KEYOPT(2) = 1"}
-"""Integrated as here; the full SOLID186 with 14 points, exact to the same degree as our 27."""
-_REDUCED = {("SOLID186", "hex20"): "hex20r", ("SOLID95 with KEYOPT(11) = 1", "hex20"): "hex20r"}
+"""What is not in it adds stiffness, mass or constraints and is not read."""
+
+_MESH200_SOLID = {8, 9, 10, 11}
 _UNITS = {"SI": "SI (m, kg, s)", "MKS": "m, kg, s", "CGS": "cm, g, s", "BIN": "inch, lbf, s", "BFT": "foot, slug, s"}
 _UNITS |= {"MPA": "mm, tonne, s", "UMKS": "micrometre, kg, s"}
 
@@ -120,16 +147,20 @@ def read_archive(path: Path) -> Deck:
     return deck
 
 
+def _known(kind: int) -> ElementType:
+    return ELEMENT_TYPES.get(kind, ElementType(name=str(kind)))
+
+
 def _left_out(skipped: dict[int, int], path: Path) -> Iterator[str]:
     for kind, count in skipped.items():
-        if kind in _WITHOUT_STIFFNESS:
-            yield f"{path.name}: {count} elements of type {_KINDS[kind]} are no solids and were left out"
+        if _known(kind).ignored:
+            yield f"{path.name}: {count} elements of type {_known(kind).name} are no solids and were left out"
 
 
 def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupling]:
     for kind, count in skipped.items():
-        if kind not in _WITHOUT_STIFFNESS:
-            name = _KINDS.get(kind, str(kind))
+        if not _known(kind).ignored:
+            name = _known(kind).name
             what = "add stiffness, mass or constraints and are not read"
             yield Coupling(where=Place(path.name, f"{count} elements of type {name}"), what=what)
 
@@ -220,6 +251,7 @@ def _check_counts(text: str, path: Path) -> None:
             )
 
 
+@COMMANDS.reads("NBLOCK EBLOCK CMBLOCK ET KEYOP KEYOPT RLBLOCK MPTEMP")
 def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
     """Solids by element set "material <number>"; how many there are of each other type."""
     solid = dict(_solid_types(archive))
@@ -230,33 +262,33 @@ def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
         material, of, number = int(row[0]), int(row[1]), int(row[8])
         kind = types.get(of, 0)
         if of not in solid:
-            if kind not in LUMP_TYPES:
+            if not _known(kind).point:
                 skipped[kind] = skipped.get(kind, 0) + 1
             continue
-        nodes = whole_row([int(node) for node in row[_HEAD:]], kind in _QUADRATIC)
-        name, nodes = _shape(nodes, number, path)
-        full = solid[of]
-        name = _REDUCED.get((full, name), name)
-        deck.element(name, number, nodes, where, "" if full in _SAME and name != "pyramid13" else full)
+        known, option = _known(kind), solid[of]
+        name, nodes = _shape(whole_row([int(node) for node in row[_HEAD:]], known.quadratic), number, path)
+        name = "hex20r" if name == "hex20" and option in known.reduced else name
+        full = known.name + (f" with KEYOPT({known.option}) = {option}" if option else "")
+        foreign = "" if option in known.same and name != "pyramid13" else full
+        deck.element(name, number, nodes, where, foreign, one_point=option in known.one_point)
         deck.element_sets.setdefault(f"material {material}", []).append(number)
     if not deck.elements:
-        what = f"has no solid element (types {sorted(_SOLID)} or MESH200 solids)"
-        raise InputError(Fault(Place(path.name), what))
+        solids = sorted(number for number, known in ELEMENT_TYPES.items() if known.solid)
+        raise InputError(Fault(Place(path.name), f"has no solid element (types {solids} or MESH200 solids)"))
     deck.element_sets = dict(sorted(deck.element_sets.items(), key=lambda item: int(item[0].split()[1])))
     return skipped
 
 
-def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
-    """Number of each solid element type, and its name with the options that change its integration.
+def _solid_types(archive: Any) -> Iterator[tuple[int, int]]:
+    """Number of each solid element type, and the value of the option that changes its integration.
 
     Layered solids (KEYOPT(3) = 1 of 185 and 186) are not read.
     """
     for number, kind in np.asarray(archive.ekey).tolist():
         options = dict(tuple(pair[:2]) for pair in archive.key_option.get(number, []))
         layered = kind in (185, 186) and options.get(3) == 1
-        if (kind in _SOLID and not layered) or (kind == 200 and options.get(1) in _MESH200_SOLID):
-            key = {45: 1, 95: 11, 185: 2, 186: 2}.get(kind, 0)
-            yield number, f"{_KINDS[kind]}" + (f" with KEYOPT({key}) = {options[key]}" if options.get(key) else "")
+        if (_known(kind).solid and not layered) or (kind == 200 and options.get(1) in _MESH200_SOLID):
+            yield number, options.get(_known(kind).option, 0)
 
 
 def _shape(nodes: Sequence[int], number: int, path: Path) -> tuple[str, Sequence[int]]:
@@ -277,6 +309,7 @@ def _shape(nodes: Sequence[int], number: int, path: Path) -> tuple[str, Sequence
     return name, nodes
 
 
+@COMMANDS.reads("/UNITS")
 def _units(text: str) -> str:
     match = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
     return _UNITS.get(match.group(1).upper(), match.group(1)) if match else NOT_STATED

@@ -14,7 +14,6 @@ _MISSING = "brings in data that are not in the file; write one archive with CDWR
 _ROTATES = "rotates the structure: its stiffening and softening are left out"
 _DAMPING = "is not read; give the structure's loss_factor or damping_ratio"
 
-_COMMANDS = "NBLOCK EBLOCK CMBLOCK N ET KEYOP KEYOPT MP MPDATA MPTEMP D TB CE CP R RMORE RMODIF RLBLOCK /UNITS CYCLIC"
 _HARMLESS_WORDS = """
     /COM /PREP7 /NOPR /GOPR /GO /TITLE /AUX15 /SOLU /POST1 /POST26 /BATCH /CONFIG /NERR /WB /DELETE /EOF
     /VIEW
@@ -30,7 +29,10 @@ _HARMLESS_WORDS = """
     MSHAPE MSHKEY KEYPTS STARSET NUMCMP ETCONTROL"""
 
 COMMANDS = Table()
-COMMANDS.rows(_COMMANDS, Verdict.READ)
+"""Every command: those that are read are entered by what reads them. What stands neither here nor in ``ZERO`` is named
+as not understood.
+"""
+
 COMMANDS.rows(_HARMLESS_WORDS, Verdict.HARMLESS)
 COMMANDS.rows("CEQN CEINTF CERIG CESGEN CECYC", Verdict.COUPLING, _TIES)
 COMMANDS.rows("CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES)
@@ -50,7 +52,6 @@ COMMANDS.rows("CDREAD", Verdict.INCOMPLETE, _MISSING)
 COMMANDS.rows("/INPUT", Verdict.INCOMPLETE, _MISSING)
 COMMANDS.rows("*USE", Verdict.INCOMPLETE, _MISSING)
 COMMANDS.rows("MPAMOD", Verdict.APPROXIMATED, "is left out")
-"""The whole of it at a glance; what stands neither here nor in ``ZERO`` is named as not understood."""
 
 ZERO = Table()
 ZERO.rows("ALPHAD BETAD DMPRAT DMPSTR MDAMP", Verdict.APPROXIMATED, _DAMPING)
@@ -82,6 +83,7 @@ def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
                 yield number, head.strip().upper(), [word.strip() for word in words]
 
 
+@COMMANDS.reads("D N")
 def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
     """Give each command its verdict; the supports (node, direction 0..5) are returned."""
     held: set[tuple[int, int]] = set()

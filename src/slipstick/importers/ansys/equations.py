@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
-from slipstick.importers.ansys.commands import LABELS, commands
+from slipstick.importers.ansys.commands import COMMANDS, LABELS, commands
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
@@ -30,6 +30,7 @@ class _Set:
     terms: list[tuple[int, str, float]] = field(default_factory=list)
 
 
+@COMMANDS.reads("CE CP")
 def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
     """Equations between displacements and rotations, along the directions of the nodes.
 

@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import Pair
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
-from slipstick.importers.ansys.commands import commands
+from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -19,6 +19,7 @@ LUMP_TYPES = {21: "MASS21", 14: "COMBIN14"}
 _TYPE, _REAL, _NUMBER, _HEAD = 1, 2, 8, 10
 
 
+@COMMANDS.reads("R RMORE RMODIF")
 def real_constants(archive: Any, text: str) -> dict[int, list[float]]:
     """Real constants by set: of the RLBLOCK, and of R, RMORE and RMODIF commands."""
     constants = {

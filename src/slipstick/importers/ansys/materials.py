@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.materials import Material
-from slipstick.importers.ansys.commands import commands
+from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.text_numbers import fortran_real, reading
 
@@ -28,6 +28,7 @@ class MaterialTable:
     faults: Mapping[int, list[Fault]] = field(default_factory=dict)
 
 
+@COMMANDS.reads("MP MPDATA TB")
 def read_materials(findings: Findings, text: str) -> MaterialTable:
     """Materials of the MP, MPDATA and TB commands; what is left out of them goes to ``findings``."""
     values: Values = {}
