@@ -9,7 +9,8 @@ from enum import Enum
 from typing import Any
 
 Where = tuple[str | int, ...]
-"""Path of names to what is at fault, from the whole to the part; a place in a list is its number, from 0."""
+"""Path of names to what is at fault, from the whole to the part; a place in a list is its number, from 0. In a file:
+its name, "line 12", what stands there."""
 
 IS_MISSING = "is missing"
 """Statement of a fault whose path names what is not there."""
@@ -22,6 +23,41 @@ NAMED = ("contact", "load", "load shape")
 
 _LONG = re.compile(r"[^\s/\\]{256,}")
 """No name of a person or a file system is as long; a path may be, piece by piece."""
+
+
+_LINE = re.compile(r"line \d+(?: and \d+ more)?")
+_VERB = re.compile(r"(?:(?!its |this |as )[a-z]+s|cannot|add|are|have)[ ,;]")
+"""Begins a statement that goes on from what stands in a file: "*TIE names A, ..."."""
+
+
+class File(str):
+    """The name of a file, or of several, in a path: what follows is a place in it."""
+
+    __slots__ = ()
+
+
+class Place(tuple[str | int, ...]):
+    """Where something stands in a file, a path that begins with its name; ``str`` has the words.
+
+    >>> place = Place("a.inp", "line 12").at("*TIE")
+    >>> str(place), str(Fault(place, "names A, which the file does not have"))
+    ('a.inp, line 12: *TIE', 'a.inp, line 12: *TIE names A, which the file does not have')
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, *names: str | int) -> Place:  # noqa: D102
+        return super().__new__(cls, (File(names[0]), *names[1:]))
+
+    def at(self, *names: str | int) -> Place:
+        """A part of it."""
+        return Place(*self, *names)
+
+    def __str__(self) -> str:
+        return in_python(self)
+
+    def __getnewargs__(self) -> Where:
+        return tuple(self)
 
 
 class SlipstickError(Exception):
@@ -41,7 +77,13 @@ def in_python(where: Where) -> str:
             words[-1] += f" {said}" if isinstance(part, int) else f" {part!r}"
         else:
             words.append(said)
-    return ", ".join(words)
+    text = ""
+    for before, word in zip((None, *words), words, strict=False):
+        within = before is not None and (
+            _LINE.fullmatch(before) or (isinstance(before, File) and not _LINE.fullmatch(word))
+        )
+        text += word if before is None else f"{': ' if within else ', '}{word}"
+    return text
 
 
 @dataclass(frozen=True, init=False)
@@ -101,7 +143,13 @@ class Fault:
         name = _shortened(place(self.where))
         if not name:
             return self.words
-        return f"{name} {self.words}" if self.statement.startswith(("is ", "has ")) else f"{name}: {self.words}"
+        if any(isinstance(part, File) for part in self.where):
+            last = str(self.where[-1])
+            named = not (isinstance(self.where[-1], File | int) or _LINE.fullmatch(last))
+            goes_on = named and _VERB.match(self.statement) is not None
+        else:
+            goes_on = self.statement.startswith(("is ", "has "))
+        return f"{name} {self.words}" if goes_on and not self.found else f"{name}: {self.words}"
 
     def __str__(self) -> str:
         return self.said(in_python)

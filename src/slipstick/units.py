@@ -28,7 +28,23 @@ _JOULES = {
 }
 """What a force times a length is in J, where its name says so."""
 
-_SECONDS = ("s", "sec", "second", "seconds")
+_POUND = 0.45359237
+_FORCE = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "dyn": 1e-5, "kgf": 9.80665, "lbf": _POUND * 9.80665}
+SIZES: Mapping[str, Mapping[str, float]] = {
+    "length": {
+        "m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "micrometre": 1e-6,
+        "in": 0.0254, "inch": 0.0254, "ft": 0.3048, "foot": 0.3048,
+    },
+    "mass": {
+        "kg": 1.0, "g": 1e-3, "t": 1e3, "tonne": 1e3, "Mg": 1e3, "lb": _POUND, "lbm": _POUND,
+        "slug": _FORCE["lbf"] / 0.3048, "slinch": _FORCE["lbf"] / 0.0254,
+    },
+    "force": _FORCE,
+    "time": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3},
+}  # fmt: skip
+"""Sizes of the units whose names are understood, SI."""
+
+_SECONDS = tuple(name for name, size in SIZES["time"].items() if size == 1.0)
 _WORD = re.compile(r"\b(?:length|force|time|temperature)\b")
 _COMPOUND = re.compile(r"[\s/*·^]")
 
@@ -79,6 +95,33 @@ class Units:
         """The units that results were written with; those of files without any are not named."""
         names = {f.name: str(attributes.get(f"{f.name}_unit", "")) for f in fields(cls)}
         return cls(**{name: value for name, value in names.items() if not label_faults(value)})
+
+    def filled(self, known: Units | None) -> Units:
+        """These, and where they name none those that a structure is known to be in.
+
+        Raises
+        ------
+        InputError
+            Where both name one, and not of the same size.
+
+        >>> Units(force="N").filled(Units(length="mm", force="N", time="s")).label("force/length")
+        'N/mm'
+        """
+        if known is None:
+            return self
+        chosen: dict[str, str] = {}
+        faults = []
+        for name in (f.name for f in fields(self)):
+            given, own = getattr(self, name), getattr(known, name)
+            chosen[name] = own if given == name else given
+            sizes = SIZES.get(name, {})
+            if name not in (given, own) and sizes.get(given, given) != sizes.get(own, own):
+                expected = f"'{own}', the unit of the numbers of the structure"
+                remedy = "leave it out, or convert the model when it is imported"
+                faults.append(Fault(("units", name), found=f"'{given}'", expected=expected, remedy=remedy))
+        if faults:
+            raise InputError(faults)
+        return Units(**chosen)
 
     @property
     def attributes(self) -> dict[str, str]:

@@ -113,3 +113,81 @@ def test_faults_of_the_command_line(millimetres: Path, options: tuple[str, ...],
 def test_stated_units_of_the_result_are_not_asked_for_again(millimetres: Path) -> None:
     result = slipstick(millimetres, "-o", millimetres.with_name("model.h5"), "--to", "SI", "--units", "N, mm, t, s")
     assert "not stated" not in result.output
+
+
+NAMES = ("mm", "N", "s")
+
+
+def named(problem: ss.Problem) -> tuple[str, str, str]:
+    return problem.units.length, problem.units.force, problem.units.time
+
+
+@pytest.fixture(scope="module")
+def body(tmp_path_factory: pytest.TempPathFactory) -> ss.models.ReducedBody:
+    """The beam in N, mm, t, s, kept at one dof."""
+    path = tmp_path_factory.mktemp("units") / "beam.inp"
+    write_input(path, skewed("hex20"), step="*FREQUENCY\n3")
+    model = ss.import_model(path, units="N, mm, t, s")
+    return ss.reduced_body(model, keep=model.dofs[-1], modes=4)
+
+
+def test_units_of_an_import_reach_the_problem(body: ss.models.ReducedBody) -> None:
+    assert named(ss.Problem(body.structure)) == NAMES
+    assert named(ss.Problem(body.structure.changed(loss_factor=0.1))) == NAMES
+    assert ss.Problem(body.structure).units.label("force/length") == "N/mm"
+    same = ss.Problem(body.structure, units={"force": "N", "temperature": "degC"})
+    assert (*named(same), same.units.temperature) == (*NAMES, "degC")
+
+
+def test_other_units_beside_a_structure_that_knows_its_own_are_refused(body: ss.models.ReducedBody) -> None:
+    with pytest.raises(InputError) as caught:
+        ss.Problem(body.structure, units={"length": "m", "force": "kN", "time": "sec"})
+    assert [fault.where for fault in caught.value.faults] == [("units", "length"), ("units", "force")]
+    assert "units, length: found 'm'; expected 'mm', the unit of the numbers of the structure" in str(caught.value)
+
+
+def test_units_not_stated_leave_the_problem_its_own(millimetres: Path) -> None:
+    model = ss.import_model(millimetres)
+    structure = ss.reduced_body(model, keep=model.dofs[-1], modes=4).structure
+    assert structure.units is None
+    assert named(ss.Problem(structure, units={"length": "m"})) == ("m", "force", "time")
+
+
+def test_units_of_a_model_file_reach_the_case(millimetres: Path) -> None:
+    ss.import_model(millimetres, units="N, mm, t, s", to="kN, mm, kg, ms", output=millimetres.with_name("model.h5"))
+    dof = load_model(millimetres.with_name("model.h5")).dofs[-1]
+    text = f"""
+format = 1
+harmonics = "0..1"
+[structure]
+kind = "fe"
+file = "model.h5"
+keep = ["{dof}"]
+modes = 4
+[[load]]
+dof = "{dof}"
+cos = 1.0
+[[contact]]
+name = "damper"
+tangential = "{dof}"
+kt = 1.0
+mu = 0.3
+normal_load = 1.0
+[response]
+from = 1.0
+to = "2 Hz"
+"""
+    case = millimetres.with_name("case.toml")
+    with pytest.raises(InputError) as caught:
+        ss.Case.from_text(text, case)
+    assert [fault.where for fault in caught.value.faults] == [("response", "to")]
+    assert "rad/ms" in str(caught.value)
+    read = ss.Case.from_text(text.replace('"2 Hz"', "2.0"), case)
+    assert named(read.problem()) == ("mm", "kN", "ms")
+    with pytest.raises(InputError, match=r"units\.length: found 'm'"):
+        ss.Case.from_text(text.replace("harmonics", 'units = { length = "m" }\nharmonics', 1), case)
+
+
+def test_units_of_a_sector_reach_its_waves() -> None:
+    sector = ss.reduced_sector(ss.models.bladed_sector("coarse"), surface="tip", contacts=1, modes=2)
+    assert named(ss.Problem(sector.travelling_wave(2))) == ("m", "N", "s")

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from slipstick.fem.materials import Material
-from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+from slipstick.importers.deck import Deck
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
 
@@ -15,12 +15,10 @@ def spd(n: int, seed: int = 0) -> np.ndarray:
     return a @ a.T + n * np.eye(n)
 
 
-def raw(K, M, held=(), nodes=None, **matrices) -> RawModel:
-    n = np.shape(K)[0]
-    rows = np.arange(n)
-    held = np.array(held, dtype=np.int64).reshape(-1, 2)
-    return RawModel(
+def raw(K, M, held=(), rows=None, **matrices) -> Deck:
+    at = np.arange(np.shape(K)[0])
+    return Deck(
         matrices={"K": csr_array(K), "M": csr_array(M), **{k: csr_array(v) for k, v in matrices.items()}},
-        dof_map=DofMap(nodes=10 + rows // 3, components=rows % 3) if nodes is None else nodes,
-        nodes=Nodes(held=held),
+        rows=np.stack([10 + at // 3, at % 3], axis=1) if rows is None else rows,
+        held=set(held),
     )

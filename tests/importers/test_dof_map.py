@@ -17,8 +17,8 @@ from slipstick.importers.dof_map import read_dof_map
 )
 def test_maps(tmp_path, text, dofs):
     (tmp_path / "map.txt").write_text(text)
-    found, _ = read_dof_map(tmp_path / "map.txt")
-    assert list(zip(found.nodes.tolist(), found.components.tolist(), strict=True)) == dofs
+    found = read_dof_map(tmp_path / "map.txt")
+    assert [tuple(row) for row in found.rows.tolist()] == dofs
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,13 @@
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.importers.findings import Findings, Verdict, rows
+from slipstick.importers.findings import Findings, Table, Verdict
 
-TABLE = {
-    **rows("CE CP", Verdict.COUPLING, "ties"),
-    **rows("SAVE", Verdict.HARMLESS),
-    **rows("LUMPM", Verdict.APPROXIMATED, "is left out"),
-    **rows("CDREAD", Verdict.INCOMPLETE, "brings in more"),
-}
+TABLE = Table()
+TABLE.rows("CE CP", Verdict.COUPLING, "ties")
+TABLE.rows("SAVE", Verdict.HARMLESS)
+TABLE.rows("LUMPM", Verdict.APPROXIMATED, "is left out")
+TABLE.rows("CDREAD", Verdict.INCOMPLETE, "brings in more")
 
 
 def found(*names, of_the_model=True):
@@ -22,7 +21,7 @@ def found(*names, of_the_model=True):
 
 def test_each_verdict_has_its_way_out():
     findings = found("CE", "SAVE", "LUMPM", "CP", "CE", "SAVE", "NOSUCH")
-    assert [c.where for c in findings.couplings] == ["a.cdb, line 1 and 1 more: CE", "a.cdb, line 4: CP"]
+    assert [str(c.where) for c in findings.couplings] == ["a.cdb, line 1 and 1 more: CE", "a.cdb, line 4: CP"]
     assert findings.warnings == (
         "a.cdb, line 3: LUMPM is left out",
         "a.cdb, line 7: NOSUCH is not understood: it has no effect here",
@@ -47,6 +46,7 @@ def test_all_that_is_incomplete_is_said_at_once():
 
 def test_a_coupling_says_what_to_do_with_and_without_matrices():
     (coupling,) = found("CP").couplings
-    assert coupling.refused.startswith("a.cdb, line 1: CP ties; ")
-    assert "export the assembled matrices" in coupling.refused
+    assert str(coupling.refused).startswith("a.cdb, line 1: CP ties; ")
+    assert coupling.refused.where == ("a.cdb", "line 1", "CP")
+    assert "export the assembled matrices" in coupling.refused.remedy
     assert "the matrices must hold it" in coupling.beside_matrices

@@ -14,7 +14,8 @@ from slipstick.fem.box import box
 from slipstick.fem.lumped import point_mass
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
-from slipstick.importers.mesh_checks import likely_units, mass_warnings, material_warnings, unit_notes, variant_warnings
+from slipstick.fem.unit_systems import NOT_STATED, told
+from slipstick.importers.mesh_checks import mass_warnings, material_warnings, unit_notes, variant_warnings
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
@@ -80,15 +81,15 @@ def test_a_mass_that_cannot_be_compared_is_said():
 )
 def test_steel_is_recognised_in_every_system(young, density, system):
     materials = {"steel": Material(young=young, poisson=0.3, density=density)}
-    assert likely_units(materials) == f"not stated; E and density look like {system}"
+    assert told(NOT_STATED, materials) == f"not stated; E and density look like {system}"
     assert any(system in note for note in unit_notes(MESH, materials))
     assert "the largest dimension is 2 " in unit_notes(MESH, materials)[0]
 
 
 def test_units_that_fit_nothing_or_two_systems_are_not_guessed():
     odd = Material(young=1.0, poisson=0.3, density=1.0)
-    assert likely_units({"odd": odd}) == likely_units({}) == "not stated"
-    assert likely_units({"a": STEEL, "b": Material(young=2.1e5, poisson=0.3, density=7.8e-9)}) == "not stated"
+    assert told(NOT_STATED, {"odd": odd}) == told(NOT_STATED, {}) == "not stated"
+    assert told(NOT_STATED, {"a": STEEL, "b": Material(young=2.1e5, poisson=0.3, density=7.8e-9)}) == "not stated"
     assert len(unit_notes(MESH, {"odd": odd})) == 1
 
 
@@ -141,8 +142,8 @@ def test_quadratic_ones_differ_by_less_the_more_cubic_they_are():
 
 
 def test_bricks_of_one_point_are_refused_with_their_number():
-    with pytest.raises(
-        InputError, match=r"m: 2 elements of type SOLID185 with KEYOPT\(2\) = 1 have one point"
-    ) as raised:
-        list(variant_warnings(MESH, {"hex8": {"SOLID185 with KEYOPT(2) = 1": 2, "C3D8R": 1, "C3D8": 1}}, "m"))
+    counts = {"hex8": {"SOLID185 with KEYOPT(2) = 1": 2, "C3D8R": 1, "C3D8": 1}}
+    said = r"m: 2 elements of type SOLID185 with KEYOPT\(2\) = 1 have one point"
+    with pytest.raises(InputError, match=said) as raised:
+        list(variant_warnings(MESH, counts, "m", {"SOLID185 with KEYOPT(2) = 1", "C3D8R"}))
     assert len(raised.value.sentences) == 2

@@ -6,7 +6,8 @@ import numpy as np
 from helpers.imported import STEEL
 
 from slipstick.fem.box import box
-from slipstick.importers.mesh_model import MeshModel, assemble_mesh, matching_surface, with_surfaces
+from slipstick.importers.deck import matching_surface, with_surfaces
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
 
 def test_cantilever_bends_as_a_beam():

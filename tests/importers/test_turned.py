@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+from slipstick.importers.deck import Deck
 from slipstick.importers.turned import to_global
 
 rng = np.random.default_rng(2)
@@ -12,10 +12,9 @@ A = rng.normal(size=(7, 7))
 K = A @ A.T
 
 
-def raw(components: list[int], K: np.ndarray, held: list[tuple[int, int]] | None = None) -> RawModel:
+def raw(components: list[int], K: np.ndarray, held: list[tuple[int, int]] | None = None) -> Deck:
     nodes = np.array([5] * (len(components) - 1) + [9])
-    map_ = DofMap(nodes=nodes, components=np.array(components))
-    return RawModel(matrices={"K": K}, dof_map=map_, nodes=Nodes(held=np.array(held or [], int).reshape(-1, 2)))
+    return Deck(matrices={"K": K}, rows=np.stack([nodes, components], axis=1), held=set(held or ()))
 
 
 @pytest.mark.parametrize("half", [np.tril, np.triu, lambda a: a])

@@ -75,7 +75,8 @@ class Problem:
         Written on results.
     units
         Names of the units of length, force, time and temperature, such as ``{"length": "mm", "time": "s"}``: labels of
-        results, figures and messages. Nothing is converted; numbers are of one consistent system in any case.
+        results, figures and messages. Nothing is converted; numbers are of one consistent system in any case. Those
+        of an imported model are taken where none are given, and others are refused.
     load, friction
         Factors on all loads and on all friction coefficients: the parameters "load" and "friction".
     thermal
@@ -349,7 +350,7 @@ def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
         "harmonics": checks.take(Harmonics.of, problem.harmonics),
         "period_ratio": checks.take(_ratio, problem.period_ratio),
         "title": checks.take(text, "title", problem.title),
-        "units": checks.take(Units.of, problem.units),
+        "units": checks.take(_units, problem),
     }
     values |= {factor: checks.take(number, factor, getattr(problem, factor)) for factor in FACTORS}
     if problem.outputs is not None:
@@ -366,6 +367,11 @@ def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
             mixed = getattr(problem, name)
             values[name] = tuple(x for x in mixed if isinstance(x, kind)) if isinstance(mixed, list | tuple) else ()
     return {name: value for name, value in values.items() if value is not None}, checks.faults
+
+
+def _units(problem: Problem) -> Units:
+    """Those given; where these name none, those of the structure, if it knows any."""
+    return Units.of(problem.units).filled(getattr(problem.structure, "units", None))
 
 
 def _ratio(period_ratio: Any) -> tuple[int, int]:

@@ -80,7 +80,9 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     faults += [*wrong, *parts.faults]
     units = (sections.top.get("units") or UnitsTable()).units
     if sections.top.right("units"):
-        faults += unit_faults(raw, units)
+        gathering = Gathering()
+        units = gathering.take(units.filled, getattr(described.structure, "units", None)) or units
+        faults += [*gathering.faults, *unit_faults(raw, units)]
     if not faults:
         try:
             problem = parts.problem()

@@ -39,7 +39,7 @@ from slipstick.case.table import RawTable, Table, toml
 from slipstick.case.thermal import ThermalTable
 from slipstick.case.top import TopTable
 from slipstick.case.validation import ReadTable, close_key, key_suggestion, read_table
-from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
+from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, File, InputError, Where, in_python
 from slipstick.faults import Gathering, suggestion
 
 STRUCTURES: Mapping[str, StructureKind] = {
@@ -85,6 +85,8 @@ def place(where: Where) -> str:
 
     >>> place(("load", 0, "dof")), place(("response", "at", 2)), place(("units", "time"))
     ('[[load]] number 1 dof', '[response] at, number 3', 'units.time')
+    >>> place(("structure", "file", File("blade.inp"), "line 12", "*TIE"))
+    '[structure] file: blade.inp, line 12: *TIE'
     """
     section, rest = where[:1], where[1:]
     if section and section[0] in REPEATED_SECTIONS:
@@ -94,8 +96,10 @@ def place(where: Where) -> str:
         words = [f"[{section[0]}]"]
     else:
         words, rest = [], where
-    key = "".join(f", number {part + 1}" if isinstance(part, int) else f".{part}" for part in rest)
-    return " ".join([*words, key.lstrip(".")]).strip().replace(" ,", ",")
+    end = next((i for i, part in enumerate(rest) if isinstance(part, File)), len(rest))
+    key = "".join(f", number {part + 1}" if isinstance(part, int) else f".{part}" for part in rest[:end])
+    said = " ".join([*words, key.lstrip(".")]).strip().replace(" ,", ",")
+    return f"{said}: {in_python(rest[end:])}" if end < len(rest) else said
 
 
 def _which(name: str | int) -> str:

@@ -2,52 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from slipstick.fem.imported import ImportedModel
-from slipstick.fem.materials import Material
+from slipstick.fem.unit_systems import Conversion
 from slipstick.typing import Array, IntArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Conversion:
-    """New number over old number, by dimension; the mass follows.
-
-    >>> inch = Conversion(length=0.0254, force=4.4482216152605)
-    >>> round(inch.mass, 3), round(inch.stiffness, 3)
-    (175.127, 175.127)
-    """
-
-    length: float = 1.0
-    force: float = 1.0
-    time: float = 1.0
-
-    @property
-    def mass(self) -> float:
-        """Force time^2/length."""
-        return self.force * self.time**2 / self.length
-
-    @property
-    def stiffness(self) -> float:
-        """Force/length."""
-        return self.force / self.length
-
-    def material(self, old: Material) -> Material:
-        """A material in the new units."""
-        return Material(
-            young=old.young * self.force / self.length**2,
-            poisson=old.poisson,
-            density=old.density * self.mass / self.length**3,
-            conductivity=old.conductivity * self.force / self.time,
-        )
-
-    @property
-    def inverse(self) -> Conversion:
-        """From the new units to the old ones."""
-        return Conversion(length=1.0 / self.length, force=1.0 / self.force, time=1.0 / self.time)
 
 
 def converted(model: ImportedModel, factors: Conversion) -> ImportedModel:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from slipstick.errors import Where
 from slipstick.structure.constraints import Dependent, Elimination, Equation, eliminate
 from slipstick.typing import BoolArray, IntArray
 
@@ -28,7 +29,7 @@ class NodalEquation:
     """
 
     terms: tuple[tuple[int, int, float], ...]
-    where: str = "an equation"
+    where: str | Where = "an equation"
     dependent: Dependent = Dependent.FIRST
 
     @property

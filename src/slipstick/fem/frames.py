@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Where
 from slipstick.fem.equations import NodalEquation, Pair
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
@@ -24,7 +24,9 @@ def rectangular(a: Array, b: Array) -> Array:
     """
     third = np.cross(a, b)
     if not np.linalg.norm(third) > 1e-10 * np.linalg.norm(a) * np.linalg.norm(b):
-        raise InputError("a coordinate system is given by points on one line; give a third one off it")
+        raise InputError(
+            Fault(statement="a coordinate system is given by points on one line", remedy="give a third one off it")
+        )
     first, third = a / np.linalg.norm(a), third / np.linalg.norm(third)
     return np.stack([first, np.cross(third, first), third]) + 0.0
 
@@ -63,7 +65,7 @@ def _turned(term: tuple[int, int, float], frames: NodeAxes) -> Iterator[tuple[in
             yield (node, 3 * block + other, value * cosine)
 
 
-def supports(held: Iterable[Pair], frames: NodeAxes, where: str) -> tuple[set[Pair], list[NodalEquation]]:
+def supports(held: Iterable[Pair], frames: NodeAxes, where: str | Where) -> tuple[set[Pair], list[NodalEquation]]:
     """What is held along own directions: global degrees of freedom, and equations for the rest."""
     plain: set[Pair] = set()
     along: dict[tuple[int, int], set[int]] = {}

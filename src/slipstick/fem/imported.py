@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import csc_array, csr_array, vstack
 
-from slipstick.errors import Fault, InputError, SlipstickWarning
+from slipstick.errors import Fault, InputError, Place, SlipstickWarning
 from slipstick.faults import suggestion
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import (
@@ -27,7 +27,9 @@ from slipstick.fem.equations import (
 )
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
+from slipstick.fem.unit_systems import NOT_STATED, names_of, told
 from slipstick.typing import Array, BoolArray, IntArray
+from slipstick.units import Units
 
 _ROUNDING = 1e-13
 """Sums below this fraction of their terms are rounding."""
@@ -55,7 +57,7 @@ class ImportedModel:
     source
         The files read.
     units
-        What is known of them.
+        Of the numbers, such as "N, mm, t, s"; "not stated" where neither the files nor their user say so.
     notes
         What was left out without effect, one sentence each.
     warnings
@@ -93,7 +95,7 @@ class ImportedModel:
     dependent: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     dependence: csr_array | None = None
     source: str = ""
-    units: str = "not stated"
+    units: str = NOT_STATED
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     mesh: Mesh | None = None
@@ -110,6 +112,16 @@ class ImportedModel:
         """Give each of ``warnings`` as SlipstickWarning, in the name of whoever called the caller."""
         for sentence in self.warnings:
             warnings.warn(sentence, SlipstickWarning, stacklevel=3)
+
+    @property
+    def unit_names(self) -> Units | None:
+        """Names of the units of length, force and time, as results have them; None: they are not known."""
+        return names_of(self.units)
+
+    @property
+    def units_told(self) -> str:
+        """The units for the reader; where they are not stated, what the materials look like."""
+        return told(self.units, self.materials)
 
     @property
     def n_dofs(self) -> int:
@@ -145,13 +157,26 @@ class ImportedModel:
         if dof in self._rows:
             return self._rows[dof]
         if dof in self._dependent_rows:
-            raise InputError(f"dof '{dof}' depends on others by an equation of the imported model; it has no row")
+            raise InputError(
+                Fault(
+                    statement=f"dof '{dof}' depends on others by an equation of the imported model",
+                    remedy="it has no row",
+                )
+            )
         held = {dof_name(_pair(pair)) for pair in self.constrained.tolist()}
         if dof in held:
             raise InputError(
-                f"dof '{dof}' is constrained in the imported model; it can carry no contact, load or output"
+                Fault(
+                    statement=f"dof '{dof}' is constrained in the imported model",
+                    remedy="it can carry no contact, load or output",
+                )
             )
-        raise InputError(f"dof '{dof}' is not in the imported model; names are n<node><direction>, as {self.dofs[0]}")
+        raise InputError(
+            Fault(
+                statement=f"dof '{dof}' is not in the imported model",
+                remedy=f"names are n<node><direction>, as {self.dofs[0]}",
+            )
+        )
 
     def directions(self, dofs: Sequence[str]) -> csc_array:
         """Columns (n, len(dofs)) that take these out of a motion, or put unit forces on them: ``columns.T @ q``.
@@ -206,7 +231,7 @@ class ImportedModel:
             known = user_names(self.node_sets)
             sentence = f"node set '{name}' is not in the imported model; it has: {', '.join(known) or 'none'}"
             close = suggestion(name, known)
-            raise InputError(f"{sentence}; {close}" if close.startswith("did") else sentence)
+            raise InputError(Fault(statement=sentence, remedy=close if close.startswith("did") else ""))
         return self.node_sets[name]
 
     def positions(self, nodes: IntArray) -> Array:
@@ -222,8 +247,10 @@ class ImportedModel:
         known = np.isin(nodes, self.node_ids)
         if not np.all(known):
             raise InputError(
-                f"the position of node {np.asarray(nodes)[~known][0]} is not known; "
-                "import the mesh too (slipstick import MATRICES MESH)"
+                Fault(
+                    statement=f"the position of node {np.asarray(nodes)[~known][0]} is not known",
+                    remedy="import the mesh too (slipstick import MATRICES MESH)",
+                )
             )
         return self.coordinates[order[place]]
 
@@ -252,7 +279,9 @@ class ImportedModel:
             marks = [mark | more for mark, more in zip(marks, named, strict=True)]
         held, others = marks
         if not (held.any() or others.any()) or held.all():
-            raise InputError(f"fixing {len(nodes)} nodes in {components} holds {held.sum()} of {self.n_dofs} dofs")
+            raise InputError(
+                Fault(statement=f"fixing {len(nodes)} nodes in {components} holds {held.sum()} of {self.n_dofs} dofs")
+            )
         if self.dependence is None:
             return self._without(held)
         chosen = [
@@ -356,35 +385,42 @@ def _reduced(basis: csr_array, matrix: csr_array) -> csr_array:
     return csr_array(part.multiply(left))
 
 
-def _faults(model: ImportedModel) -> Iterator[str]:
+def _faults(model: ImportedModel) -> Iterator[Fault]:
     n = len(model.dof_nodes)
     for name in ("K", "M", "C"):
         matrix = getattr(model, name)
         if matrix is not None and matrix.shape != (n, n):
-            yield f"{name} is {matrix.shape[0]} x {matrix.shape[1]}, the dof map has {n} entries; they must agree"
+            what = f"is {matrix.shape[0]} x {matrix.shape[1]}, the dof map has {n} entries"
+            yield Fault(name, what, remedy="they must agree")
     if len(model.dof_components) != n:
-        yield f"the dof map has {n} nodes and {len(model.dof_components)} directions; expected as many"
+        what = f"has {n} nodes and {len(model.dof_components)} directions"
+        yield Fault("the dof map", what, expected="as many")
         return
     if n and not (model.dof_components.min() >= 0 and model.dof_components.max() < len(COMPONENTS)):
-        yield f"the dof map holds a direction outside 1..{len(COMPONENTS)}"
+        yield Fault(statement=f"the dof map holds a direction outside 1..{len(COMPONENTS)}")
     if (0 if model.dependence is None else model.dependence.shape[0]) != len(model.dependent):
-        yield f"{len(model.dependent)} dependent dofs have {'no' if model.dependence is None else 'other'} equations"
+        kind = "no" if model.dependence is None else "other"
+        yield Fault(statement=f"{len(model.dependent)} dependent dofs have {kind} equations")
     elif model.dependence is not None and model.dependence.shape[1] != n:
-        yield f"dependence has {model.dependence.shape[1]} columns; expected {n}, one for each free dof"
+        what = f"has {model.dependence.shape[1]} columns"
+        yield Fault("dependence", what, expected=f"{n}, one for each free dof")
     pairs, counts = np.unique(np.stack([model.dof_nodes, model.dof_components], axis=1), axis=0, return_counts=True)
     if n and counts.max() > 1:
         node, component = pairs[np.argmax(counts)]
-        yield f"the dof map names node {node}, direction {component + 1}, more than once"
+        yield Fault(statement=f"the dof map names node {node}, direction {component + 1}, more than once")
     if model.coordinates.shape != (len(model.node_ids), 3):
-        yield f"coordinates have shape {model.coordinates.shape}; expected ({len(model.node_ids)}, 3)"
+        what = f"coordinates have shape {model.coordinates.shape}"
+        yield Fault(statement=what, expected=f"({len(model.node_ids)}, 3)")
     elif not np.all(np.isfinite(model.coordinates)):
-        yield "node coordinates are not all finite"
+        yield Fault(statement="node coordinates are not all finite")
 
 
 def mesh_of(imported: ImportedModel, what: str) -> Mesh:
     """The mesh, which ``what`` needs; InputError where there is none."""
     if imported.mesh is None:
-        raise InputError(f"{imported.source}: {what} need the mesh; import it too, or name contact nodes")
+        raise InputError(
+            Fault(Place(imported.source), f"{what} need the mesh", remedy="import it too, or name contact nodes")
+        )
     return imported.mesh
 
 
@@ -395,11 +431,14 @@ def rows_in_mesh(imported: ImportedModel, mesh: Mesh, nodes: IntArray, component
     strange = mesh.labels[place] != nodes
     turns = components > 2
     if np.any(turns & ~strange & np.isin(place, mesh.used_nodes)) or np.any(turns & strange):
-        raise InputError(f"{imported.source}: {what} need solid elements; the model has rotations")
+        raise InputError(Fault(Place(imported.source), f"{what} need solid elements", remedy="the model has rotations"))
     if np.any(strange):
         raise InputError(
-            f"{imported.source}: node {nodes[strange][0]} of the matrices is not in the mesh; give the mesh they came "
-            "from"
+            Fault(
+                Place(imported.source),
+                f"node {nodes[strange][0]} of the matrices is not in the mesh",
+                remedy="give the mesh they came from",
+            )
         )
     return np.where(turns, -1, 3 * place + components)
 

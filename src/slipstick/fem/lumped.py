@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Where
 from slipstick.fem.equations import Pair
 from slipstick.typing import Array
 
@@ -43,11 +43,11 @@ def spring(stiffness: float, first: Pair, second: Pair | None = None) -> Lumped:
     return Lumped(matrix="K", pairs=pairs, values=stiffness * np.outer(signs, signs))
 
 
-def axial_spring(stiffness: float, ends: tuple[int, int], along: Array, where: str) -> Lumped:
+def axial_spring(stiffness: float, ends: tuple[int, int], along: Array, where: str | Where) -> Lumped:
     """A spring along the line between two nodes; ``along`` (3,) goes from one to the other."""
     length = float(np.linalg.norm(along))
     if not length > 0.0:
-        raise InputError(f"{where}: a spring along the line of two nodes needs a distance between them")
+        raise InputError(Fault(where, "a spring along the line of two nodes needs a distance between them"))
     cosines = np.concatenate([along, -np.asarray(along)]) / length
     pairs = tuple((node, axis) for node in ends for axis in range(3))
     return Lumped(matrix="K", pairs=pairs, values=stiffness * np.outer(cosines, cosines))

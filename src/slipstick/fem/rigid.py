@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Where
 from slipstick.fem.equations import NodalEquation, Pair
 from slipstick.typing import Array
 
@@ -50,7 +50,7 @@ def rigid_rows(reference: Reference, position: Array) -> list[list[tuple[int, in
 
 
 def rigid_equations(
-    reference: Reference, nodes: Mapping[int, Array], where: str, components: Sequence[int] = _ALL
+    reference: Reference, nodes: Mapping[int, Array], where: str | Where, components: Sequence[int] = _ALL
 ) -> Iterator[NodalEquation]:
     """Nodes (label -> position) follow a reference node in these directions, 0..5; rotations are equal."""
     for node, position in nodes.items():
@@ -66,7 +66,7 @@ def rigid_equations(
 def mean_equations(
     reference: Reference,
     nodes: Mapping[int, tuple[Array, float, Sequence[int]]],
-    where: str,
+    where: str | Where,
     components: Sequence[int] = (0, 1, 2, 3, 4, 5),
 ) -> Iterator[NodalEquation]:
     """A reference node follows others in the mean, and stiffens none: label -> position, weight, directions 0..2.
@@ -100,7 +100,7 @@ def mean_equations(
         yield NodalEquation(terms=tuple(terms), where=where)
 
 
-def _fit(A: Array, W: Array, wanted: Sequence[int], where: str) -> Array:
+def _fit(A: Array, W: Array, wanted: Sequence[int], where: str | Where) -> Array:
     """Rows (6, n) that take the best rigid motion out of the motions of n degrees of freedom."""
     normal = A.T @ (W[:, None] * A)
     values, vectors = np.linalg.eigh(normal)
@@ -108,8 +108,12 @@ def _fit(A: Array, W: Array, wanted: Sequence[int], where: str) -> Array:
     lost = vectors[:, ~known]
     if np.abs(lost[wanted]).max(initial=0.0) > 1e-6:
         raise InputError(
-            f"{where}: the nodes do not determine the motion of the reference node (they lie on a line, or too few of "
-            "their directions count); leave out the rotations, or name more nodes"
+            Fault(
+                where,
+                "the nodes do not determine the motion of the reference node (they lie on a line, or too few of "
+                "their directions count)",
+                remedy="leave out the rotations, or name more nodes",
+            )
         )
     inverse = vectors[:, known] @ (vectors[:, known].T / values[known][:, None])
     fitted: Array = inverse @ (A.T * W)

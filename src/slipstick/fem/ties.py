@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Where
 from slipstick.fem.elements import FACES
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import Mesh, Surface
@@ -107,7 +107,7 @@ def face_size(mesh: Mesh, surface: Surface) -> float:
     return float(np.concatenate(lengths).mean()) if lengths else 0.0
 
 
-def tie_equations(mesh: Mesh, nodes: IntArray, onto: Projection, where: str) -> Iterator[NodalEquation]:
+def tie_equations(mesh: Mesh, nodes: IntArray, onto: Projection, where: str | Where) -> Iterator[NodalEquation]:
     """Each node (index) moves as the place of its projection does."""
     for node, masters, weights in zip(nodes.tolist(), onto.nodes.tolist(), onto.weights.tolist(), strict=True):
         parts = [(int(mesh.labels[m]), w) for m, w in zip(masters, weights, strict=True) if abs(w) > _SMALL]
@@ -147,7 +147,13 @@ def sides(mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface 
 
 
 def cyclic_equations(
-    mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface | IntArray, *, tolerance: float, where: str
+    mesh: Mesh,
+    sector: Sector,
+    dependent: IntArray,
+    independent: Surface | IntArray,
+    *,
+    tolerance: float,
+    where: str | Where,
 ) -> Iterator[NodalEquation]:
     """The two sides of a sector move alike, seen in polar coordinates: the family of 0 nodal diameters.
 
@@ -163,8 +169,11 @@ def cyclic_equations(
     if apart > tolerance:
         label = mesh.labels[dependent[int(np.argmax(tied.distances))]]
         raise InputError(
-            f"{where}: node {label} of one side is {apart:.3g} away from the other side turned by a sector; "
-            f"expected at most {tolerance:.3g}: check the number of sectors and the axis"
+            Fault(
+                where,
+                f"node {label} of one side is {apart:.3g} away from the other side turned by a sector",
+                expected=f"at most {tolerance:.3g}: check the number of sectors and the axis",
+            )
         )
     for node, masters, weights in zip(dependent.tolist(), tied.nodes.tolist(), tied.weights.tolist(), strict=True):
         parts = [(m, w) for m, w in zip(masters, weights, strict=True) if abs(w) > _SMALL]

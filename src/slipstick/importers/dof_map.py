@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import COMPONENTS
-from slipstick.importers.raw_model import DofMap, Nodes
+from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.text_numbers import read_bytes
+from slipstick.typing import Array
 
 _ANSYS = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
 _NAMED = re.compile(r"^[nN]?(\d+)[.:]?([A-Za-z]{1,4}|\d)$")
@@ -31,8 +33,8 @@ def direction(text: str) -> int:
     raise ValueError(f"'{text}' is not a direction; known are 1..6, x, y, z, rx, ry, rz, UX, UY, UZ, ROTX, ROTY, ROTZ")
 
 
-def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
-    """Map and, where the lines carry them, coordinates.
+def read_dof_map(path: Path) -> Deck:
+    """Rows of matrices and, where the lines carry them, positions of nodes.
 
     One line a row: ``node.direction`` (CalculiX .dof) or ``n12y``; ``node direction``; ``row node direction`` (HBMAT's
     .mapping); ``node direction x y z``. Blank lines, comments (#, %, !, *) and heading lines are skipped.
@@ -44,7 +46,7 @@ def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
     """
     entries: list[tuple[int, int]] = []
     rows: list[int] = []
-    positions: dict[int, tuple[float, ...]] = {}
+    positions: dict[int, Sequence[float] | Array] = {}
     for number, line in enumerate(read_bytes(path).decode("latin-1").splitlines(), 1):
         words = line.replace(",", " ").split()
         if not words or words[0][0] in "#%!*" or (not entries and not any(c.isdigit() for c in line)):
@@ -52,26 +54,31 @@ def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
         try:
             row, node, component, position = _entry(words)
         except ValueError as error:
-            raise InputError(f"{path.name}, line {number}: {error}") from None
+            raise InputError(Fault(Place(path.name, f"line {number}"), str(error))) from None
         if abs(node) >= 2**63:
-            raise InputError(f"{path.name}, line {number}: found a node number beyond 64 bits; the map is damaged")
+            raise InputError(
+                Fault(
+                    (path.name, f"line {number}"),
+                    found="a node number beyond 64 bits",
+                    remedy="the map is damaged: write it again",
+                )
+            )
         entries.append((node, component))
         rows.append(row or len(entries))
         if position:
             positions[node] = position
     if not entries:
-        raise InputError(f"{path.name}: holds no line 'node direction'; expected one for each matrix row")
+        raise InputError(Fault(Place(path.name), "holds no line 'node direction'", expected="one for each matrix row"))
     order = np.argsort(rows)
     if not np.array_equal(np.asarray(rows)[order], np.arange(1, len(rows) + 1)):
         raise InputError(
-            f"{path.name}: row numbers are not 1..{len(rows)}, each once; the map is damaged or incomplete"
+            Fault(
+                Place(path.name),
+                f"row numbers are not 1..{len(rows)}, each once",
+                remedy="the map is damaged or incomplete: write it again",
+            )
         )
-    table = np.asarray(entries, dtype=np.int64)[order]
-    nodes = Nodes(
-        ids=np.fromiter(positions, dtype=np.int64, count=len(positions)),
-        coordinates=np.array(list(positions.values()), dtype=float).reshape(-1, 3),
-    )
-    return DofMap(nodes=table[:, 0], components=table[:, 1]), nodes
+    return Deck(source=path.name, rows=pairs_table(entries)[order], nodes=positions)
 
 
 def _entry(words: list[str]) -> tuple[int | None, int, int, tuple[float, ...]]:

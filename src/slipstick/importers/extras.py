@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 
 
 def require(module: str, distribution: str) -> Any:
@@ -20,5 +20,8 @@ def require(module: str, distribution: str) -> Any:
         return import_module(module)
     except ImportError:
         raise InputError(
-            f"this file is read with the package {distribution}, which is not installed: pip install slipstick[fe]"
+            Fault(
+                statement=f"this file is read with the package {distribution}, which is not installed",
+                remedy="pip install slipstick[fe]",
+            )
         ) from None

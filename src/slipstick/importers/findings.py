@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TypeVar
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 
 ROUTE = (
     "export the assembled matrices and import those "
@@ -26,31 +27,66 @@ class Verdict(Enum):
     UNKNOWN = "listed; warned of among the data of the model"
 
 
-VerdictRow = tuple[Verdict, str]
-VerdictTable = Mapping[str, VerdictRow]
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """What becomes of a keyword, command or card.
+
+    ``what`` it does, in words that go on from its name; ``read`` is the function that reads it, ``parameters`` those
+    that it understands (None: all), ``stage`` its turn: what says something of all that the file names comes later.
+    """
+
+    verdict: Verdict
+    what: str = ""
+    read: Callable[..., object] | None = None
+    parameters: frozenset[str] | None = None
+    stage: int = 0
 
 
-def rows(names: str, verdict: Verdict, what: str = "") -> dict[str, VerdictRow]:
-    """The same row for several names, separated by blanks."""
-    return dict.fromkeys(names.split(), (verdict, what))
+Reader = TypeVar("Reader", bound=Callable[..., object])
+
+
+class Table(dict[str, Entry]):
+    """Every entry of a code, by name: what becomes of it, once."""
+
+    def rows(self, names: str, verdict: Verdict, what: str = "") -> None:
+        """The same for several names, separated by blanks."""
+        for name in names.split():
+            self._set(name, Entry(verdict=verdict, what=what))
+
+    def reads(self, names: str, parameters: str | None = None, *, stage: int = 0) -> Callable[[Reader], Reader]:
+        """Decorator of the function that reads these."""
+
+        def register(read: Reader) -> Reader:
+            known = None if parameters is None else frozenset(parameters.split())
+            for name in names.split():
+                self._set(name, Entry(verdict=Verdict.READ, read=read, parameters=known, stage=stage))
+            return read
+
+        return register
+
+    def _set(self, name: str, entry: Entry) -> None:
+        if name in self:
+            raise ValueError(f"{name} is in the table already")
+        self[name] = entry
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coupling:
     """Something the assembly from a mesh does not apply: where it stands, and what it does to the model."""
 
-    where: str
+    where: Place
     what: str
 
     @property
-    def refused(self) -> str:
-        """The sentence where the mesh is assembled here."""
-        return f"{self.where} {self.what}; an assembly of the mesh here does not apply this: {ROUTE}"
+    def refused(self) -> Fault:
+        """The fault where the mesh is assembled here."""
+        return Fault(self.where, f"{self.what}; an assembly of the mesh here does not apply this", remedy=ROUTE)
 
     @property
     def beside_matrices(self) -> str:
         """The sentence where the matrices come from the other code and the mesh tells positions only."""
-        return f"{self.where} {self.what}: the matrices must hold it; a dof it removes can carry no contact or load"
+        what = f"{self.what}: the matrices must hold it; a dof it removes can carry no contact or load"
+        return str(Fault(self.where, what))
 
 
 @dataclass(kw_only=True)
@@ -63,31 +99,32 @@ class Findings:
     source: str
     met: dict[tuple[Verdict, str, str], list[int]] = field(default_factory=dict)
     extra: list[str] = field(default_factory=list)
-    origin: list[str] = field(default_factory=list)
+    origin: list[Place] = field(default_factory=list)
     elsewhere: list[Coupling] = field(default_factory=list)
 
-    def place(self, line: int) -> str:
-        """File and line, for messages."""
-        return self.origin[line - 1] if 0 < line <= len(self.origin) else f"{self.source}, line {line}"
+    def place(self, line: int, *names: str) -> Place:
+        """Where something stands: file, line, what it is called."""
+        known = 0 < line <= len(self.origin)
+        return (self.origin[line - 1] if known else Place(self.source, f"line {line}")).at(*names)
 
     def add(self, verdict: Verdict, name: str, what: str, line: int) -> None:
         """Remember one entry."""
         self.met.setdefault((verdict, name, what), []).append(line)
 
-    def look_up(self, table: VerdictTable, name: str, shown: str, line: int, *, of_the_model: bool = True) -> None:
-        """Give an entry the verdict of its row; without a row it is not understood."""
+    def look_up(self, table: Table, name: str, shown: str, line: int, *, of_the_model: bool = True) -> None:
+        """Give an entry the verdict of the table; one that is not in it is not understood."""
         unknown = Verdict.APPROXIMATED if of_the_model else Verdict.UNKNOWN
-        verdict, what = table.get(name, (unknown, "is not understood: it has no effect here"))
-        if verdict is not Verdict.READ:
-            self.add(verdict, shown, what, line)
+        entry = table.get(name, Entry(verdict=unknown, what="is not understood: it has no effect here"))
+        if entry.verdict is not Verdict.READ:
+            self.add(entry.verdict, shown, entry.what, line)
 
     def refuse_incomplete(self) -> None:
         """Raise InputError with all entries that leave the model of the file incomplete."""
-        faults = [f"{where} {what}" for where, what in self._of(Verdict.INCOMPLETE)]
+        faults = [Fault(where, what) for where, what in self._of(Verdict.INCOMPLETE)]
         if faults:
             raise InputError(faults)
 
-    def couple(self, where: str, what: str) -> None:
+    def couple(self, where: Place, what: str) -> None:
         """Remember what an assembly here would leave out and no single line states."""
         self.elsewhere.append(Coupling(where=where, what=what))
 
@@ -100,21 +137,22 @@ class Findings:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is approximated or not understood."""
-        return tuple(f"{where} {what}" for where, what in self._of(Verdict.APPROXIMATED))
+        return tuple(str(Fault(where, what)) for where, what in self._of(Verdict.APPROXIMATED))
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What is not needed and what is not understood, each in one list with counts."""
         heads = {Verdict.HARMLESS: "without effect here", Verdict.UNKNOWN: "not understood, without effect here"}
-        return tuple(
+        listed = (
             f"{self.source}: {head}: {', '.join(names)}"
             for verdict, head in heads.items()
             if (names := self._list(verdict))
-        ) + tuple(self.extra)
+        )
+        return (*self.extra, *listed)
 
-    def _of(self, verdict: Verdict) -> list[tuple[str, str]]:
+    def _of(self, verdict: Verdict) -> list[tuple[Place, str]]:
         return [
-            (f"{self.place(lines[0])}{_more(len(lines) - 1)}: {name}", what)
+            (_with_more(self.place(lines[0]) if lines[0] else Place(self.source), len(lines) - 1).at(name), what)
             for (of, name, what), lines in self.met.items()
             if of is verdict
         ]
@@ -127,5 +165,5 @@ class Findings:
         return [f"{name} ({count})" if count > 1 else name for name, count in counts.items()]
 
 
-def _more(count: int) -> str:
-    return f" and {count} more" if count > 0 else ""
+def _with_more(place: Place, count: int) -> Place:
+    return Place(*place[:-1], f"{place[-1]} and {count} more") if count > 0 else place

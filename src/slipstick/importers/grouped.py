@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.mesh import Mesh, Surface
+from slipstick.importers.deck import Deck, matching_surface
 from slipstick.importers.mesh_checks import unit_notes
-from slipstick.importers.mesh_model import MeshModel, matching_surface
 from slipstick.typing import Array, IntArray
 
 _SOLIDS = {
@@ -43,7 +43,7 @@ class Cells:
     groups: Mapping[Any, IntArray] = field(default_factory=dict)
 
 
-def grouped_model(name: str, points: Array, cells: Sequence[Cells], labels: IntArray | None = None) -> MeshModel:
+def grouped_model(name: str, points: Array, cells: Sequence[Cells], labels: IntArray | None = None) -> Deck:
     """The mesh of the solids; groups of faces are surfaces, of lines and points node sets, of solids element sets.
 
     Faces inside the body belong to no surface: a group of such faces alone is a node set.
@@ -78,7 +78,13 @@ def grouped_model(name: str, points: Array, cells: Sequence[Cells], labels: IntA
                 nodes.setdefault(group, []).append(part.nodes[chosen].ravel())
     if not blocks:
         flat = f"; it has {_counted(others)}" if others else ""
-        raise InputError(f"{name}: has no solid element{flat}; mesh the volume, and export it with its physical groups")
+        raise InputError(
+            Fault(
+                Place(name),
+                f"has no solid element{flat}",
+                remedy="mesh the volume, and export it with its physical groups",
+            )
+        )
     mesh = Mesh(
         nodes=points,
         blocks={kind: np.concatenate(parts) for kind, parts in blocks.items()},
@@ -87,7 +93,8 @@ def grouped_model(name: str, points: Array, cells: Sequence[Cells], labels: IntA
     )
     mesh, notes = with_named_places(name, mesh, faces, nodes)
     left = [f"{name}: {_counted(others)} are no solids: they add no stiffness and no mass"] if others else []
-    return MeshModel(mesh=mesh, notes=(*_read(name, mesh), *notes, *left, *unit_notes(mesh, {})), variants=variants)
+    told = [*_read(name, mesh), *notes, *left, *unit_notes(mesh, {})]
+    return Deck(source=name, mesh=mesh, variants=variants, extra=told)
 
 
 def with_named_places(

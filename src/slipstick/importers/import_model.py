@@ -15,7 +15,7 @@ from slipstick.faults import path as path_of
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import user_names
-from slipstick.importers.raw_model import support_notes
+from slipstick.importers.matrix_model import support_notes
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
 from slipstick.io.model_file import save_model
@@ -105,7 +105,7 @@ def summary(model: ImportedModel) -> tuple[str, ...]:
     tied = f", {len(model.dependent)} that depend on others" if len(model.dependent) else ""
     held = f"{len(model.constrained)} constrained{tied}"
     head = f"{model.source}: {model.n_dofs} dofs on {nodes} nodes, {known}, {held}{sets}"
-    return (head, f"units: {model.units}; {_sizes(model)}", *model.notes, *support_notes(model))
+    return (head, f"units: {model.units_told}; {_sizes(model)}", *model.notes, *support_notes(model))
 
 
 def _sizes(model: ImportedModel) -> str:

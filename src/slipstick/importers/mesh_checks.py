@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
 from slipstick.fem.geometry import determinant_and_inverse, tangents
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material, Materials, element_values
 from slipstick.fem.mesh import Mesh
-from slipstick.importers.unit_systems import system_like
+from slipstick.fem.unit_systems import system_like
 from slipstick.typing import Array, BoolArray, IntArray
 
 Variants = Mapping[str, Mapping[str, int]]
@@ -22,18 +21,22 @@ Variants = Mapping[str, Mapping[str, int]]
 _WARNED, _REFUSED = 1.01, 2.0
 """Ratio of the masses of a mesh and of the matrices beside it from which they do not fit."""
 
-ONE_POINT = re.compile(r"C3D8R[A-Z]*|SOLID185 with KEYOPT\(2\) = 1")
-_ONE_POINT_REFUSED = (
+_ONE_POINT = (
     "have one point each and an artificial stiffness against hourglass motions, which differs between codes and is not "
-    "known here: make them quadratic (import: --quadratic; case: quadratic = true; Python: quadratic=True), import the "
+    "known here"
+)
+_ONE_POINT_REFUSED = (
+    "make them quadratic (import: --quadratic; case: quadratic = true; Python: quadratic=True), import the "
     "matrices, or write fully integrated ones, which would be"
 )
 
 _NONE = np.empty((0, 2), dtype=np.int64)
 
 
-def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[str]:
+def variant_warnings(mesh: Mesh, variants: Variants, source: str, one_point: Collection[str] = ()) -> Iterator[str]:
     """A sentence for each foreign element type that integrates otherwise than ours, with the size of the difference.
+
+    ``one_point`` are those of them that have one point.
 
     Raises
     ------
@@ -44,11 +47,12 @@ def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[st
     for kind, counts in variants.items():
         for name, count in counts.items():
             if kind in mesh.blocks and len(mesh.blocks[kind]):
-                said = f"{source}: {count} elements of type {name}"
-                if ONE_POINT.fullmatch(name):
-                    refused.append(f"{said} {_ONE_POINT_REFUSED} {_difference(mesh, kind)}")
+                said = f"{count} elements of type {name}"
+                if name in one_point:
+                    what = f"{_ONE_POINT_REFUSED} {_difference(mesh, kind)}"
+                    refused.append(Fault(Place(source), f"{said} {_ONE_POINT}", remedy=what))
                 else:
-                    yield f"{said} are computed as fully integrated {kind}: {_difference(mesh, kind)}"
+                    yield f"{source}: {said} are computed as fully integrated {kind}: {_difference(mesh, kind)}"
     if refused:
         raise InputError(refused)
 
@@ -122,7 +126,12 @@ def mass_warnings(
             "of the same model, material and units?"
         )
     elif ratio > _REFUSED:
-        raise InputError(f"{compared}; give both of one model in the same units, or the material (--young ...)")
+        raise InputError(
+            Fault(
+                statement=compared,
+                remedy="give both of one model in the same units, or the material (--young ...)",
+            )
+        )
     elif ratio > _WARNED:
         yield f"{compared}, {100 * (ratio - 1):.3g} % apart: are they of the same model, material and units?"
 
@@ -166,9 +175,3 @@ def unit_notes(mesh: Mesh, materials: Mapping[str, Material]) -> tuple[str, ...]
         if system:
             notes.append(f"{name}: E = {material.young:.4g}, density = {material.density:.4g} look like {system}")
     return tuple(notes)
-
-
-def likely_units(materials: Mapping[str, Material]) -> str:
-    """What to write down about units that are not stated."""
-    systems = {system_like(material) for material in materials.values()} - {""}
-    return f"not stated; E and density look like {systems.pop()}" if len(systems) == 1 else "not stated"

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import io
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.abaqus.mesh import read_input
 from slipstick.importers.ansys.archive import read_archive
+from slipstick.importers.deck import Deck
 from slipstick.importers.extras import require
 from slipstick.importers.gmsh.mesh_file import read_gmsh
 from slipstick.importers.grouped import KINDS, MARK, Cells, grouped_model
-from slipstick.importers.mesh_model import MeshModel
 from slipstick.importers.nastran.mesh import read_bulk_mesh
 from slipstick.importers.text_numbers import read_bytes
 
@@ -36,7 +35,7 @@ _DIMENSIONS = ("points", "curves", "surfaces", "volumes")
 _GMSH, _INPUT, _FLUENT = "Gmsh", "Abaqus or CalculiX", "Ansys Fluent"
 
 
-def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
+def read_mesh(path: Path, constraints: int | None = None) -> Deck:
     """A mesh with its named groups; materials and supports where the format has them.
 
     ``constraints`` is the Nastran SPC set in force; not needed where the file has one, or its case control says which.
@@ -55,27 +54,37 @@ def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
         return read_bulk_mesh(path, constraints)
     if suffix not in MESH_SUFFIXES:
         known = ", ".join((*MESH_SUFFIXES, *BULK_SUFFIXES))
-        raise InputError(f"{path.name}: mesh files of type '{suffix}' are not known; known are {known}")
+        raise InputError(
+            Fault(Place(path.name), f"mesh files of type '{suffix}' are not known", remedy=f"known are {known}")
+        )
     return _from_meshio(path)
 
 
-def _by_content(path: Path, suffix: str) -> MeshModel:
+def _by_content(path: Path, suffix: str) -> Deck:
     """Several programs use these suffixes: CalculiX GraphiX writes input files as .msh."""
     begin = read_bytes(path)[:4096]
     if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError(f"{path.name}: is text in UTF-16; save it as plain text (ASCII or UTF-8)")
+        raise InputError(Fault(Place(path.name), "is text in UTF-16", remedy="save it as plain text (ASCII or UTF-8)"))
     kind = _program(begin)
     if kind is None and b"\0" in begin:
-        raise InputError(f"{path.name}: is no mesh: found a binary file; expected text of {_INPUT}, or Gmsh's .msh")
+        raise InputError(
+            Fault(Place(path.name), "is no mesh: found a binary file", expected=f"text of {_INPUT}, or Gmsh's .msh")
+        )
     if kind is None:
         kind = _GMSH if suffix == ".msh" else _INPUT
     if kind == _FLUENT:
-        raise InputError(f"{path.name}: is a mesh of {kind}, which is not read; export it for Abaqus (.inp) or Gmsh")
+        raise InputError(
+            Fault(
+                Place(path.name),
+                f"is a mesh of {kind}, which is not read",
+                remedy="export it for Abaqus (.inp) or Gmsh",
+            )
+        )
     usual = _INPUT if suffix == ".inp" else _GMSH
     model = read_input(path) if kind == _INPUT else _from_gmsh(path)
-    if kind == usual:
-        return model
-    return replace(model, notes=(f"{path.name}: is a file of {kind}, and read as that", *model.notes))
+    if kind != usual:
+        model.extra.insert(0, f"{path.name}: is a file of {kind}, and read as that")
+    return model
 
 
 def _program(begin: bytes) -> str | None:
@@ -92,17 +101,16 @@ def _program(begin: bytes) -> str | None:
     return None
 
 
-def _from_gmsh(path: Path) -> MeshModel:
+def _from_gmsh(path: Path) -> Deck:
     file = read_gmsh(path)
     model = grouped_model(path.name, file.points, file.cells, file.labels)
-    if not file.unnamed:
-        return model
     groups = ", ".join(f"{number} of {_DIMENSIONS[dimension]}" for dimension, number in file.unnamed)
     what = f"{path.name}: physical groups without a name are not read: {groups}; name them in Gmsh to use them"
-    return replace(model, notes=(*model.notes, what))
+    model.extra += [what] if file.unnamed else []
+    return model
 
 
-def _from_meshio(path: Path) -> MeshModel:
+def _from_meshio(path: Path) -> Deck:
     meshio = require("meshio", "meshio")
     read_bytes(path)
     try:
@@ -110,11 +118,17 @@ def _from_meshio(path: Path) -> MeshModel:
             data = meshio.read(path)
     except (Exception, SystemExit) as error:
         said = " ".join(str(error).split())[:100]
-        raise InputError(f"{path.name}: is damaged or not a mesh that meshio reads ({said})") from None
+        raise InputError(Fault(Place(path.name), f"is damaged or not a mesh that meshio reads ({said})")) from None
     cells = []
     for index, block in enumerate(data.cells):
         if block.type.startswith(_FAMILIES) and block.type not in _MESHIO and block.type not in KINDS:
-            raise InputError(f"{path.name}: {len(block.data)} solids are of type {block.type}; mesh with order 1 or 2")
+            raise InputError(
+                Fault(
+                    Place(path.name),
+                    f"{len(block.data)} solids are of type {block.type}",
+                    remedy="mesh with order 1 or 2",
+                )
+            )
         groups = {
             str(name): np.asarray(sets[index], dtype=np.int64)
             for name, sets in data.cell_sets.items()

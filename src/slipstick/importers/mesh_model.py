@@ -1,144 +1,32 @@
-"""A mesh from another code with its materials and supports, and its assembly with the elements of this package."""
+"""A mesh from another code, assembled with the elements of this package."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem import refine
-from slipstick.fem.boundary import boundary
-from slipstick.fem.cyclic import CyclicSymmetry
-from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
-from slipstick.fem.equations import NodalEquation, names_dofs
-from slipstick.fem.frames import NodeAxes
+from slipstick.fem.elements import LINEAR_TO_QUADRATIC
+from slipstick.fem.equations import names_dofs
 from slipstick.fem.geometry import hourglass_warnings
 from slipstick.fem.imported import ImportedModel
-from slipstick.fem.lumped import Lumped, with_lumped
+from slipstick.fem.lumped import with_lumped
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh, Surface, node_indices
-from slipstick.importers.findings import Coupling
-from slipstick.importers.mesh_checks import Variants, material_warnings, variant_warnings
-from slipstick.importers.raw_model import DofMap, Nodes, RawModel, build_model
+from slipstick.fem.mesh import Mesh, node_indices
+from slipstick.importers.deck import Deck, pairs_table
+from slipstick.importers.matrix_model import build_model
+from slipstick.importers.mesh_checks import material_warnings, variant_warnings
 from slipstick.typing import IntArray
 
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
-
-@dataclass(frozen=True, kw_only=True)
-class Stated:
-    """A constraint of a file: where it stands, and its equations between the nodes of the finished mesh.
-
-    ``nodewise``: it names each node, so that nodes which come to a mesh later are not in it. ``cyclic``: it joins the
-    faces of a sector, for equal motion of all sectors.
-    """
-
-    where: str
-    equations: Callable[[Mesh], Iterable[NodalEquation]]
-    nodewise: bool = True
-    cyclic: bool = False
-
-
-def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
-    """Equations by the place that states them."""
-    places: dict[str, list[NodalEquation]] = {}
-    for equation in equations:
-        places.setdefault(equation.where, []).append(equation)
-    for where, equations_there in places.items():
-        yield Stated(where=where, equations=partial(_same, equations_there))
-
-
-def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
-    del mesh
-    return equations
-
-
-def _no_symmetry(_mesh: Mesh) -> CyclicSymmetry | None:
-    return None
-
-
-@dataclass(frozen=True, kw_only=True)
-class MeshModel:
-    """A mesh as a file has it.
-
-    Attributes
-    ----------
-    mesh, materials, held, units
-        Materials by element set (empty where the file has none); held dofs as (node label, direction 0..2).
-    notes, warnings
-        What was left out without effect; what is approximated or not understood. One sentence each.
-    couplings
-        What an assembly of the mesh would leave out: refused there.
-    constraints, lumped
-        Linear constraints; masses and springs between single dofs. Both are applied in an assembly.
-    material_faults
-        Why the materials of the file cannot be used: refused where no other is given.
-    variants
-        Foreign element types that integrate otherwise than ours, with their counts, by our element.
-    axes
-        Own directions (rows) of the nodes that have some, by label: those of the rows of matrices beside the mesh.
-    symmetry
-        Of the ring that the finished mesh is a sector of.
-    """
-
-    mesh: Mesh
-    materials: Mapping[str, Material] = field(default_factory=dict)
-    held: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
-    units: str = "not stated"
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    couplings: tuple[Coupling, ...] = ()
-    constraints: tuple[Stated, ...] = ()
-    lumped: tuple[Lumped, ...] = ()
-    material_faults: tuple[str, ...] = ()
-    variants: Variants = field(default_factory=dict)
-    axes: NodeAxes = field(default_factory=dict)
-    symmetry: Callable[[Mesh], CyclicSymmetry | None] = _no_symmetry
-
-    @property
-    def applied(self) -> tuple[Coupling, ...]:
-        """What an assembly here applies, and matrices beside the mesh must hold."""
-        ties = [
-            Coupling(where=stated.where, what="ties degrees of freedom to each other") for stated in self.constraints
-        ]
-        if self.lumped:
-            ties.append(Coupling(where=f"{len(self.lumped)} point masses and springs", what="add to the matrices"))
-        return tuple(dict.fromkeys(ties))
-
-
-def with_surfaces(mesh: Mesh, names: Iterable[str]) -> Mesh:
-    """The mesh with a surface for each of these node sets that holds whole boundary faces."""
-    skin = boundary(mesh).faces
-    surfaces = dict(mesh.surfaces)
-    for name in names:
-        marked = np.zeros(mesh.n_nodes, dtype=bool)
-        marked[mesh.node_sets[name]] = True
-        faces = {kind: part[marked[part[:, : FACES[kind].n_corners]].all(axis=1)] for kind, part in skin.items()}
-        faces = {kind: part for kind, part in faces.items() if len(part)}
-        if faces:
-            surfaces[name] = Surface(faces=faces)
-    return replace(mesh, surfaces=surfaces)
-
-
-def matching_surface(mesh: Mesh, corners: Sequence[IntArray]) -> Surface:
-    """Boundary faces with the same corners as these faces, each (n, 3) or (n, 4), outward whatever their order."""
-    wanted = {tuple(sorted(face)) for part in corners for face in part.tolist()}
-    faces = {}
-    for kind, part in boundary(mesh).faces.items():
-        keys = np.sort(part[:, : FACES[kind].n_corners], axis=1).tolist()
-        chosen = np.fromiter((tuple(key) in wanted for key in keys), dtype=bool, count=len(keys))
-        if chosen.any():
-            faces[kind] = part[chosen]
-    return Surface(faces=faces)
+MeshModel = Deck
+"""A deck that is a mesh alone."""
 
 
 def assemble_mesh(
-    imported: MeshModel,
+    deck: Deck,
     *,
     source: str,
     material: Material | None = None,
@@ -150,7 +38,7 @@ def assemble_mesh(
 
     Parameters
     ----------
-    imported
+    deck
         The mesh as read.
     source
         Name for messages.
@@ -169,111 +57,91 @@ def assemble_mesh(
         If the file couples or holds what we do not apply, no material is known, a set is unknown, or an element is
         inside out.
     """
-    faults = [coupling.refused for coupling in imported.couplings]
-    faults += imported.material_faults if material is None else ()
-    faults += [*_not_in_between(imported)] if quadratic else ()
+    assert deck.mesh is not None
+    faults = [coupling.refused for coupling in deck.couplings]
+    faults += deck.material_faults if material is None else ()
+    faults += [*_not_in_between(deck)] if quadratic else ()
     if faults:
         raise InputError(faults)
-    materials = _materials(imported, material, source)
-    known = {*imported.mesh.node_sets, *imported.mesh.surfaces}
+    materials = _materials(deck, deck.mesh, material, source)
+    known = {*deck.mesh.node_sets, *deck.mesh.surfaces}
     single = [name for name in fixed if name not in known and names_dofs(name)]
     fixed = [name for name in fixed if name not in single]
     for name in fixed:
-        if not len(imported.mesh.node_set(name)):
-            raise InputError(f"{source}: the node set '{name}' is empty: nothing is fixed by it; give its nodes")
-    mesh = _with_held_sets(imported, source)
+        if not len(deck.mesh.node_set(name)):
+            raise InputError(
+                Fault(Place(source), f"the node set '{name}' is empty: nothing is fixed by it", remedy="give its nodes")
+            )
+    mesh = _with_held_sets(deck, deck.mesh, source)
     if quadratic:
         mesh = refine.quadratic(mesh)
-    matrices, dof_map = _with_lumped(imported, mesh, materials)
-    rotations = imported.held[imported.held[:, 1] > 2]
-    held = np.concatenate([_held(mesh, fixed), rotations])
+    whole = replace(deck, held={tuple(pair) for pair in _held(mesh, fixed).tolist()})
+    whole.held |= {pair for pair in deck.held if pair[1] > 2}
     mesh = replace(mesh, node_sets={name: nodes for name, nodes in mesh.node_sets.items() if name not in _HELD})
-    nodes = Nodes(
-        ids=mesh.labels,
-        coordinates=mesh.nodes,
-        sets={name: mesh.labels[part] for name, part in all_sets(mesh).items()},
-        held=held,
-    )
-    raw = RawModel(
-        matrices=matrices,
-        dof_map=dof_map,
-        nodes=nodes,
-        equations=_equations(imported, mesh, cyclic=True),
-        notes=(*imported.notes, *_orphans(imported, mesh, source)),
-        warnings=(
-            *imported.warnings,
-            *refine.linear_warnings(mesh, source),
-            *variant_warnings(mesh, imported.variants, source),
-            *hourglass_warnings(mesh, source),
-            *material_warnings(imported.materials, material, source),
-        ),
-    )
-    symmetry = imported.symmetry(mesh)
-    model = build_model(raw, source=source, units=units or imported.units)
+    whole.mesh, whole.units = mesh, units or deck.units
+    _assemble(whole, mesh, materials)
+    whole.extra = [*deck.extra, *_orphans(deck, mesh, source)]
+    whole.doubts = [
+        *deck.doubts,
+        *refine.linear_warnings(mesh, source),
+        *variant_warnings(mesh, deck.variants, source, deck.one_point),
+        *hourglass_warnings(mesh, source),
+        *material_warnings(deck.materials, material, source),
+    ]
+    symmetry = deck.symmetry(mesh)
+    model = build_model(whole, source=source)
     model = model.fix(single) if single else model
     if isinstance(materials, Material):
         everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
         mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
         materials = {"all": materials}
     model = replace(model, mesh=mesh, materials=dict(materials), symmetry=symmetry)
-    if symmetry is None or not any(stated.cyclic for stated in imported.constraints):
+    if symmetry is None or not any(stated.cyclic for stated in deck.stated):
         return model
-    free = replace(raw, equations=_equations(imported, mesh, cyclic=False))
-    alone = build_model(free, source=source, units=units or imported.units)
+    alone = build_model(whole, source=source, cyclic=False)
     alone = replace(alone.fix(single) if single else alone, mesh=mesh, materials=dict(materials))
     return replace(model, symmetry=replace(symmetry, alone=alone))
 
 
-def _equations(imported: MeshModel, mesh: Mesh, *, cyclic: bool) -> tuple[NodalEquation, ...]:
-    """All constraints, or those that do not join the faces of a sector."""
-    chosen = [stated for stated in imported.constraints if cyclic or not stated.cyclic]
-    return tuple(equation for stated in chosen for equation in stated.equations(mesh))
-
-
-def _orphans(imported: MeshModel, mesh: Mesh, source: str) -> Iterator[str]:
+def _orphans(deck: Deck, mesh: Mesh, source: str) -> Iterator[str]:
     """Nodes that belong to no element, and that no mass or spring uses; references of couplings are among them."""
     lone = np.setdiff1d(mesh.labels, mesh.labels[mesh.used_nodes])
-    lone = np.setdiff1d(lone, [node for part in imported.lumped for node, _ in part.pairs])
+    lone = np.setdiff1d(lone, [node for part in deck.lumped for node, _ in part.pairs])
     if len(lone):
         some = ", ".join(map(str, lone[:8].tolist())) + (", ..." if len(lone) > 8 else "")
         yield f"{source}: {len(lone)} nodes belong to no element: {some}"
 
 
-def _with_lumped(
-    imported: MeshModel, mesh: Mesh, materials: Material | Mapping[str, Material]
-) -> tuple[dict[str, csr_array], DofMap]:
+def _assemble(deck: Deck, mesh: Mesh, materials: Material | Mapping[str, Material]) -> None:
     """Matrices of the mesh with its point masses and springs, and their rows."""
     from slipstick.fem.assembly import assemble
 
     whole = assemble(mesh, materials)
-    matrices = {"K": whole.stiffness, "M": whole.mass}
-    count = np.arange(3 * mesh.n_nodes)
-    nodes, components = mesh.labels[count // 3], count % 3
-    if imported.lumped:
-        rows = [*zip(nodes.tolist(), components.tolist(), strict=True)]
-        matrices, rows = with_lumped(matrices, rows, imported.lumped)
-        nodes, components = np.array(rows, dtype=np.int64).T
-    return matrices, DofMap(nodes=nodes, components=components)
+    deck.matrices = {"K": whole.stiffness, "M": whole.mass}
+    deck.rows = np.stack([np.repeat(mesh.labels, 3), np.tile(np.arange(3), mesh.n_nodes)], axis=1)
+    if deck.lumped:
+        matrices, rows = with_lumped(deck.matrices, [*map(tuple, deck.rows.tolist())], deck.lumped)
+        deck.matrices, deck.rows = dict(matrices), pairs_table(rows)
 
 
-def _not_in_between(imported: MeshModel) -> Iterator[str]:
+def _not_in_between(deck: Deck) -> Iterator[Fault]:
     """Constraints that would leave out the nodes put in the middle of edges."""
-    if any(block in LINEAR_TO_QUADRATIC and len(part) for block, part in imported.mesh.blocks.items()):
-        for stated in imported.constraints:
+    if deck.mesh and any(block in LINEAR_TO_QUADRATIC and len(part) for block, part in deck.mesh.blocks.items()):
+        for stated in deck.stated:
             if stated.nodewise:
-                what = "names nodes one by one: those that quadratic adds would not be tied; mesh quadratic instead"
-                yield f"{stated.where} {what}"
+                what = "names nodes one by one: those that quadratic adds would not be tied"
+                yield Fault(stated.where, what, remedy="mesh quadratic instead")
 
 
 _HELD = tuple(f"(held {axis})" for axis in "xyz")
 
 
-def _with_held_sets(imported: MeshModel, source: str) -> Mesh:
+def _with_held_sets(deck: Deck, mesh: Mesh, source: str) -> Mesh:
     """Held directions as node sets, so that they follow the mesh when it becomes quadratic."""
-    mesh = imported.mesh
     sets = dict(mesh.node_sets)
+    held = deck.held_rows
     for axis, name in enumerate(_HELD):
-        labels = imported.held[imported.held[:, 1] == axis, 0]
+        labels = held[held[:, 1] == axis, 0]
         sets[name] = (
             node_indices(mesh.labels, labels, f"{source}: a support") if len(labels) else np.empty(0, dtype=np.int64)
         )
@@ -287,19 +155,16 @@ def _held(mesh: Mesh, fixed: Sequence[str]) -> IntArray:
     return np.unique(np.concatenate(pairs), axis=0).astype(np.int64)
 
 
-def all_sets(mesh: Mesh) -> dict[str, IntArray]:
-    """Node indices of every node set and surface, by name."""
-    return {**{name: surface.nodes for name, surface in mesh.surfaces.items()}, **mesh.node_sets}
-
-
-def _materials(imported: MeshModel, material: Material | None, source: str) -> Material | Mapping[str, Material]:
+def _materials(deck: Deck, mesh: Mesh, material: Material | None, source: str) -> Material | Mapping[str, Material]:
     if material is not None:
         return material
-    if not imported.materials:
-        raise InputError(f"{source}: is a mesh without material; give young, poisson and density")
-    without = [name for name, known in imported.materials.items() if not known.density > 0.0]
+    if not deck.materials:
+        raise InputError(Fault(Place(source), "is a mesh without material", remedy="give young, poisson and density"))
+    without = [name for name, known in deck.materials.items() if not known.density > 0.0]
     if without:
-        raise InputError(f"{source}: {', '.join(without)} has no density; give young, poisson and density")
-    if len(imported.materials) == 1 and next(iter(imported.materials)) not in imported.mesh.element_sets:
-        return next(iter(imported.materials.values()))
-    return imported.materials
+        raise InputError(
+            Fault(Place(source), f"{', '.join(without)} has no density", remedy="give young, poisson and density")
+        )
+    if len(deck.materials) == 1 and next(iter(deck.materials)) not in mesh.element_sets:
+        return next(iter(deck.materials.values()))
+    return deck.materials

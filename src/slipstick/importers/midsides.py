@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation
 from slipstick.typing import Array, IntArray
@@ -19,7 +19,7 @@ Edges = dict[tuple[int, int], int]
 """Label of a made node by the labels of the ends of its edge."""
 
 
-def with_middles(name: str, nodes: IntArray, number: int, made: Edges, next_label: int, source: str) -> IntArray:
+def with_middles(name: str, nodes: Sequence[int], number: int, made: Edges, next_label: int, source: str) -> list[int]:
     """Labels of an element with middle nodes put where there is 0; those made so far are in ``made``.
 
     Raises
@@ -28,11 +28,13 @@ def with_middles(name: str, nodes: IntArray, number: int, made: Edges, next_labe
         If a corner is missing.
     """
     element = ELEMENTS[name]
-    if (nodes[: element.n_corners] <= 0).any() or (nodes < 0).any():
-        raise InputError(f"{source}: element {number} lacks a corner node; the file is damaged")
-    labels = nodes.copy()
-    for place in np.flatnonzero(nodes == 0).tolist():
-        a, b = (int(nodes[i]) for i in element.edges[place - element.n_corners])
+    if min(nodes[: element.n_corners]) <= 0 or min(nodes) < 0:
+        raise InputError(
+            Fault(Place(source), f"element {number} lacks a corner node", remedy="the file is damaged: write it again")
+        )
+    labels = list(nodes)
+    for place in (i for i, node in enumerate(nodes) if node == 0):
+        a, b = (nodes[i] for i in element.edges[place - element.n_corners])
         labels[place] = made.setdefault((min(a, b), max(a, b)), next_label + len(made))
     return labels
 
@@ -45,7 +47,9 @@ def placed(made: Edges, labels: IntArray, nodes: Array, source: str) -> tuple[In
     ends = np.array(list(made), dtype=np.int64)
     at = order[np.searchsorted(labels, ends, sorter=order).clip(max=len(order) - 1)]
     if np.any(labels[at] != ends):
-        raise InputError(f"{source}: an element uses node {ends[labels[at] != ends][0]}, which is not in the file")
+        raise InputError(
+            Fault(Place(source), f"an element uses node {ends[labels[at] != ends][0]}, which is not in the file")
+        )
     new = np.fromiter(made.values(), dtype=np.int64, count=len(made))
     return np.concatenate([labels, new]), np.vstack([nodes, nodes[at].mean(axis=1)])
 

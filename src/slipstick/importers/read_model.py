@@ -6,20 +6,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from slipstick.errors import Fault, InputError
-from slipstick.fem.conversion import Conversion, converted
+from slipstick.errors import Fault, InputError, Place
+from slipstick.fem.conversion import converted
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.refine import linear_warnings
+from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_doubts
+from slipstick.importers.deck import Deck
+from slipstick.importers.matrix_model import build_model, place_warnings
 from slipstick.importers.mesh_checks import mass_warnings
 from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.mesh_model import MeshModel, all_sets, assemble_mesh
+from slipstick.importers.mesh_model import assemble_mesh
 from slipstick.importers.nastran.mesh import holds_solids
-from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_warnings
 from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
 from slipstick.importers.text_numbers import read_bytes
 from slipstick.importers.turned import to_global
-from slipstick.importers.unit_systems import SI, conversion, factors_of, material_doubts
 from slipstick.io.model_file import load_model
 
 
@@ -48,7 +49,13 @@ def read_model(
         model = replace(model, warnings=(*model.warnings, *doubts))
     if options.conductivity is not None:
         if model.mesh is None:
-            raise InputError("conductivity: without a mesh it has no effect; import the mesh too, or leave it out")
+            raise InputError(
+                Fault(
+                    "conductivity",
+                    "without a mesh it has no effect",
+                    remedy="import the mesh too, or leave it out",
+                )
+            )
         model = model.conducting(options.conductivity)
     if not quiet:
         model.announce()
@@ -66,8 +73,8 @@ def _stated_factors(options: ImportOptions) -> Conversion | None:
 
 def _own_factors(model: ImportedModel, options: ImportOptions) -> Conversion:
     """The conversion by the units that the file states."""
-    if model.units.startswith("not stated") or options.material is not None:
-        like = model.units.partition("; ")[2]
+    if model.units == NOT_STATED or options.material is not None:
+        like = looks(model.materials)
         remedy = f'give units = "N, mm, t, s"{f" ({like})" if like else ""}'
         raise InputError(Fault("to", "the units of the files are not stated", remedy=remedy))
     return conversion(model.units, str(options.to))
@@ -83,18 +90,18 @@ def _in_own_units(options: ImportOptions, factors: Conversion) -> ImportOptions:
 def _in_new_units(model: ImportedModel, options: ImportOptions, factors: Conversion) -> ImportedModel:
     told = {"length": factors.length, "force": factors.force, "time": factors.time, "mass": factors.mass}
     changed = ", ".join(f"{name} {value:.6g}" for name, value in told.items() if value != 1.0)
-    before = model.units.partition(";")[0]
+    before = model.units
     note = f"numbers of the files ({before}) multiplied: {changed or 'by 1'}"
     wanted = SI if (options.to or "").strip().upper() == "SI" else options.to
-    units = wanted or f"{before}, multiplied: {changed or 'by 1'}"
+    units = wanted or (before if before == NOT_STATED else f"{before}, multiplied: {changed or 'by 1'}")
     return replace(converted(model, factors), units=units, notes=(*model.notes, note))
 
 
 def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions) -> ImportedModel:
     paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(file) for file in files]
     if not paths:
-        raise InputError("no file to import was given")
-    missing = [f"{path}: there is no such file" for path in paths if not path.is_file()]
+        raise InputError(Fault(statement="no file to import was given"))
+    missing = [Fault(Place(str(path)), "there is no such file") for path in paths if not path.is_file()]
     if missing:
         raise InputError(missing)
     refuse_unread(paths)
@@ -103,10 +110,12 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
     refuse_unused(paths, roles, options)
     if not roles.matrices:
         return _without_matrices(paths[0], source, options)
-    raw, mesh = _with_positions(_read(roles, options), roles)
+    deck = _read(roles, options)
+    mesh = _mesh_beside(deck, roles)
     if mesh and mesh.axes:
-        raw = _along_global(raw, mesh, paths, source)
-    model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else "not stated"))
+        deck = _along_global(deck, mesh, paths, source)
+    deck.units = options.units or (mesh.units if mesh else NOT_STATED)
+    model = build_model(deck, source=source)
     model = replace(model, warnings=(*model.warnings, *place_warnings(model)))
     if mesh:
         model = _with_mesh(model, mesh, options.material)
@@ -115,36 +124,42 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
     return model.fix(list(options.fixed)) if options.fixed else model
 
 
-def _along_global(raw: RawModel, mesh: MeshModel, paths: Sequence[Path], source: str) -> RawModel:
+def _along_global(deck: Deck, mesh: Deck, paths: Sequence[Path], source: str) -> Deck:
     """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; others are unknown."""
     suffixes = {path.suffix.lower() for path in paths}
     if suffixes & {".full", ".matrix", ".hb", ".rsa", ".rua"}:
-        return to_global(raw, {node: axes.T for node, axes in mesh.axes.items()}, source)
-    rotated = sorted(set(mesh.axes) & set([] if raw.dof_map is None else raw.dof_map.nodes.tolist()))
+        return to_global(deck, {node: axes.T for node, axes in mesh.axes.items()}, source)
+    rotated = sorted(set(mesh.axes) & set([] if deck.rows is None else deck.rows[:, 0].tolist()))
     if rotated and ".sti" not in suffixes:
         raise InputError(
-            f"{source}: {len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the "
-            "matrices; rotate the nodes to the global directions and export again"
+            Fault(
+                Place(source),
+                f"{len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the "
+                "matrices",
+                remedy="rotate the nodes to the global directions and export again",
+            )
         )
-    return raw
+    return deck
 
 
-def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | None) -> ImportedModel:
+def _with_mesh(model: ImportedModel, imported: Deck, material: Material | None) -> ImportedModel:
     """The model of matrices with the mesh they came from, and what does not fit between the two."""
+    mesh = imported.mesh
+    assert mesh is not None
     materials = imported.materials if material is None else {"all": material}
     doubts = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
     doubts += [coupling.beside_matrices for coupling in imported.applied]
-    doubts += linear_warnings(imported.mesh, model.source, ("tet4",))
+    doubts += linear_warnings(mesh, model.source, ("tet4",))
     notes = (*model.notes, *imported.notes)
     if materials:
-        doubts += mass_warnings(model, imported.mesh, material or materials, imported.lumped, imported.held)
+        doubts += mass_warnings(model, mesh, material or materials, imported.lumped, imported.held_rows)
     else:
         what = (
             "the mesh has no material: its mass is not compared with that of the matrices; give a material to compare"
         )
         notes = (*notes, f"{model.source}: {what}")
     notes += tuple(f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
-    return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(doubts), notes=notes)
+    return replace(model, mesh=mesh, materials=materials, warnings=tuple(doubts), notes=notes)
 
 
 def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> ImportedModel:
@@ -156,8 +171,8 @@ def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> Import
         return replace(model, notes=(*model.notes, f"{model.source}: {what}"))
     materials = beside.materials if options.material is None else {"all": options.material}
     doubts = list(material_doubts(materials, model.units, model.source))
-    if materials:
-        doubts += mass_warnings(model, beside.mesh, options.material or materials, beside.lumped, beside.held)
+    if materials and beside.mesh is not None:
+        doubts += mass_warnings(model, beside.mesh, options.material or materials, beside.lumped, beside.held_rows)
     return replace(model, warnings=(*model.warnings, *doubts))
 
 
@@ -181,12 +196,12 @@ def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedMo
     )
 
 
-def _read(roles: Roles, options: ImportOptions) -> RawModel:
+def _read(roles: Roles, options: ImportOptions) -> Deck:
     first = roles.matrices.get("K") or next(iter(roles.matrices.values()))
     suffix = first.suffix.lower()
     others = [path.name for path in roles.matrices.values() if path != first]
     if others and suffix in (".full", ".sti"):
-        raise InputError(f"{first.name}: brings its own mass; leave out {', '.join(others)}")
+        raise InputError(Fault(Place(first.name), "brings its own mass", remedy=f"leave out {', '.join(others)}"))
     if suffix == ".full":
         from slipstick.importers.ansys.full import read_full
 
@@ -204,7 +219,7 @@ def _read(roles: Roles, options: ImportOptions) -> RawModel:
     return read_hbmat(roles.matrices, roles.dof_map)
 
 
-def _nastran(roles: Roles, options: ImportOptions, suffix: str) -> RawModel:
+def _nastran(roles: Roles, options: ImportOptions, suffix: str) -> Deck:
     from slipstick.importers.nastran.matrices import read_dmig, read_op4_model
 
     files = list(roles.matrices.values())
@@ -214,7 +229,7 @@ def _nastran(roles: Roles, options: ImportOptions, suffix: str) -> RawModel:
     return read_op4_model(files, bulk, names=options.names, dof_map=roles.dof_map, constraints=options.constraints)
 
 
-def _plain(roles: Roles, first: Path) -> RawModel:
+def _plain(roles: Roles, first: Path) -> Deck:
     from slipstick.importers.plain import matrices
 
     if first.suffix.lower() == ".npz" and matrices.is_bundle(first):
@@ -222,34 +237,35 @@ def _plain(roles: Roles, first: Path) -> RawModel:
     head = read_bytes(first)[:60].splitlines()[0] if first.suffix.lower() == ".mtx" else b""
     if head.startswith(b"%%") and head[:14].lower() != b"%%matrixmarket":
         shown = head.decode("ascii", "replace")
-        raise InputError(f"{first.name}: found the first line '{shown}'; expected '%%MatrixMarket matrix ...'")
+        raise InputError(
+            Fault(Place(first.name), found=f"the first line '{shown}'", expected="'%%MatrixMarket matrix ...'")
+        )
     if first.suffix.lower() == ".mtx" and not head.startswith(b"%%"):
         from slipstick.importers.abaqus.calculix import read_abaqus_matrices
         from slipstick.importers.dof_map import read_dof_map
 
         if roles.dof_map is None:
             return read_abaqus_matrices(roles.matrices)
-        rows, nodes = read_dof_map(roles.dof_map)
-        raw = read_abaqus_matrices(roles.matrices, rows)
-        return replace(raw, nodes=replace(nodes, held=raw.nodes.held))
+        known = read_dof_map(roles.dof_map)
+        deck = read_abaqus_matrices(roles.matrices, known.rows)
+        deck.nodes = known.nodes
+        return deck
     return matrices.read_plain(roles.matrices, roles.dof_map)
 
 
-def _with_positions(raw: RawModel, roles: Roles) -> tuple[RawModel, MeshModel | None]:
-    """Coordinates and sets from a mesh or bulk data file beside the matrices, and the mesh."""
+def _mesh_beside(deck: Deck, roles: Roles) -> Deck | None:
+    """The mesh of a file beside the matrices, which with bulk data tells where their nodes are."""
     if roles.nodes is None:
-        return raw, None
+        return None
     if roles.nodes.suffix.lower() in BULK:
         from slipstick.importers.nastran.bulk import read_bulk
-        from slipstick.importers.nastran.matrices import told
+        from slipstick.importers.nastran.matrices import tell
 
-        if len(raw.nodes.ids):
-            return raw, None
-        data = read_bulk(roles.nodes)
-        nodes = replace(raw.nodes, ids=data.nodes.ids, coordinates=data.nodes.coordinates)
-        return replace(raw, nodes=nodes, **told(data)), None
+        if not deck.nodes:
+            data = read_bulk(roles.nodes)
+            deck.nodes = dict(data.nodes)
+            tell(deck, data)
+        return None
     imported = read_mesh(roles.nodes)
-    mesh = imported.mesh
-    sets = {name: mesh.labels[part] for name, part in all_sets(mesh).items()}
-    nodes = Nodes(ids=mesh.labels, coordinates=mesh.nodes, sets=sets, held=raw.nodes.held)
-    return replace(raw, nodes=nodes), imported
+    deck.mesh = imported.mesh
+    return imported

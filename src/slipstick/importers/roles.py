@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from slipstick.errors import UNKNOWN_KEY, Fault, InputError
+from slipstick.errors import UNKNOWN_KEY, Fault, InputError, Place
 from slipstick.faults import SMALLEST, Gathering, number, one, shown, suggestion, table, text, truth, whole
 from slipstick.faults import names as text_list
 from slipstick.faults import path as path_of
@@ -168,7 +168,7 @@ def _role(path: Path) -> str:
 
 def refuse_unread(paths: Sequence[Path]) -> None:
     """Files that are known and not read are refused with the way round."""
-    faults = [f"{path.name}: {_UNREAD[path.suffix.lower()]}" for path in paths if path.suffix.lower() in _UNREAD]
+    faults = [Fault(Place(path.name), _UNREAD[path.suffix.lower()]) for path in paths if path.suffix.lower() in _UNREAD]
     if faults:
         raise InputError(faults)
 
@@ -181,7 +181,7 @@ def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -
         used = {paths[0]}
     beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}
     faults = [
-        Fault(path.name, "what it is for does not show", remedy="leave it out")
+        Fault(Place(path.name), "what it is for does not show", remedy="leave it out")
         for path in paths
         if path not in used | beside
     ]

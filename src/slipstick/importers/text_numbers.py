@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place, Where
 from slipstick.typing import Array
 
 LARGEST_TEXT_FILE = 16 * 1024**3
@@ -31,25 +31,29 @@ def read_bytes(path: Path) -> bytes:
     except OSError:
         size = -1
     if size < 0:
-        raise InputError(f"{path}: there is no such file")
+        raise InputError(Fault(Place(str(path)), "there is no such file"))
     if size == 0:
-        raise InputError(f"{path.name}: the file is empty")
+        raise InputError(Fault(Place(path.name), "the file is empty"))
     if size > LARGEST_TEXT_FILE:
         raise InputError(
-            f"{path.name}: the file is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB; reduce the model first"
+            Fault(
+                Place(path.name),
+                f"the file is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB",
+                remedy="reduce the model first",
+            )
         )
     return path.read_bytes()
 
 
 @contextmanager
-def reading(where: str) -> Iterator[None]:
+def reading(where: str | Where) -> Iterator[None]:
     """Words that are no numbers, or too few of them, raise an InputError that says where they stand."""
     try:
         yield
     except InputError:
         raise
     except (ValueError, IndexError) as error:
-        raise InputError(f"{where} cannot be read ({error})") from None
+        raise InputError(Fault(where, f"cannot be read ({error})")) from None
 
 
 def number_table(data: bytes, columns: int, path: Path) -> Array:
@@ -66,10 +70,18 @@ def number_table(data: bytes, columns: int, path: Path) -> Array:
         try:
             values = np.fromstring(text.decode("ascii"), dtype=float, sep=" ")
         except (ValueError, UnicodeDecodeError, DeprecationWarning):
-            raise InputError(f"{path.name}: holds something else than numbers; the file is damaged") from None
+            raise InputError(
+                Fault(
+                    Place(path.name), "holds something else than numbers", remedy="the file is damaged: write it again"
+                )
+            ) from None
     if not len(values) or len(values) % columns:
         raise InputError(
-            f"{path.name}: found {len(values)} numbers, expected rows of {columns}; the file is damaged or truncated"
+            Fault(
+                Place(path.name),
+                found=f"{len(values)} numbers, expected rows of {columns}",
+                remedy="the file is damaged or truncated: write it again",
+            )
         )
     return values.reshape(-1, columns)
 
@@ -77,7 +89,13 @@ def number_table(data: bytes, columns: int, path: Path) -> Array:
 def whole_numbers(values: Array, what: str, path: Path, low: int = 1) -> NDArray[np.int64]:
     """Numbers that must be integers from ``low`` up."""
     if len(values) and not (np.all(values == np.floor(values)) and values.min() >= low and values.max() < 2**53):
-        raise InputError(f"{path.name}: {what} are not all whole numbers from {low} up; the file is damaged")
+        raise InputError(
+            Fault(
+                Place(path.name),
+                f"{what} are not all whole numbers from {low} up",
+                remedy="the file is damaged: write it again",
+            )
+        )
     return values.astype(np.int64)
 
 
@@ -86,7 +104,11 @@ def require_plausible(rows: int, entries: int, path: Path) -> None:
     size = path.stat().st_size
     if rows <= 0 or rows > max(2**20, size) or entries < 0 or entries > max(size, 1):
         raise InputError(
-            f"{path.name}: claims {rows} rows and {entries} entries in a file of {size} bytes; damaged or truncated"
+            Fault(
+                Place(path.name),
+                f"claims {rows} rows and {entries} entries in a file of {size} bytes",
+                remedy="it is damaged or truncated: write it again",
+            )
         )
 
 

@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.fem.equations import COMPONENTS
-from slipstick.importers.raw_model import RawModel, full_symmetric
+from slipstick.importers.deck import Deck
+from slipstick.importers.matrix_model import full_symmetric
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-def to_global(raw: RawModel, directions: Mapping[int, Array], source: str) -> RawModel:
-    """The model with the rows of turned nodes along the global directions.
+def to_global(deck: Deck, directions: Mapping[int, Array], source: str) -> Deck:
+    """The deck with the rows of turned nodes along the global directions.
 
     ``directions`` holds the directions of a node as columns (3, 3). Displacements, or rotations, of which only some
     are free cannot be turned: they keep their own directions, and a warning says which these are.
     """
-    if raw.dof_map is None or not directions:
-        return raw
-    keys = zip(raw.dof_map.nodes.tolist(), raw.dof_map.components.tolist(), strict=True)
-    held = set(map(tuple, raw.nodes.held.tolist()))
-    place = {key: row for row, key in enumerate(keys) if key not in held}
+    if deck.rows is None or not directions:
+        return deck
+    keys = map(tuple, deck.rows.tolist())
+    place = {key: row for row, key in enumerate(keys) if key not in deck.held}
     triples, stray = [], []
     for node, axes in directions.items():
         for start in (0, 3):
@@ -36,9 +35,11 @@ def to_global(raw: RawModel, directions: Mapping[int, Array], source: str) -> Ra
             elif rows:
                 free = [i for i in range(3) if (node, start + i) in place]
                 stray += [f"n{node}{COMPONENTS[start + i]} is along {_vector(axes[:, i])}" for i in free]
-    turn = _rotation(len(raw.dof_map), triples)
-    matrices = {n: turn @ full_symmetric(matrix, f"{source}: {n}") @ turn.T for n, matrix in raw.matrices.items()}
-    return replace(raw, matrices=matrices, warnings=(*raw.warnings, *_stray(stray, source)))
+    turn = _rotation(len(deck.rows), triples)
+    for name, matrix in deck.matrices.items():
+        deck.matrices[name] = turn @ full_symmetric(matrix, f"{source}: {name}") @ turn.T
+    deck.doubts += _stray(stray, source)
+    return deck
 
 
 def _stray(stray: list[str], source: str) -> tuple[str, ...]:

@@ -228,6 +228,7 @@ def reduced_body(
     )
     unused = (*_unused(model), *([] if strains is None else _unseen_stress(model)))
     warn(unused)
+    reduction.structure.units = model.unit_names
     return ReducedBody(
         structure=reduction.structure,
         points=None if body is None else body.points,
@@ -235,7 +236,7 @@ def reduced_body(
         solver=reduction.solver,
         seconds=reduction.seconds,
         reused=reduction.reused,
-        source=f"{model.source}; units: {model.units}",
+        source=f"{model.source}; units: {model.units_told}",
         notes=model.notes,
         warnings=(*model.warnings, *unused),
         full=partial(FullMatrices, K=model.K, M=model.M, directions=reduction.directions),

@@ -421,9 +421,10 @@ def reduced_sector(
         dofs=found.names, sectors=symmetry.sectors, load_shapes=found.loads, loss_factor=loss_factor,
         damping_ratio=damping_ratio, compute=phases,
     )  # fmt: skip
+    structure.units = model.unit_names
     return ReducedSector(
         structure=structure, points=found.points, between=found.between, axis=symmetry.axis, turn=pairing.turn,
-        n_dofs=how.n, distance=pairing.distance, source=f"{alone.source}; units: {alone.units}",
+        n_dofs=how.n, distance=pairing.distance, source=f"{alone.source}; units: {alone.units_told}",
         notes=(*alone.notes, *notes), warnings=(*alone.warnings, *warnings), phases=phases, model=alone,
     )  # fmt: skip
 

@@ -14,7 +14,7 @@ from enum import Enum
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import one
 from slipstick.typing import Array, IntArray, Matrix
 
@@ -36,7 +36,7 @@ class Equation:
 
     dofs: tuple[int, ...]
     coefficients: tuple[float, ...]
-    where: str = "an equation"
+    where: str | Where = "an equation"
     dependent: Dependent = Dependent.FIRST
 
 
@@ -62,7 +62,7 @@ class Elimination:
     independent: IntArray
     dependent: IntArray
     zero: IntArray
-    idle: Mapping[str, int] = field(default_factory=dict)
+    idle: Mapping[str | Where, int] = field(default_factory=dict)
 
     def reduce(self, matrix: Matrix) -> csr_array:
         """``T' A T``, exactly symmetric for a symmetric A."""
@@ -134,8 +134,8 @@ class _Resolver:
         self.zero = zero
         self.name = name
         self.rows: dict[int, _Row] = {}
-        self.stated: dict[int, str] = {}
-        self.idle: dict[str, int] = {}
+        self.stated: dict[int, str | Where] = {}
+        self.idle: dict[str | Where, int] = {}
         self.faults: list[Fault] = []
 
     def take(self, equation: Equation) -> None:
@@ -161,7 +161,7 @@ class _Resolver:
         if taken:
             what = f"makes {name} dependent, which {self.stated[equation.dofs[0]]} has done otherwise"
         else:
-            others = sorted({self.stated[dof] for dof in equation.dofs[1:] if dof in self.rows})
+            others = sorted({str(self.stated[dof]) for dof in equation.dofs[1:] if dof in self.rows})
             if not sum(
                 v for dof, v in zip(equation.dofs, equation.coefficients, strict=True) if dof == equation.dofs[0]
             ):

@@ -36,6 +36,7 @@ from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Receptance, Waves
 from slipstick.structure.truncation import Truncation
 from slipstick.typing import AnyArray, Array, ComplexArray
+from slipstick.units import Units
 
 if TYPE_CHECKING:
     from slipstick.structure.disc import Disc
@@ -137,6 +138,9 @@ class CyclicStructure:
     >>> [float(w.round(4)) for w in sector.natural_frequencies(1)]
     [1.7321]
     """
+
+    units: Units | None = None
+    """Those of its numbers, of an imported model; a problem takes them, or refuses others. None: they are not known."""
 
     def __init__(
         self,
@@ -394,6 +398,11 @@ class TravellingWave(Structure):
     def load_shapes(self) -> tuple[str, ...]:
         """Names of the distributed loads."""
         return self.sector.load_shapes
+
+    @property
+    def units(self) -> Units | None:
+        """Those of the sector."""
+        return self.sector.units
 
     @property
     def sectors(self) -> int:

@@ -193,7 +193,7 @@ class Disc(ModalStructure):
             static_compliance=self._static(omega, turned), loss_factor=sector.loss_factor, damping=sector.damping,
             damping_ratio=self._ratios(omega, turned), load_shapes=shapes, second_residual=self._tuned.second,
         )  # fmt: skip
-        self._turned = turned
+        self._turned, self.units = turned, sector.units
 
     def _modes(self) -> tuple[Array, Array]:
         """Frequencies of the disc, and its modes by the tuned ones."""

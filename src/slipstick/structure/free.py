@@ -26,6 +26,7 @@ from slipstick.structure.receptance import Receptance
 from slipstick.structure.reduction.request import real_matrices
 from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, ComplexArray, Matrix, Reals
+from slipstick.units import Units
 
 MOST_RIGID = 6
 _GAP = 1e-6
@@ -58,6 +59,11 @@ class FreeStructure(Structure):
     def dofs(self) -> tuple[str, ...]:
         """Names of the degrees of freedom."""
         return self.elastic.dofs
+
+    @property
+    def units(self) -> Units | None:
+        """Those of the elastic modes."""
+        return self.elastic.units
 
     @property
     def load_shapes(self) -> tuple[str, ...]:

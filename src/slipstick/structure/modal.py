@@ -34,6 +34,7 @@ from slipstick.structure.skin import Skin, with_more
 from slipstick.structure.strains import Strains
 from slipstick.structure.truncation import Truncation, load_arrays
 from slipstick.typing import Array, Reals
+from slipstick.units import Units
 
 _COMPLIANCES = ("static_compliance", "second_residual")
 """Arrays that may be left out."""
@@ -129,6 +130,9 @@ class ModalStructure(Structure):
 
     n_full: int | None = None
     """Dofs of the full model that it solves with, None where it does not."""
+
+    units: Units | None = None
+    """Those of its numbers, of an imported model; a problem takes them, or refuses others. None: they are not known."""
 
     def __init__(
         self,

@@ -74,7 +74,7 @@ def test_nodes_kept_in_a_plane_or_on_a_line(tmp_path, kind):
 
     nodes = "1, 2, 6, 5" if kind == "PLANE" else "2, 3, 6"
     imported = read_mesh(write(tmp_path, CUBE + f"*MPC\n{kind}, {nodes}\n"))
-    equations = [e for stated in imported.constraints for e in stated.equations(imported.mesh)]
+    equations = [e for stated in imported.stated for e in stated.equations(imported.mesh)]
     assert len(equations) == (1 if kind == "PLANE" else 2)
     places = dict(zip(imported.mesh.labels.tolist(), imported.mesh.nodes, strict=True))
     motion = turned(places)

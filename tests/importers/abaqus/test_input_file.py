@@ -72,4 +72,4 @@ def test_content_by_hand(tmp_path):
     assert content.element_sets == {"EALL": [1], "E2": [1]}
     assert content.elements == {"tet10": {1: list(range(1, 11))}}
     assert content.held == {(node, 1) for node in (1, 2, 3, 4, 6, 7, 8, 10)} | {(2, axis) for axis in range(6)}
-    assert content.materials == {"STEEL": {"young": 2.1e5, "poisson": 0.3, "density": 7.8e-9}}
+    assert content.properties == {"STEEL": {"young": 2.1e5, "poisson": 0.3, "density": 7.8e-9}}

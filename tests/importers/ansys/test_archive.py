@@ -69,12 +69,12 @@ def test_degenerate_bricks_units_material_and_supports(tmp_path):
     assert {kind: part.tolist() for kind, part in found.mesh.element_labels.items()} == expected
     assert found.units == "inch, lbf, s"
     assert found.materials == {"material 1": Material(young=3e7, poisson=0.3, density=7.3e-4)}
-    assert found.held.tolist() == [[1, 0], [1, 1], [2, 0], [2, 1], [2, 2]]
+    assert found.held_rows.tolist() == [[1, 0], [1, 1], [2, 0], [2, 1], [2, 2]]
     from slipstick.fem.geometry import volume
 
     assert volume(found.mesh) == pytest.approx(1 + 1 / 3 + 0.5 + 1 / 6)
     model = read_model(path, quiet=True)
-    assert model.constrained.tolist() == found.held.tolist()
+    assert model.constrained.tolist() == found.held_rows.tolist()
 
 
 def test_archive_that_claims_too_much_or_ends_early(shipped, tmp_path):
@@ -106,7 +106,7 @@ def test_real_turbine_blade(tmp_path):
         "PRESSURE_SURF": 2701,
         **dict.fromkeys(root, 80),
     }
-    assert "lbf, inch, s" in model.units
+    assert "lbf, inch, s" in model.units_told
     assert [warning for warning in model.warnings if "stiff in bending" in warning] == list(model.warnings)
     assert len(model.warnings) == 1
     assert not any("not constrained" in note for note in notes)

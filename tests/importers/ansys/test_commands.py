@@ -33,7 +33,7 @@ def test_every_command_has_a_fate():
     """Known and harmless: listed with its count; known to couple: refused; not known: warned of, never lost."""
     _, findings = classified("SAVE\nSAVE\nCERIG,1,2\nNOSUCH,1\n")
     assert findings.notes == ("a.cdb: without effect here: SAVE (2)",)
-    assert [coupling.where for coupling in findings.couplings] == ["a.cdb, line 3: CERIG"]
+    assert [str(coupling.where) for coupling in findings.couplings] == ["a.cdb, line 3: CERIG"]
     assert findings.warnings == ("a.cdb, line 4: NOSUCH is not understood: it has no effect here",)
 
 

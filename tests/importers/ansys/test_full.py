@@ -36,7 +36,7 @@ def test_full_holds_the_modes_that_ansys_computed(shipped):
 def test_full_is_what_the_reader_kept_by_others_finds(shipped):
     from ansys.mapdl.reader.full import FullFile
 
-    from slipstick.importers.raw_model import full_symmetric
+    from slipstick.importers.matrix_model import full_symmetric
 
     reference, stiffness, mass = FullFile(str(shipped / "file.full")).load_km(sort=True)
     model = read_model(shipped / "file.full")

@@ -40,7 +40,7 @@ def test_materials_are_told_apart_by_their_number():
 def test_a_material_that_cannot_be_keeps_its_sentence():
     found = read("MP,EX,3,-1.\nMP,NUXY,3,0.3\nMP,DENS,3,1.\n")
     assert found.materials == {}
-    assert all(sentence.startswith("a.cdb, material 3") for sentence in found.faults[3])
+    assert [fault.where for fault in found.faults[3]] == [("a.cdb", "material 3", "material", "young")]
     assert len(found.faults[3]) == 1
     with pytest.raises(InputError, match=r"a\.cdb, line 1: MP cannot be read"):
         read("MP,EX,one,1.\n")

@@ -18,8 +18,8 @@ def test_cards_in_every_field_format():
 def test_bulk_data(tmp_path):
     (tmp_path / "m.bdf").write_text(BULK)
     data = read_bulk(tmp_path / "m.bdf")
-    assert data.nodes.ids.tolist() == [1, 2, 3]
-    assert data.nodes.coordinates.tolist() == [[2.5, -1.5, 0.3], [1, 2, 3], [0, 0, 0]]
+    assert list(data.nodes) == [1, 2, 3]
+    assert [place.tolist() for place in data.nodes.values()] == [[2.5, -1.5, 0.3], [1, 2, 3], [0, 0, 0]]
     assert data.held[0] == {(3, 0), (3, 1), (3, 2)}
     assert data.held[5] == {(1, 0), (1, 2), (2, 0), (2, 2)}
     assert data.scalar_points.tolist() == [9]

@@ -32,9 +32,9 @@ def test_a_star_in_column_eight_is_a_large_field(tmp_path):
     grid = f"{'GRID':7s}*{4:16d}{'':16s}{'1.5':>16s}{'2.5':>16s}\n{'*':8s}{'3.5':>16s}\nGRID*,6,,1.,2.\n*,3.\n"
     (tmp_path / "m.bdf").write_text(BULK.replace("ENDDATA", grid + "  GRID,5,,1.,2.,3.\nENDDATA\nGRID,99,,0.,0.,0."))
     data = read_bulk(tmp_path / "m.bdf")
-    assert data.nodes.ids.tolist() == [1, 2, 3, 4, 5, 6]
-    assert data.nodes.coordinates[3].tolist() == [1.5, 2.5, 3.5]
-    assert data.nodes.coordinates[5].tolist() == [1.0, 2.0, 3.0]
+    assert list(data.nodes) == [1, 2, 3, 4, 5, 6]
+    assert data.nodes[4].tolist() == [1.5, 2.5, 3.5]
+    assert data.nodes[6].tolist() == [1.0, 2.0, 3.0]
 
 
 def test_numbers_beyond_the_fields_of_a_line_are_no_names_of_continuations(tmp_path):

@@ -64,7 +64,7 @@ def test_systems_within_systems_by_cards(tmp_path):
     """Three ways to the same system; blank fields take what GRDSET says."""
     (tmp_path / "m.bdf").write_text(SYSTEMS)
     data = read_bulk(tmp_path / "m.bdf")
-    where = dict(zip(data.nodes.ids.tolist(), data.nodes.coordinates.tolist(), strict=True))
+    where = {node: place.tolist() for node, place in data.nodes.items()}
     np.testing.assert_allclose(where[14], np.array(ORIGIN) + TURNED @ [2.0, 3.0, 4.0], atol=1e-14)
     np.testing.assert_allclose(where[15], np.array(ORIGIN) + TURNED @ [2.0, 0.0, 1.0], atol=1e-14)
     np.testing.assert_allclose(data.directions[14], TURNED, atol=1e-14)

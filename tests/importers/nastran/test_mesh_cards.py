@@ -3,22 +3,15 @@
 import pytest
 
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.nastran.mesh import (
-    LUMPS,
-    MATERIALS,
-    MESH_VERDICTS,
-    POINTS,
-    SOLIDS,
-    SYSTEMS,
-    classify_mesh_card,
-    is_other_element,
-)
+from slipstick.importers.nastran.cards import CARDS, MATRIX_CARDS
+from slipstick.importers.nastran.mesh import MESH_CARDS, classify_mesh_card, is_other_element
 
 
 def test_no_card_has_two_fates():
-    read = {name for name, (verdict, _) in MESH_VERDICTS.items() if verdict is Verdict.READ}
-    assert read == {*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS}
-    assert not any(map(is_other_element, MESH_VERDICTS))
+    for table in (CARDS, MATRIX_CARDS, MESH_CARDS):
+        assert all((entry.read is not None) == (entry.verdict is Verdict.READ) for entry in table.values())
+    assert not CARDS.keys() & (MATRIX_CARDS.keys() | MESH_CARDS.keys())
+    assert not any(map(is_other_element, MESH_CARDS))
 
 
 @pytest.mark.parametrize(

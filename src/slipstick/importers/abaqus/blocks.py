@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.findings import Findings
 from slipstick.importers.text_numbers import LARGEST_TEXT_FILE, read_bytes
 
@@ -32,39 +32,43 @@ def whole_text(path: Path, findings: Findings) -> str:
     return "\n".join(line for _, line in lines)
 
 
-def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -> list[tuple[str, str]]:
+def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -> list[tuple[Place, str]]:
     """Place and text of each line."""
     text = read_bytes(path)
     read.append(len(text))
     if sum(read) > LARGEST_TEXT_FILE:
-        raise InputError(f"{path.name}: with what it includes it is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB")
-    lines: list[tuple[str, str]] = []
+        raise InputError(
+            Fault(Place(path.name), f"with what it includes it is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB")
+        )
+    lines: list[tuple[Place, str]] = []
     for number, line in enumerate(text.decode("latin-1").splitlines(), 1):
         match = _INCLUDE.match(line)
         if not match:
-            lines.append((f"{path.name}, line {number}", line))
+            lines.append((Place(path.name, f"line {number}"), line))
             continue
-        where = f"{path.name}, line {number}: *INCLUDE"
+        where = Place(path.name, f"line {number}", "*INCLUDE")
         inner = _included(match.group(1), folder, where)
         if inner in above or len(above) >= _DEPTH:
             raise InputError(
-                f"{where}: {inner.name} includes itself, or files include each other more than {_DEPTH} deep"
+                Fault(where, f"{inner.name} includes itself, or files include each other more than {_DEPTH} deep")
             )
         lines += _lines(inner, folder, (*above, inner), read)
     return lines
 
 
-def _included(words: str, folder: Path, where: str) -> Path:
+def _included(words: str, folder: Path, where: Place) -> Path:
     """The file of "INPUT=name", in the folder of the deck."""
     match = _FILE.match(words)
     if not match or not match.group(1).strip():
-        raise InputError(f"{where} lacks INPUT=; expected the name of a file")
+        raise InputError(Fault(where, "lacks INPUT=", expected="the name of a file"))
     name = match.group(1).strip()
     inner = (folder / name.replace("\\", "/")).resolve()
     if not inner.is_relative_to(folder):
-        raise InputError(f"{where}: {name} does not lie in the folder of the file; put it there, or merge the two")
+        raise InputError(
+            Fault(where, f"{name} does not lie in the folder of the file", remedy="put it there, or merge the two")
+        )
     if not inner.is_file():
-        raise InputError(f"{where}: there is no file {name} in the folder of the file")
+        raise InputError(Fault(where, f"there is no file {name} in the folder of the file"))
     return inner
 
 

@@ -10,14 +10,14 @@ after ``** ELEMENT NODES``, then the directions of the first node, and "position
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.raw_model import DofMap, RawModel
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
 from slipstick.typing import Array, IntArray, Sparse
 
@@ -25,7 +25,7 @@ HELD_DIAGONAL = 1e30
 """Abaqus marks a held degree of freedom by 1e36 on the diagonal of the stiffness."""
 
 
-def read_matrix_storage(path: Path) -> RawModel:
+def read_matrix_storage(path: Path) -> Deck:
     """CalculiX's job.sti with job.mas and job.dof beside it.
 
     Raises
@@ -33,18 +33,22 @@ def read_matrix_storage(path: Path) -> RawModel:
     InputError
         If one of the three is missing, damaged, or they disagree.
     """
-    dof_map, nodes = read_dof_map(_sibling(path, ".dof", "the map of its rows"))
-    matrices = {
-        "K": read_coordinates(path, len(dof_map)),
-        "M": read_coordinates(_sibling(path, ".mas", "the mass matrix"), len(dof_map)),
-    }
-    return RawModel(matrices=matrices, dof_map=dof_map, nodes=nodes)
+    deck = read_dof_map(_sibling(path, ".dof", "the map of its rows"))
+    files = {"K": path, "M": _sibling(path, ".mas", "the mass matrix")}
+    deck.matrices = {name: read_coordinates(file, _size(deck.rows)) for name, file in files.items()}
+    return deck
+
+
+def _size(rows: IntArray | None) -> int | None:
+    return None if rows is None else len(rows)
 
 
 def _sibling(path: Path, suffix: str, what: str) -> Path:
     sibling = path.with_suffix(suffix)
     if not sibling.is_file():
-        raise InputError(f"{path.name}: {what}, {sibling.name}, is not beside it; CalculiX writes both together")
+        raise InputError(
+            Fault(Place(path.name), f"{what}, {sibling.name}, is not beside it", remedy="CalculiX writes both together")
+        )
     return sibling
 
 
@@ -59,27 +63,36 @@ def _sparse(table: Array, size: int | None, path: Path) -> Sparse:
     rows, columns = (whole_numbers(table[:, i], "row and column numbers", path) - 1 for i in (0, 1))
     largest = int(max(rows.max(), columns.max())) + 1
     if size is not None and largest > size:
-        raise InputError(f"{path.name}: has row or column {largest}, the dof map has {size} entries; they must agree")
+        raise InputError(
+            Fault(
+                Place(path.name),
+                f"has row or column {largest}, the dof map has {size} entries",
+                remedy="they must agree",
+            )
+        )
     require_plausible(largest, len(table), path)
     return coo_array((table[:, 2], (rows, columns)), shape=(size or largest,) * 2)
 
 
-def read_abaqus_matrices(files: dict[str, Path], dof_map: DofMap | None = None) -> RawModel:
-    """Matrices by name ("K", "M", "C") from .mtx files; the map is theirs, or ``dof_map`` where they have none."""
+def read_abaqus_matrices(files: dict[str, Path], rows: IntArray | None = None) -> Deck:
+    """Matrices by name ("K", "M", "C") from .mtx files; the map is theirs, or ``rows`` where they have none."""
     elements = {name: path for name, path in files.items() if is_user_element(path)}
     if elements:
         if len(elements) < len(files):
-            raise InputError(f"{', '.join(path.name for path in files.values())}: only some are a *USER ELEMENT")
-        return read_user_elements(elements, dof_map)
+            raise InputError(Fault(", ".join(path.name for path in files.values()), "only some are a *USER ELEMENT"))
+        return read_user_elements(elements, rows)
     tables = {name: _lines(path) for name, path in files.items()}
     widths = {table.shape[1] for table in tables.values()}
     if len(widths) > 1:
         names = ", ".join(path.name for path in files.values())
-        raise InputError(f"{names}: some lines are 'row column value', some name nodes; export them in one format")
+        raise InputError(
+            Fault(
+                Place(names), "some lines are 'row column value', some name nodes", remedy="export them in one format"
+            )
+        )
     if widths == {5}:
         return _by_label(tables, files)
-    size = len(dof_map) if dof_map else None
-    return RawModel(matrices={n: _sparse(table, size, files[n]) for n, table in tables.items()}, dof_map=dof_map)
+    return Deck(matrices={n: _sparse(table, _size(rows), files[n]) for n, table in tables.items()}, rows=rows)
 
 
 def _lines(path: Path) -> Array:
@@ -87,17 +100,25 @@ def _lines(path: Path) -> Array:
     lines = read_bytes(path).decode("latin-1").splitlines()
     data = [line for line in lines if line.strip() and not line.startswith("*")]
     if not data:
-        raise InputError(f"{path.name}: holds no matrix entries; the file is damaged or truncated")
+        raise InputError(
+            Fault(
+                Place(path.name), "holds no matrix entries", remedy="the file is damaged or truncated: write it again"
+            )
+        )
     width = len(data[0].replace(",", " ").split())
     if width not in (3, 5):
         raise InputError(
-            f"{path.name}: found {width} numbers a line; expected 'node, direction, node, direction, value' "
-            "(*MATRIX OUTPUT, FORMAT=MATRIX INPUT) or 'row column value' (FORMAT=COORDINATE)"
+            Fault(
+                Place(path.name),
+                found=f"{width} numbers a line",
+                expected="'node, direction, node, direction, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT) or "
+                "'row column value' (FORMAT=COORDINATE)",
+            )
         )
     return number_table("\n".join(data).encode("latin-1"), width, path)
 
 
-def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> RawModel:
+def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> Deck:
     from scipy.sparse import coo_array
 
     keys = {name: _keys(table, files[name]) for name, table in tables.items()}
@@ -107,14 +128,16 @@ def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> RawModel:
         rows, columns = np.searchsorted(every, keys[name]).T
         matrices[name] = coo_array((table[:, 4], (rows, columns)), shape=(len(every),) * 2)
     nodes, components = every // 8, every % 8
-    notes: tuple[str, ...] = ()
+    notes: list[str] = []
     if nodes[0] < 0:
         nodes, components, notes = _internal(nodes, components)
-    raw = RawModel(matrices=matrices, dof_map=DofMap(nodes=nodes, components=components), notes=notes)
-    return _without_marked(raw) if "K" in matrices else raw
+    deck = Deck(matrices=matrices, rows=np.stack([nodes, components], axis=1), extra=notes)
+    if "K" in matrices:
+        _empty_marked(deck)
+    return deck
 
 
-def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray, tuple[str, ...]]:
+def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray, list[str]]:
     """Abaqus' internal nodes, of negative numbers, as scalar points above the others: a generalised coordinate each."""
     inner = np.flatnonzero(nodes < 0)
     inner = inner[np.lexsort((components[inner], -nodes[inner]))]
@@ -122,7 +145,7 @@ def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray
     nodes, components = nodes.copy(), components.copy()
     nodes[inner], components[inner] = first + 1 + np.arange(len(inner)), 6
     note = f"{len(inner)} dofs of Abaqus' internal nodes are generalised coordinates: n{first + 1}s to n{nodes.max()}s"
-    return nodes, components, (note,)
+    return nodes, components, [note]
 
 
 def _keys(table: Array, path: Path) -> IntArray:
@@ -130,26 +153,23 @@ def _keys(table: Array, path: Path) -> IntArray:
     directions = whole_numbers(table[:, [1, 3]], "directions", path, low=0)
     if directions.max() > 6 or nodes.max() > 2**50:
         raise InputError(
-            f"{path.name}: found direction {directions.max()}; expected 1 to 6 (temperatures are no motion)"
+            Fault(
+                Place(path.name), found=f"direction {directions.max()}", expected="1 to 6 (temperatures are no motion)"
+            )
         )
     return nodes * 8 + (directions - 1) % 7
 
 
-def _without_marked(raw: RawModel) -> RawModel:
+def _empty_marked(deck: Deck) -> None:
     """Held degrees of freedom are those with Abaqus' mark on the diagonal: their rows are emptied and listed."""
     from scipy.sparse import csr_array, diags_array
 
-    from slipstick.importers.raw_model import Nodes
-
-    assert raw.dof_map is not None
-    stiffness = csr_array(raw.matrices["K"])
-    marked = stiffness.diagonal() >= HELD_DIAGONAL
-    if not marked.any():
-        return raw
+    assert deck.rows is not None
+    marked = csr_array(deck.matrices["K"]).diagonal() >= HELD_DIAGONAL
     keep = diags_array((~marked).astype(float))
-    matrices = {name: csr_array(keep @ csr_array(matrix) @ keep) for name, matrix in raw.matrices.items()}
-    held = np.stack([raw.dof_map.nodes[marked], raw.dof_map.components[marked]], axis=1)
-    return replace(raw, matrices=matrices, nodes=Nodes(held=held))
+    if marked.any():
+        deck.matrices = {name: csr_array(keep @ csr_array(matrix) @ keep) for name, matrix in deck.matrices.items()}
+        deck.held = {(node, axis) for node, axis in deck.rows[marked].tolist()}
 
 
 _TYPES = {"STIFFNESS": "K", "MASS": "M", "VISCOUSDAMPING": "C", "DAMPING": "C"}
@@ -170,32 +190,34 @@ def is_user_element(path: Path) -> bool:
     return content.startswith(b"*USERELEMENT") or b"\n*USERELEMENT" in content
 
 
-def read_user_elements(files: dict[str, Path], dof_map: DofMap | None = None) -> RawModel:
-    """Matrices of one file with several, or of one file for each; the map is that of the first, or ``dof_map``.
+def read_user_elements(files: dict[str, Path], rows: IntArray | None = None) -> Deck:
+    """Matrices of one file with several, or of one file for each; the map is that of the first, or ``rows``.
 
     Raises
     ------
     InputError
         If a list or a matrix is damaged, a matrix is given twice, or two files have different nodes.
     """
-    matrices: dict[str, Sparse] = {}
-    others: list[str] = []
+    deck = Deck()
     for name, path in files.items():
         element = _parts(path)
-        rows = _map(element, path)
-        if dof_map is not None and (len(rows) != len(dof_map)):
-            raise InputError(f"{path.name}: has {len(rows)} dofs, the other files {len(dof_map)}; they must agree")
-        dof_map = dof_map or rows
+        own = _map(element, path)
+        if rows is not None and (len(own) != len(rows)):
+            raise InputError(
+                Fault(Place(path.name), f"has {len(own)} dofs, the other files {len(rows)}", remedy="they must agree")
+            )
+        rows = own if rows is None else rows
         for kind, lines in element.matrices.items():
             role = _TYPES.get(kind)
             if role is None:
-                others.append(f"{path.name}: *MATRIX, TYPE={kind} is not used")
+                deck.doubts.append(f"{path.name}: *MATRIX, TYPE={kind} is not used")
                 continue
             role = name if len(element.matrices) == 1 else role
-            if role in matrices:
-                raise InputError(f"{path.name}: brings {kind} again; give each matrix once")
-            matrices[role] = _lower_half(lines, len(rows), path)
-    return RawModel(matrices=matrices, dof_map=dof_map, warnings=tuple(others))
+            if role in deck.matrices:
+                raise InputError(Fault(Place(path.name), f"brings {kind} again", remedy="give each matrix once"))
+            deck.matrices[role] = _lower_half(lines, len(own), path)
+    deck.rows = rows
+    return deck
 
 
 def _parts(path: Path) -> _Element:
@@ -209,7 +231,7 @@ def _parts(path: Path) -> _Element:
             words = line.upper().replace(" ", "").lstrip("*").split(",")
             section = words[0]
             if section == "USERELEMENT" and element.matrices:
-                raise InputError(f"{path.name}: holds several *USER ELEMENT; expected one substructure")
+                raise InputError(Fault(Place(path.name), "holds several *USER ELEMENT", expected="one substructure"))
             if section == "MATRIX":
                 kind = next((word[5:] for word in words if word.startswith("TYPE=")), "")
                 element.matrices.setdefault(kind, [])
@@ -220,7 +242,7 @@ def _parts(path: Path) -> _Element:
     return element
 
 
-def _map(element: _Element, path: Path) -> DofMap:
+def _map(element: _Element, path: Path) -> IntArray:
     """Directions of each node in turn: those of the first line, until a line "position, directions" changes them."""
     try:
         labels = [int(word) for word in element.nodes]
@@ -234,10 +256,13 @@ def _map(element: _Element, path: Path) -> DofMap:
             entries += [(label, direction - 1) for direction in here]
     except ValueError:
         raise InputError(
-            f"{path.name}: the node list of its *USER ELEMENT cannot be read; the file is damaged"
+            Fault(
+                Place(path.name),
+                "the node list of its *USER ELEMENT cannot be read",
+                remedy="the file is damaged: write it again",
+            )
         ) from None
-    table = np.asarray(entries, dtype=np.int64).reshape(-1, 2)
-    return DofMap(nodes=table[:, 0], components=table[:, 1])
+    return pairs_table(entries)
 
 
 def _lower_half(lines: list[str], size: int, path: Path) -> Sparse:
@@ -246,7 +271,11 @@ def _lower_half(lines: list[str], size: int, path: Path) -> Sparse:
     values = number_table("\n".join(lines).encode("latin-1"), 1, path)[:, 0]
     if len(values) != size * (size + 1) // 2:
         raise InputError(
-            f"{path.name}: found {len(values)} entries, expected {size * (size + 1) // 2} for {size} dofs; truncated"
+            Fault(
+                Place(path.name),
+                found=f"{len(values)} entries, expected {size * (size + 1) // 2} for {size} dofs",
+                remedy="it is truncated: write it again",
+            )
         )
     rows, columns = np.tril_indices(size)
     return coo_array((values, (rows, columns)), shape=(size, size))

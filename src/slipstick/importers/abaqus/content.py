@@ -7,14 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
-from slipstick.fem.lumped import Lumped
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.rigid import Reference
 from slipstick.fem.ties import Sector
 from slipstick.importers.abaqus.blocks import Block
-from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.mesh_model import Stated
+from slipstick.importers.deck import Deck
+from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import whole_number
 from slipstick.typing import Array, IntArray
 
@@ -30,7 +29,7 @@ class Section:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Glue:
+class Tie:
     """A *TIE: names of its two sides; whether nodes of the first are moved onto the second; largest distance."""
 
     name: str
@@ -39,7 +38,8 @@ class Glue:
     adjust: bool
     tolerance: float | None
     cyclic: bool
-    where: str
+    where: Place
+    line: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,33 +52,22 @@ class Axes:
 
 
 @dataclass(kw_only=True)
-class Content:
+class Content(Deck):
     """What has been read so far; labels as in the file, names in capitals (they are not case sensitive)."""
 
     path: Path
-    findings: Findings
-    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
-    elements: dict[str, dict[int, list[int]]] = field(default_factory=dict)
-    kinds: dict[int, str] = field(default_factory=dict)
-    variants: dict[str, dict[str, int]] = field(default_factory=dict)
     skipped: dict[str, dict[int, list[int]]] = field(default_factory=dict)
     read: set[int] = field(default_factory=set)
-    node_sets: dict[str, list[int]] = field(default_factory=dict)
-    element_sets: dict[str, list[int]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
-    materials: dict[str, dict[str, float]] = field(default_factory=dict)
-    material_faults: dict[str, list[str]] = field(default_factory=dict)
+    properties: dict[str, dict[str, float]] = field(default_factory=dict)
+    law_faults: dict[str, list[Fault]] = field(default_factory=dict)
     sections: list[Section] = field(default_factory=list)
     other_sections: list[Section] = field(default_factory=list)
-    held: set[tuple[int, int]] = field(default_factory=set)
     turning: set[int] = field(default_factory=set)
     turned: dict[int, Axes] = field(default_factory=dict)
     orientations: dict[str, Axes] = field(default_factory=dict)
-    stated: list[Stated] = field(default_factory=list)
-    glues: list[Glue] = field(default_factory=list)
-    doubts: list[str] = field(default_factory=list)
-    sectors: list[tuple[Glue, Sector, str]] = field(default_factory=list)
-    lumped: list[Lumped] = field(default_factory=list)
+    ties: list[Tie] = field(default_factory=list)
+    sectors: list[tuple[Tie, Sector, Place]] = field(default_factory=list)
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None
     material: str = ""
@@ -87,13 +76,9 @@ class Content:
     steps: list[dict[str, str]] = field(default_factory=list)
     loaded: bool = False
 
-    def where(self, line: int) -> str:
-        """File and line, for messages."""
-        return self.findings.place(line)
-
     def note(self, verdict: Verdict, block: Block, what: str = "") -> None:
         """What becomes of a keyword."""
-        self.findings.add(verdict, block.shown, what, block.line)
+        self.add(verdict, block.shown, what, block.line)
 
     def reference(self, node: int) -> Reference:
         """A node with its position and its rotations."""
@@ -122,19 +107,19 @@ def named(word: str, sets: dict[str, list[int]]) -> list[int]:
     return [whole_number(word)] if word.isdigit() else sets[word]
 
 
-def surface_of(mesh: Mesh, name: str, where: str) -> Surface:
+def surface_of(mesh: Mesh, name: str, where: Place) -> Surface:
     """The faces of a surface in the mesh; InputError where it has none on solid elements."""
     name = name.strip('"').upper()
     if name not in mesh.surfaces:
-        raise InputError(f"{where} names the surface {name}, which has no faces of solid elements in the file")
+        raise InputError(Fault(where, f"names the surface {name}, which has no faces of solid elements in the file"))
     return mesh.surfaces[name]
 
 
-def nodes_of(content: Content, mesh: Mesh, name: str, where: str) -> IntArray:
+def nodes_of(content: Content, mesh: Mesh, name: str, where: Place) -> IntArray:
     """Node indices of a surface of faces, or of a node set or nodal surface."""
     name = name.strip('"').upper()
     if name in content.surfaces:
         return surface_of(mesh, name, where).nodes
     if name not in mesh.node_sets:
-        raise InputError(f"{where} names {name}, which the file does not have")
+        raise InputError(Fault(where, f"names {name}, which the file does not have"))
     return mesh.node_sets[name]

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import cylindrical, in_global, rectangular
 from slipstick.fem.loads import area_weights
@@ -19,13 +19,15 @@ from slipstick.fem.mesh import Mesh
 from slipstick.fem.rigid import Reference, mean_equations, rigid_equations, rigid_rows
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
+from slipstick.importers.abaqus.keywords import KEYWORDS
+from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict
-from slipstick.importers.mesh_model import Stated
 from slipstick.importers.text_numbers import fortran_real, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
 
 
+@KEYWORDS.reads("EQUATION", "REMOVE REMOVEALL", stage=2)
 def on_equation(content: Content, block: Block) -> None:
     """A number of terms, then "node or set, direction, factor" in turn."""
     if block.parameters.keys() & {"REMOVE", "REMOVEALL"}:
@@ -48,14 +50,14 @@ def on_equation(content: Content, block: Block) -> None:
 
 
 def _one_equation(content: Content, block: Block, words: list[str], line: int) -> None:
-    where = f"{content.where(line)}: {block.shown}"
+    where = content.place(line, block.shown)
     parts = [
         (named(words[i], content.node_sets), whole_number(words[i + 1]) - 1, fortran_real(words[i + 2]))
         for i in range(0, len(words), 3)
     ]
     if any(not 0 <= axis < 6 for _, axis, _ in parts):
         if all(not 0 <= axis < 6 for _, axis, _ in parts):
-            content.findings.add(Verdict.HARMLESS, block.shown, "", line)
+            content.add(Verdict.HARMLESS, block.shown, "", line)
             return
         raise ValueError("directions beyond 6 together with motions")
     length = max(len(nodes) for nodes, _, _ in parts)
@@ -91,6 +93,7 @@ def read_axes(words: list[str], kind: str) -> Axes:
     return system
 
 
+@KEYWORDS.reads("ORIENTATION", "DEFINITION NAME SYSTEM", stage=1)
 def on_orientation(content: Content, block: Block) -> None:
     """A system of directions by name; without effect on isotropic materials."""
     kind = block.parameters.get("SYSTEM", "RECTANGULAR")
@@ -111,6 +114,7 @@ def _numbers(rows: list[list[str]]) -> bool:
         return False
 
 
+@KEYWORDS.reads("MPC", "", stage=2)
 def on_mpc(content: Content, block: Block) -> None:
     """Each line a type and its nodes; a line may go on in the next one, beginning with 0."""
     lines: list[tuple[int, list[str]]] = []
@@ -122,7 +126,7 @@ def on_mpc(content: Content, block: Block) -> None:
     for line, words in lines:
         kind = words[0].upper()
         groups = [named(word, content.node_sets) for word in words[1:] if word]
-        where = f"{content.where(line)}: {block.shown} {kind}"
+        where = content.place(line, f"{block.shown} {kind}")
         if kind in ("PLANE", "STRAIGHT"):
             nodes = list(dict.fromkeys(node for group in groups for node in group))
             make = _plane if kind == "PLANE" else _straight
@@ -132,12 +136,12 @@ def on_mpc(content: Content, block: Block) -> None:
             equations = partial(_joined, content, groups, references, where)
             content.stated.append(Stated(where=where, equations=equations))
         else:
-            what = f"of type {kind} ties degrees of freedom to each other"
-            content.findings.add(Verdict.COUPLING, block.shown, what, line)
+            what = "ties degrees of freedom to each other"
+            content.add(Verdict.COUPLING, f"{block.shown} {kind}", what, line)
 
 
 def _joined(
-    content: Content, groups: list[list[int]], references: dict[int, Reference], where: str, mesh: Mesh
+    content: Content, groups: list[list[int]], references: dict[int, Reference], where: Place, mesh: Mesh
 ) -> Iterator[NodalEquation]:
     """BEAM: the first follow the second, their references, as rigid bodies; TIE and PIN: they move alike."""
     del mesh
@@ -151,13 +155,13 @@ def _joined(
                 yield NodalEquation(terms=((node, axis, 1.0), (other, axis, -1.0)), where=where)
 
 
-def _plane(content: Content, nodes: list[int], where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+def _plane(content: Content, nodes: list[int], where: Place, mesh: Mesh) -> Iterator[NodalEquation]:
     """All nodes stay in the plane of the first three."""
     del mesh
     a, b, c = (content.position(node) for node in nodes[:3])
     normal = np.cross(b - a, c - a)
     if not np.linalg.norm(normal) > 1e-10 * np.linalg.norm(b - a) * np.linalg.norm(c - a):
-        raise InputError(f"{where}: its first three nodes lie on a line")
+        raise InputError(Fault(where, "its first three nodes lie on a line"))
     normal = normal / np.linalg.norm(normal)
     for node in nodes[3:]:
         (s, t), *_ = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), content.position(node) - a, rcond=None)
@@ -165,7 +169,7 @@ def _plane(content: Content, nodes: list[int], where: str, mesh: Mesh) -> Iterat
         yield _along(normal, parts, where)
 
 
-def _straight(content: Content, nodes: list[int], where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+def _straight(content: Content, nodes: list[int], where: Place, mesh: Mesh) -> Iterator[NodalEquation]:
     """All nodes stay on the line of the first two."""
     del mesh
     a, b = (content.position(node) for node in nodes[:2])
@@ -178,16 +182,17 @@ def _straight(content: Content, nodes: list[int], where: str, mesh: Mesh) -> Ite
             yield _along(normal, ((node, 1.0), (nodes[0], t - 1.0), (nodes[1], -t)), where)
 
 
-def _along(normal: Array, parts: tuple[tuple[int, float], ...], where: str) -> NodalEquation:
+def _along(normal: Array, parts: tuple[tuple[int, float], ...], where: Place) -> NodalEquation:
     axes = [(axis, value) for axis, value in enumerate(normal.tolist()) if abs(value) > 1e-14]
     terms = tuple((node, axis, weight * value) for node, weight in parts for axis, value in axes)
     return NodalEquation(terms=terms, where=where, dependent=Dependent.ANY)
 
 
+@KEYWORDS.reads("RIGIDBODY", "ELSET NSET REFNODE ROTNODE", stage=2)
 def on_rigid_body(content: Content, block: Block) -> None:
     """All nodes of a set follow a reference node; its rotations are directions 4..6, or those of the ROT NODE."""
     parameters = block.parameters
-    where = f"{content.where(block.line)}: {block.shown}"
+    where = content.place(block.line, block.shown)
     if "REFNODE" not in parameters or not parameters.keys() & {"NSET", "ELSET"}:
         content.note(Verdict.COUPLING, block, "makes a rigid body without REF NODE, or without NSET or ELSET")
         return
@@ -203,7 +208,7 @@ def on_rigid_body(content: Content, block: Block) -> None:
 
 
 def _rigid(
-    content: Content, reference: Reference, parameters: dict[str, str], where: str, mesh: Mesh
+    content: Content, reference: Reference, parameters: dict[str, str], where: Place, mesh: Mesh
 ) -> Iterator[NodalEquation]:
     if "ELSET" in parameters:
         chosen = mesh.element_sets.get(parameters["ELSET"], {})
@@ -216,6 +221,7 @@ def _rigid(
     yield from rigid_equations(reference, nodes, where, (0, 1, 2))
 
 
+@KEYWORDS.reads("COUPLING", "CONSTRAINTNAME ORIENTATION REFNODE SURFACE", stage=2)
 def on_coupling(content: Content, block: Block) -> None:
     """A reference node and a surface; what couples them stands in the next keyword."""
     unfinished_coupling(content)
@@ -226,15 +232,17 @@ def unfinished_coupling(content: Content) -> None:
     """A *COUPLING that is followed by nothing that is read is refused."""
     if content.coupling is not None:
         what = "is followed neither by *KINEMATIC nor by *DISTRIBUTING"
-        content.findings.add(Verdict.COUPLING, content.coupling.shown, what, content.coupling.line)
+        content.add(Verdict.COUPLING, content.coupling.shown, what, content.coupling.line)
 
 
+@KEYWORDS.reads("KINEMATIC", "", stage=2)
+@KEYWORDS.reads("DISTRIBUTING", "CYCLICSYMMETRY", stage=2)
 def on_kind_of_coupling(content: Content, block: Block) -> None:
     """*KINEMATIC: the surface follows the reference node; *DISTRIBUTING: the reference node follows it in the mean."""
     if content.coupling is None:
         raise ValueError("no *COUPLING stands before it")
     head, content.coupling = content.coupling.parameters, None
-    where = f"{content.where(block.line)}: {block.shown}"
+    where = content.place(block.line, block.shown)
     if not head.keys() >= {"REFNODE", "SURFACE"} or "CYCLICSYMMETRY" in block.parameters:
         content.note(Verdict.COUPLING, block, "couples nodes to a reference node")
         return
@@ -266,7 +274,7 @@ class _Joint:
     surface: str
     directions: list[int]
     axes: Axes | None
-    where: str
+    where: Place
 
 
 def _span(row: list[str]) -> range:
@@ -302,6 +310,7 @@ def _distributing(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[Nodal
     yield from mean_equations(joint.reference, nodes, joint.where, joint.directions)
 
 
+@KEYWORDS.reads("DISTRIBUTINGCOUPLING", "ELSET", stage=2)
 def on_distributing_coupling(content: Content, block: Block) -> None:
     """CalculiX: the node of a DCOUP3D element moves as the weighted mean of others."""
     elements = set(content.element_sets[block.parameters["ELSET"]])
@@ -321,7 +330,7 @@ def on_distributing_coupling(content: Content, block: Block) -> None:
         for node in named(row[0], content.node_sets):
             weights[node] = weights.get(node, 0.0) + (fortran_real(row[1]) if len(row) > 1 and row[1] else 1.0)
     total, node = sum(weights.values()), coupled[0][0]
-    where = f"{content.where(block.line)}: {block.shown}"
+    where = content.place(block.line, block.shown)
     if not total > 0.0:
         raise ValueError(f"weights whose sum is {total:g}")
     equations = [

@@ -5,37 +5,20 @@ Every keyword is read here, or has a verdict in keywords.py, or is named as not 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.abaqus.blocks import Block, blocks, whole_text
 from slipstick.importers.abaqus.content import Content, Section, named
-from slipstick.importers.abaqus.couplings import (
-    on_coupling,
-    on_distributing_coupling,
-    on_equation,
-    on_kind_of_coupling,
-    on_mpc,
-    on_orientation,
-    on_rigid_body,
-    read_axes,
-    unfinished_coupling,
-)
-from slipstick.importers.abaqus.glues import about_diameters, on_cyclic, on_diameters, on_tie
-from slipstick.importers.abaqus.keywords import (
-    KEYWORD_PARAMETERS,
-    KEYWORD_VERDICTS,
-    LOADING,
-    MATERIAL_FAULTS,
-    OTHER_SECTIONS,
-    solid_type,
-)
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.abaqus.couplings import read_axes, unfinished_coupling
+from slipstick.importers.abaqus.keywords import KEYWORDS, LAWS, LOADING, OTHER_SECTIONS, ElementType, solid_type
+from slipstick.importers.abaqus.ties import about_diameters
+from slipstick.importers.findings import Entry, Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
 
@@ -52,6 +35,7 @@ def _lumped_elements(content: Content, block: Block) -> Iterator[tuple[str, int,
                 yield kind, label, nodes
 
 
+@KEYWORDS.reads("MASS", "ELSET TYPE", stage=2)
 def on_mass(content: Content, block: Block) -> None:
     """One mass for each element of the set."""
     if "TYPE" in block.parameters and block.parameters["TYPE"] != "ISOTROPIC":
@@ -62,6 +46,7 @@ def on_mass(content: Content, block: Block) -> None:
         content.lumped += point_mass(nodes[0], mass)
 
 
+@KEYWORDS.reads("ROTARYINERTIA", "ELSET ORIENTATION", stage=2)
 def on_inertia(content: Content, block: Block) -> None:
     """I11, I22, I33, I12, I13, I23 about each node of the set."""
     if "ORIENTATION" in block.parameters:
@@ -75,6 +60,7 @@ def on_inertia(content: Content, block: Block) -> None:
         content.lumped += point_mass(nodes[0], 0.0, inertia)
 
 
+@KEYWORDS.reads("SPRING", "COMPLEXSTIFFNESS ELSET NONLINEAR ORIENTATION", stage=2)
 def on_spring(content: Content, block: Block) -> None:
     """SPRINGA along the line of its nodes, SPRING1 to ground, SPRING2 between two directions; linear ones."""
     if block.parameters.keys() & {"NONLINEAR", "ORIENTATION", "COMPLEXSTIFFNESS"} or len(block.rows) > 2:
@@ -87,7 +73,7 @@ def on_spring(content: Content, block: Block) -> None:
         if kind == "SPRINGA":
             ends = (nodes[0], nodes[1])
             along = content.position(ends[1]) - content.position(ends[0])
-            content.lumped.append(axial_spring(stiffness, ends, along, content.where(block.line)))
+            content.lumped.append(axial_spring(stiffness, ends, along, content.place(block.line)))
         else:
             content.lumped.append(_spring(kind, nodes, directions, stiffness))
 
@@ -100,6 +86,7 @@ def _spring(kind: str, nodes: list[int], directions: list[int], stiffness: float
     return spring(stiffness, *pairs)
 
 
+@KEYWORDS.reads("DASHPOT", "ELSET", stage=2)
 def on_dashpot(content: Content, block: Block) -> None:
     """Dashpots are damping, which is the structure's loss_factor or damping_ratio."""
     count = sum(1 for _ in _lumped_elements(content, block))
@@ -121,58 +108,60 @@ def read_content(path: Path) -> Content:
         For damaged lines, unknown sets, elements given twice (with their line), and whatever leaves the mesh
         incomplete: includes, generated nodes, several parts, moved instances.
     """
-    content = Content(path=path, findings=Findings(source=path.name))
+    content = Content(path=path, source=path.name, flatten=_INSTANCES)
     late: list[Block] = []
-    for block in blocks(whole_text(path, content.findings)):
-        if block.keyword in _LATE:
+    for block in blocks(whole_text(path, content)):
+        if _entry(block).stage:
             late.append(block)
         else:
             _handle(content, block)
-    content.findings.refuse_incomplete()
-    for block in sorted(late, key=lambda block: _ORDER.get(block.keyword, 1)):
+    content.refuse_incomplete()
+    for block in sorted(late, key=lambda block: _entry(block).stage):
         _handle(content, block)
     unfinished_coupling(content)
     about_diameters(content)
     return content
 
 
+def _entry(block: Block) -> Entry:
+    return KEYWORDS.get(block.keyword, Entry(verdict=Verdict.UNKNOWN))
+
+
 def _handle(content: Content, block: Block) -> None:
-    handler = _HANDLERS.get(block.keyword) or _LATE.get(block.keyword)
-    if handler is None and block.keyword in MATERIAL_FAULTS:
-        handler = _law
-    if handler is None:
-        content.findings.look_up(
-            KEYWORD_VERDICTS, block.keyword, block.shown, block.line, of_the_model=not content.steps
-        )
+    entry = _entry(block)
+    if entry.read is None:
+        content.look_up(KEYWORDS, block.keyword, block.shown, block.line, of_the_model=not content.steps)
         return
-    _parameters(content, block)
+    _parameters(content, block, entry)
     try:
-        handler(content, block)
+        entry.read(content, block)
     except InputError:
         raise
     except KeyError as error:
         missing = str(error.args[0])
-        lacks = missing in KEYWORD_PARAMETERS.get(block.keyword, ())
+        lacks = missing in (entry.parameters or ())
         fault = f"lacks {missing}=" if lacks else f"names {missing}, which the file does not have"
-        raise InputError(f"{content.where(block.line)}: {block.shown} {fault}") from None
+        raise InputError(Fault(content.place(block.line, block.shown), fault)) from None
     except (ValueError, IndexError) as error:
-        raise InputError(f"{content.where(block.line)}: {block.shown} cannot be read ({error})") from None
+        raise InputError(Fault(content.place(block.line, block.shown), f"cannot be read ({error})")) from None
 
 
-def _parameters(content: Content, block: Block) -> None:
+def _parameters(content: Content, block: Block, entry: Entry) -> None:
     """Parameters that nobody reads are named; data in other files are refused."""
     if "INPUT" in block.parameters:
         content.note(Verdict.INCOMPLETE, block, "has its data in another file; merge the files into one")
-    for name in block.parameters.keys() - KEYWORD_PARAMETERS.get(block.keyword, block.parameters.keys()):
+    for name in block.parameters.keys() - (block.parameters.keys() if entry.parameters is None else entry.parameters):
         content.note(Verdict.APPROXIMATED, block, f"has the parameter {name}, which is not understood")
 
 
+@KEYWORDS.reads("PART", "NAME")
 def _part(content: Content, block: Block) -> None:
     content.parts += 1
     if content.parts > 1:
         content.note(Verdict.INCOMPLETE, block, f"begins a second part, whose labels are its own; {_INSTANCES}")
 
 
+@KEYWORDS.reads("INSTANCE", "NAME PART")
 def _instance(content: Content, block: Block) -> None:
     content.instances += 1
     if content.instances > 1:
@@ -181,6 +170,7 @@ def _instance(content: Content, block: Block) -> None:
         content.note(Verdict.INCOMPLETE, block, f"is an instance that is moved; {_INSTANCES}")
 
 
+@KEYWORDS.reads("NODE", "INPUT NSET SYSTEM")
 def _node(content: Content, block: Block) -> None:
     if block.parameters.get("SYSTEM", "R") != "R":
         what = "gives cylindrical or spherical coordinates; write global rectangular ones"
@@ -192,16 +182,19 @@ def _node(content: Content, block: Block) -> None:
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
         label = whole_number(row[0])
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
-            raise InputError(f"{content.where(line)}: node {label} is given again at another place; {_INSTANCES}")
+            raise InputError(
+                Fault(content.place(line), f"node {label} is given again at another place", remedy=_INSTANCES)
+            )
         labels.append(label)
     if "NSET" in block.parameters:
         content.node_sets.setdefault(block.parameters["NSET"], []).extend(labels)
 
 
+@KEYWORDS.reads("ELEMENT", "ELSET INPUT TYPE")
 def _element(content: Content, block: Block) -> None:
     name = block.parameters["TYPE"]
     solid = solid_type(name)
-    labels = _skipped(content, block, name) if solid is None else _solids(content, block, name, *solid)
+    labels = _skipped(content, block, name) if solid is None else _solids(content, block, name, solid)
     if "ELSET" in block.parameters:
         content.element_sets.setdefault(block.parameters["ELSET"], []).extend(labels)
 
@@ -212,23 +205,19 @@ def _skipped(content: Content, block: Block, name: str) -> list[int]:
     return list(elements)
 
 
-def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
+def _solids(content: Content, block: Block, name: str, solid: ElementType) -> list[int]:
     words = [whole_number(word) for row in block.rows for word in row if word]
-    width = 1 + ELEMENTS[kind].n_nodes
+    width = 1 + ELEMENTS[solid.kind].n_nodes
     if len(words) % width:
         raise ValueError(f"{len(words)} numbers for elements of {width - 1} nodes")
-    table = content.elements.setdefault(kind, {})
-    labels = words[::width]
-    for at, label in enumerate(labels):
-        nodes = words[at * width + 1 : (at + 1) * width]
-        if content.kinds.setdefault(label, kind) != kind or table.setdefault(label, nodes) != nodes:
-            raise InputError(f"{content.where(block.line)}: element {label} is given twice; {_INSTANCES}")
-    if not same:
-        counts = content.variants.setdefault(kind, {})
-        counts[name] = counts.get(name, 0) + len(labels)
-    return labels
+    where = content.place(block.line)
+    for at in range(0, len(words), width):
+        nodes = words[at + 1 : at + width]
+        content.element(solid.kind, words[at], nodes, where, "" if solid.same else name, one_point=solid.one_point)
+    return words[::width]
 
 
+@KEYWORDS.reads("NSET", "ELSET GENERATE INSTANCE INTERNAL NSET UNSORTED")
 def _nset(content: Content, block: Block) -> None:
     members = _members(block, content.node_sets)
     if "ELSET" in block.parameters:
@@ -237,6 +226,7 @@ def _nset(content: Content, block: Block) -> None:
     content.node_sets.setdefault(block.parameters["NSET"], []).extend(members)
 
 
+@KEYWORDS.reads("ELSET", "ELSET GENERATE INSTANCE INTERNAL UNSORTED")
 def _elset(content: Content, block: Block) -> None:
     content.element_sets.setdefault(block.parameters["ELSET"], []).extend(_members(block, content.element_sets))
 
@@ -257,6 +247,7 @@ def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
     return [label for row in block.rows for word in row if word for label in named(word, sets)]
 
 
+@KEYWORDS.reads("SURFACE", "INTERNAL NAME TYPE")
 def _surface(content: Content, block: Block) -> None:
     name = block.parameters["NAME"]
     kind = block.parameters.get("TYPE", "ELEMENT")
@@ -268,16 +259,19 @@ def _surface(content: Content, block: Block) -> None:
         content.note(Verdict.APPROXIMATED, block, f"{name} of TYPE={kind} is left out")
 
 
+@KEYWORDS.reads("MATERIAL", "NAME RTOL")
 def _material(content: Content, block: Block) -> None:
     content.material = block.parameters["NAME"]
-    content.materials[content.material] = {}
+    content.properties[content.material] = {}
 
 
+@KEYWORDS.reads("ELASTIC CONDUCTIVITY", "TYPE")
+@KEYWORDS.reads("DENSITY", "")
 def _property(content: Content, block: Block) -> None:
     if not content.material:
         raise ValueError("no *MATERIAL stands before it")
     rows = [[fortran_real(word) if word else 0.0 for word in row] for row in block.rows]
-    table = content.materials[content.material]
+    table = content.properties[content.material]
     width = 2 if block.keyword == "ELASTIC" else 1
     isotropic = block.parameters.get("TYPE", "ISO") in ("ISO", "ISOTROPIC")
     varies = any(row[:width] != rows[0][:width] for row in rows)
@@ -297,16 +291,19 @@ def _property(content: Content, block: Block) -> None:
         table[block.keyword.lower()] = rows[0][0]
 
 
+@KEYWORDS.reads(LAWS)
 def _law(content: Content, block: Block) -> None:
     kind = f", TYPE={block.parameters['TYPE']}," if "TYPE" in block.parameters else ""
     _fault(content, block, f"is not isotropic elasticity{kind}".rstrip(","))
 
 
 def _fault(content: Content, block: Block, what: str) -> None:
-    sentence = f"{content.where(block.line)}: {block.shown} of material {content.material} {what}"
-    content.material_faults.setdefault(content.material, []).append(sentence)
+    fault = Fault(content.place(block.line, f"{block.shown} of material {content.material}"), what)
+    content.law_faults.setdefault(content.material, []).append(fault)
 
 
+@KEYWORDS.reads("SOLIDSECTION", "COMPOSITE CONTROLS ELSET MATERIAL NODALTHICKNESS ORIENTATION")
+@KEYWORDS.reads(OTHER_SECTIONS)
 def _section(content: Content, block: Block) -> None:
     if "COMPOSITE" in block.parameters:
         content.note(Verdict.COUPLING, block, "lays up layers of materials")
@@ -319,6 +316,7 @@ def _section(content: Content, block: Block) -> None:
     (content.sections if block.keyword == "SOLIDSECTION" else content.other_sections).append(section)
 
 
+@KEYWORDS.reads("STEP")
 def _step(content: Content, block: Block) -> None:
     """A step about the loaded state of an earlier one is stiffened by its stress."""
     if "PERTURBATION" in block.parameters and content.loaded:
@@ -327,6 +325,7 @@ def _step(content: Content, block: Block) -> None:
     content.steps.append(block.parameters)
 
 
+@KEYWORDS.reads(LOADING)
 def _loading(content: Content, block: Block) -> None:
     """A procedure that leaves the model loaded, unless its step is one of small motions or says otherwise."""
     step = content.steps[-1] if content.steps else {}
@@ -334,6 +333,7 @@ def _loading(content: Content, block: Block) -> None:
     content.note(Verdict.HARMLESS, block)
 
 
+@KEYWORDS.reads("FREQUENCY")
 def _frequency(content: Content, block: Block) -> None:
     """In Abaqus always about the state of the step before; in CalculiX only in a step of small motions."""
     large = any(step.get("NLGEOM", "NO") != "NO" for step in content.steps)
@@ -344,6 +344,7 @@ def _frequency(content: Content, block: Block) -> None:
         content.note(Verdict.HARMLESS, block)
 
 
+@KEYWORDS.reads("INITIALCONDITIONS", "TYPE")
 def _initial(content: Content, block: Block) -> None:
     if block.parameters.get("TYPE") in ("STRESS", "HARDENING", "PLASTICSTRAIN"):
         content.note(Verdict.COUPLING, block, "sets stresses that stiffen the structure")
@@ -351,6 +352,7 @@ def _initial(content: Content, block: Block) -> None:
         content.note(Verdict.HARMLESS, block)
 
 
+@KEYWORDS.reads("DLOAD")
 def _load(content: Content, block: Block) -> None:
     """Loads come from the case; a rotation also stiffens, which is left out."""
     if any(word.upper().startswith(("CENTRIF", "ROTA", "CORIO")) for row in block.rows for word in row[1:2]):
@@ -359,6 +361,7 @@ def _load(content: Content, block: Block) -> None:
         content.note(Verdict.HARMLESS, block)
 
 
+@KEYWORDS.reads("TRANSFORM", "NSET TYPE", stage=1)
 def _transform(content: Content, block: Block) -> None:
     axes = read_axes([word for row in block.rows for word in row], block.parameters.get("TYPE", "R"))
     for node in content.node_sets[block.parameters["NSET"]]:
@@ -366,6 +369,7 @@ def _transform(content: Content, block: Block) -> None:
             content.turned[node] = axes
 
 
+@KEYWORDS.reads("BOUNDARY", "AMPLITUDE FIXED LOADCASE OP REGIONTYPE STEP SUBMODEL TIMEDELAY TYPE USER", stage=2)
 def _boundary(content: Content, block: Block) -> None:
     parameters = block.parameters
     if parameters.get("OP") == "NEW" and content.held:
@@ -379,7 +383,7 @@ def _boundary(content: Content, block: Block) -> None:
         axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
         if axes and value and "FIXED" not in parameters:
-            content.findings.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
+            content.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
         content.held |= {(node, axis) for node in nodes for axis in axes}
 
 
@@ -408,49 +412,3 @@ def _directions(row: list[str]) -> tuple[int, ...]:
     if last - first > 1000:
         raise ValueError(f"directions {first} to {last}")
     return tuple(range(first, last + 1))
-
-
-_Handler = Callable[[Content, Block], None]
-_HANDLERS: dict[str, _Handler] = {
-    "PART": _part,
-    "INSTANCE": _instance,
-    "NODE": _node,
-    "ELEMENT": _element,
-    "NSET": _nset,
-    "ELSET": _elset,
-    "SURFACE": _surface,
-    "MATERIAL": _material,
-    "ELASTIC": _property,
-    "DENSITY": _property,
-    "CONDUCTIVITY": _property,
-    "SOLIDSECTION": _section,
-    **dict.fromkeys(OTHER_SECTIONS, _section),
-    "STEP": _step,
-    "INITIALCONDITIONS": _initial,
-    "DLOAD": _load,
-    **dict.fromkeys(LOADING, _loading),
-    "FREQUENCY": _frequency,
-}
-_LATE: dict[str, _Handler] = {
-    "TRANSFORM": _transform,
-    "ORIENTATION": on_orientation,
-    "BOUNDARY": _boundary,
-    "EQUATION": on_equation,
-    "MPC": on_mpc,
-    "RIGIDBODY": on_rigid_body,
-    "COUPLING": on_coupling,
-    "KINEMATIC": on_kind_of_coupling,
-    "DISTRIBUTING": on_kind_of_coupling,
-    "DISTRIBUTINGCOUPLING": on_distributing_coupling,
-    "MASS": on_mass,
-    "ROTARYINERTIA": on_inertia,
-    "SPRING": on_spring,
-    "DASHPOT": on_dashpot,
-    "TIE": on_tie,
-    "SELECTCYCLICSYMMETRYMODES": on_diameters,
-    "CYCLICSYMMETRYMODEL": on_cyclic,
-}
-"""Read when all sets are known: they may name sets that stand further down."""
-
-_ORDER = {"TRANSFORM": 0, "ORIENTATION": 0, "CYCLICSYMMETRYMODEL": 2}
-"""Directions come before what is said along them, sides before the sector they belong to; the rest in between."""

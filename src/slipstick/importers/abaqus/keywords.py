@@ -1,14 +1,15 @@
 """What becomes of each keyword of an input file (.inp) and of each element type; keywords without their blanks.
 
-``KEYWORD_VERDICTS`` is the whole of it at a glance: read, refused, approximated, without effect. What stands nowhere is
+``KEYWORDS`` is the whole of it: read, refused, approximated, without effect. What stands nowhere is
 named as not understood.
 """
 
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, replace
 
-from slipstick.importers.findings import Verdict, VerdictRow, rows
+from slipstick.importers.findings import Table, Verdict
 
 _WHOLE = "is not read: the mesh would be incomplete; write one flat input file with all nodes and elements"
 _TIES = "ties degrees of freedom to each other"
@@ -22,48 +23,46 @@ def _gives(what: str) -> str:
     return f"gives {what}, elements that are not read"
 
 
-_INCOMPLETE: dict[str, VerdictRow] = {
-    **rows("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters"),
-    **rows(
-        "SYSTEM", Verdict.INCOMPLETE, "rotates the nodes that follow; write nodes in global rectangular coordinates"
-    ),
-    **rows("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE),
-    **rows("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE),
-}
-_COUPLING: dict[str, VerdictRow] = {
-    **rows("NETWORKMPC", Verdict.COUPLING, _TIES),
-    **rows("TIEDCONTACT", Verdict.COUPLING, "glues surfaces together"),
-    **rows("CONTACTPAIR CONTACT CLEARANCE", Verdict.COUPLING, "holds surfaces in contact"),
-    **rows("KINEMATICCOUPLING", Verdict.COUPLING, _REFERENCE),
-    **rows("EMBEDDEDELEMENT SHELLTOSOLIDCOUPLING", Verdict.COUPLING, "ties elements into others"),
-    **rows("PRE-TENSIONSECTION PRETENSIONSECTION", Verdict.COUPLING, "cuts a bolt and couples its halves"),
-    **rows("FASTENER", Verdict.COUPLING, "joins surfaces by fasteners"),
-    **rows("RELEASE", Verdict.COUPLING, "releases rotations"),
-    **rows("INERTIARELIEF", Verdict.COUPLING, "balances loads by accelerations"),
-    **rows("MODELCHANGE", Verdict.COUPLING, "takes elements or contacts out or puts them in"),
-    **rows("SUBMODEL", Verdict.COUPLING, "moves nodes by the results of another model"),
-    **rows("FOUNDATION", Verdict.COUPLING, "supports faces by an elastic foundation"),
-    **rows("IMPEDANCE SIMPEDANCE", Verdict.COUPLING, _MEDIUM),
-    **rows("NONSTRUCTURALMASS", Verdict.COUPLING, "gives mass that is not read"),
-    **rows("JOINT CONNECTORSECTION GAP BUSHING", Verdict.COUPLING, _gives("stiffness to gaps or connectors")),
-    **rows("REBAR REBARLAYER", Verdict.COUPLING, _gives("stiffness and mass to reinforcements")),
-    **rows("ACOUSTICMEDIUM", Verdict.COUPLING, _gives("stiffness and mass to a fluid")),
-    **rows("USERELEMENT UELPROPERTY USERSECTION", Verdict.COUPLING, _gives("stiffness and mass to user elements")),
-    **rows("SUBSTRUCTUREPROPERTY", Verdict.COUPLING, _gives("stiffness and mass to substructures")),
-    **rows("MATRIX MATRIXINPUT MATRIXASSEMBLE", Verdict.COUPLING, "gives stiffness and mass by matrices"),
-}
-_APPROXIMATED: dict[str, VerdictRow] = {
-    **rows("DAMPING MODALDAMPING GLOBALDAMPING", Verdict.APPROXIMATED, _DAMPING),
-    **rows("CHANGEMATERIAL", Verdict.APPROXIMATED, "is left out: the materials of the model stay"),
-    **rows("CHANGESOLIDSECTION", Verdict.APPROXIMATED, "is left out: the sections of the model stay"),
-    **rows("COMPLEXFREQUENCY", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
-    **rows("PLASTIC CYCLICHARDENING DEFORMATIONPLASTICITY CREEP POTENTIAL", Verdict.APPROXIMATED, _LINEAR),
-    **rows("RATEDEPENDENT SWELLING ANNEALTEMPERATURE DAMAGEINITIATION DAMAGEEVOLUTION", Verdict.APPROXIMATED, _LINEAR),
-    **rows("DRUCKERPRAGER CAPPLASTICITY", Verdict.APPROXIMATED, _LINEAR),
-}
-_LAWS = """HYPERELASTIC HYPERFOAM USERMATERIAL VISCOELASTIC POROUSELASTIC LOWDENSITYFOAM HYPOELASTIC FABRIC
+KEYWORDS = Table()
+"""Every keyword: those that are read are entered by the functions that read them."""
+
+KEYWORDS.rows("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters")
+KEYWORDS.rows(
+    "SYSTEM", Verdict.INCOMPLETE, "rotates the nodes that follow; write nodes in global rectangular coordinates"
+)
+KEYWORDS.rows("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE)
+KEYWORDS.rows("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE)
+KEYWORDS.rows("NETWORKMPC", Verdict.COUPLING, _TIES)
+KEYWORDS.rows("TIEDCONTACT", Verdict.COUPLING, "glues surfaces together")
+KEYWORDS.rows("CONTACTPAIR CONTACT CLEARANCE", Verdict.COUPLING, "holds surfaces in contact")
+KEYWORDS.rows("KINEMATICCOUPLING", Verdict.COUPLING, _REFERENCE)
+KEYWORDS.rows("EMBEDDEDELEMENT SHELLTOSOLIDCOUPLING", Verdict.COUPLING, "ties elements into others")
+KEYWORDS.rows("PRE-TENSIONSECTION PRETENSIONSECTION", Verdict.COUPLING, "cuts a bolt and couples its halves")
+KEYWORDS.rows("FASTENER", Verdict.COUPLING, "joins surfaces by fasteners")
+KEYWORDS.rows("RELEASE", Verdict.COUPLING, "releases rotations")
+KEYWORDS.rows("INERTIARELIEF", Verdict.COUPLING, "balances loads by accelerations")
+KEYWORDS.rows("MODELCHANGE", Verdict.COUPLING, "takes elements or contacts out or puts them in")
+KEYWORDS.rows("SUBMODEL", Verdict.COUPLING, "moves nodes by the results of another model")
+KEYWORDS.rows("FOUNDATION", Verdict.COUPLING, "supports faces by an elastic foundation")
+KEYWORDS.rows("IMPEDANCE SIMPEDANCE", Verdict.COUPLING, _MEDIUM)
+KEYWORDS.rows("NONSTRUCTURALMASS", Verdict.COUPLING, "gives mass that is not read")
+KEYWORDS.rows("JOINT CONNECTORSECTION GAP BUSHING", Verdict.COUPLING, _gives("stiffness to gaps or connectors"))
+KEYWORDS.rows("REBAR REBARLAYER", Verdict.COUPLING, _gives("stiffness and mass to reinforcements"))
+KEYWORDS.rows("ACOUSTICMEDIUM", Verdict.COUPLING, _gives("stiffness and mass to a fluid"))
+KEYWORDS.rows("USERELEMENT UELPROPERTY USERSECTION", Verdict.COUPLING, _gives("stiffness and mass to user elements"))
+KEYWORDS.rows("SUBSTRUCTUREPROPERTY", Verdict.COUPLING, _gives("stiffness and mass to substructures"))
+KEYWORDS.rows("MATRIX MATRIXINPUT MATRIXASSEMBLE", Verdict.COUPLING, "gives stiffness and mass by matrices")
+KEYWORDS.rows("DAMPING MODALDAMPING GLOBALDAMPING", Verdict.APPROXIMATED, _DAMPING)
+KEYWORDS.rows("CHANGEMATERIAL", Verdict.APPROXIMATED, "is left out: the materials of the model stay")
+KEYWORDS.rows("CHANGESOLIDSECTION", Verdict.APPROXIMATED, "is left out: the sections of the model stay")
+KEYWORDS.rows("COMPLEXFREQUENCY", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
+KEYWORDS.rows("PLASTIC CYCLICHARDENING DEFORMATIONPLASTICITY CREEP POTENTIAL", Verdict.APPROXIMATED, _LINEAR)
+KEYWORDS.rows(
+    "RATEDEPENDENT SWELLING ANNEALTEMPERATURE DAMAGEINITIATION DAMAGEEVOLUTION", Verdict.APPROXIMATED, _LINEAR
+)
+KEYWORDS.rows("DRUCKERPRAGER CAPPLASTICITY", Verdict.APPROXIMATED, _LINEAR)
+LAWS = """HYPERELASTIC HYPERFOAM USERMATERIAL VISCOELASTIC POROUSELASTIC LOWDENSITYFOAM HYPOELASTIC FABRIC
     NOCOMPRESSION NOTENSION MOHRCOULOMB"""
-MATERIAL_FAULTS = frozenset(_LAWS.split())
 """Laws that make a material unusable; refused where a section uses it."""
 
 _LOADS = """BOUNDARYF TRANSFORMF EQUATIONF VIEWFACTOR FLUIDSECTIONS
@@ -88,75 +87,50 @@ _OUTPUT = """NODEPRINT NODEFILE NODEOUTPUT ELPRINT ELFILE ELEMENTOUTPUT OUTPUT C
     SECTIONPRINT SECTIONFILE FACEPRINT FILEFORMAT MONITOR MODALFILE MODALPRINT ENERGYPRINT ENERGYFILE
     ENERGYOUTPUT PRINT FILEOUTPUT RADIATIONOUTPUT INTEGRATEDOUTPUTSECTION INTEGRATEDOUTPUT DIAGNOSTICS"""
 
-LOADING = ("STATIC", "DYNAMIC", "VISCO", "COUPLEDTEMPERATURE-DISPLACEMENT", "UNCOUPLEDTEMPERATURE-DISPLACEMENT")
+LOADING = "STATIC DYNAMIC VISCO COUPLEDTEMPERATURE-DISPLACEMENT UNCOUPLEDTEMPERATURE-DISPLACEMENT"
 """Procedures after which the model is loaded: small motions about that state are stiffened by it."""
 
-OTHER_SECTIONS = (
-    *("SHELLSECTION", "SHELLGENERALSECTION", "BEAMSECTION", "BEAMGENERALSECTION", "FRAMESECTION"),
-    *("MEMBRANESECTION", "SURFACESECTION", "GASKETSECTION", "COHESIVESECTION"),
-)
+OTHER_SECTIONS = """SHELLSECTION SHELLGENERALSECTION BEAMSECTION BEAMGENERALSECTION FRAMESECTION
+    MEMBRANESECTION SURFACESECTION GASKETSECTION COHESIVESECTION"""
 """Sections of elements that are no solids: refused where these share nodes with solids, else listed."""
 
-_READ = """PART INSTANCE NODE ELEMENT NSET ELSET SURFACE MATERIAL ELASTIC DENSITY CONDUCTIVITY SOLIDSECTION STEP
-    INITIALCONDITIONS DLOAD TRANSFORM ORIENTATION BOUNDARY EQUATION MPC RIGIDBODY COUPLING KINEMATIC DISTRIBUTING
-    DISTRIBUTINGCOUPLING MASS ROTARYINERTIA SPRING DASHPOT TIE SELECTCYCLICSYMMETRYMODES CYCLICSYMMETRYMODEL
-    FREQUENCY"""
+KEYWORDS.rows(" ".join((_LOADS, _DEFINITIONS, _PROCEDURES, _OUTPUT)), Verdict.HARMLESS)
 
-KEYWORD_VERDICTS: dict[str, VerdictRow] = {
-    **rows(" ".join((_READ, *LOADING, *OTHER_SECTIONS, *sorted(MATERIAL_FAULTS))), Verdict.READ),
-    **_INCOMPLETE,
-    **_COUPLING,
-    **_APPROXIMATED,
-    **rows(" ".join((_LOADS, _DEFINITIONS, _PROCEDURES, _OUTPUT)), Verdict.HARMLESS),
+
+@dataclass(frozen=True, kw_only=True)
+class ElementType:
+    """Our element for a solid; whether both integrate alike; whether theirs has one point."""
+
+    kind: str
+    same: bool = False
+    one_point: bool = False
+
+
+ELEMENT_TYPES = {
+    "C3D4": ElementType(kind="tet4", same=True),
+    "C3D5": ElementType(kind="pyramid5"),
+    "C3D6": ElementType(kind="wedge6"),
+    "C3D8": ElementType(kind="hex8"),
+    "C3D8R": ElementType(kind="hex8", one_point=True),
+    "C3D10": ElementType(kind="tet10", same=True),
+    "C3D15": ElementType(kind="wedge15", same=True),
+    "C3D20": ElementType(kind="hex20", same=True),
+    "C3D20R": ElementType(kind="hex20r", same=True),
 }
-
-KEYWORD_PARAMETERS = {
-    "NODE": {"NSET", "SYSTEM", "INPUT"},
-    "ELEMENT": {"TYPE", "ELSET", "INPUT"},
-    "NSET": {"NSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "ELSET"},
-    "ELSET": {"ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"},
-    "SURFACE": {"NAME", "TYPE", "INTERNAL"},
-    "MATERIAL": {"NAME", "RTOL"},
-    "ELASTIC": {"TYPE"},
-    "DENSITY": set(),
-    "CONDUCTIVITY": {"TYPE"},
-    "SOLIDSECTION": {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS", "COMPOSITE", "NODALTHICKNESS"},
-    "BOUNDARY": {"OP", "AMPLITUDE", "TYPE", "FIXED", "USER", "SUBMODEL", "LOADCASE", "TIMEDELAY", "STEP", "REGIONTYPE"},
-    "TRANSFORM": {"NSET", "TYPE"},
-    "INITIALCONDITIONS": {"TYPE"},
-    "PART": {"NAME"},
-    "INSTANCE": {"NAME", "PART"},
-    "EQUATION": {"REMOVE", "REMOVEALL"},
-    "MPC": set(),
-    "TIE": {"NAME", "POSITIONTOLERANCE", "ADJUST", "CYCLICSYMMETRY", "MULTISTAGE", "TYPE", "NOROTATION"},
-    "CYCLICSYMMETRYMODEL": {"N", "NGRAPH", "TIE", "ELSET", "CHECK"},
-    "SELECTCYCLICSYMMETRYMODES": {"NMIN", "NMAX"},
-    "RIGIDBODY": {"NSET", "ELSET", "REFNODE", "ROTNODE"},
-    "COUPLING": {"REFNODE", "SURFACE", "CONSTRAINTNAME", "ORIENTATION"},
-    "KINEMATIC": set(),
-    "DISTRIBUTING": {"CYCLICSYMMETRY"},
-    "DISTRIBUTINGCOUPLING": {"ELSET"},
-    "ORIENTATION": {"NAME", "SYSTEM", "DEFINITION"},
-    "MASS": {"ELSET", "TYPE"},
-    "ROTARYINERTIA": {"ELSET", "ORIENTATION"},
-    "SPRING": {"ELSET", "NONLINEAR", "ORIENTATION", "COMPLEXSTIFFNESS"},
-    "DASHPOT": {"ELSET"},
-}
-"""Parameters that are understood; the others of these keywords are named."""
-
-_SOLIDS = {4: "tet4", 5: "pyramid5", 6: "wedge6", 8: "hex8", 10: "tet10", 15: "wedge15", 20: "hex20"}
-_REDUCED = {"hex20": "hex20r"}
-_SAME = {"C3D4", "C3D10", "C3D15", "C3D20", "C3D20R"}
+"""Solids. With other letters (C3D8I, C3D10M, DC3D8) they have the same nodes and another integration."""
 
 
-def solid_type(name: str) -> tuple[str, bool] | None:
-    """Our element for an element type, and whether it is the same; None for what is no solid.
+def solid_type(name: str) -> ElementType | None:
+    """What is known of an element type; None for what is no solid.
 
-    >>> solid_type("C3D20"), solid_type("C3D20R"), solid_type("DC3D8"), solid_type("S8R")
-    (('hex20', True), ('hex20r', True), ('hex8', False), None)
+    >>> solid_type("C3D20RH")
+    ElementType(kind='hex20r', same=False, one_point=False)
+    >>> solid_type("DC3D8").kind, solid_type("S8R")
+    ('hex8', None)
     """
-    match = re.fullmatch(r"D?C3D(\d+)([A-Z]*)", name)
-    kind = _SOLIDS.get(int(match.group(1))) if match else None
-    if match is None or kind is None:
-        return None
-    return _REDUCED.get(kind, kind) if "R" in match.group(2) else kind, name in _SAME
+    match = re.fullmatch(r"D?(C3D\d+)([A-Z]*)", name)
+    if name in ELEMENT_TYPES or match is None:
+        return ELEMENT_TYPES.get(name)
+    reduced = f"{match[1]}R" if "R" in match[2] else match[1]
+    like = ELEMENT_TYPES.get(reduced, ELEMENT_TYPES.get(match[1]))
+    return None if like is None else replace(like, same=False)

@@ -10,19 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.frames import supports
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.abaqus.content import Content, named
 from slipstick.importers.abaqus.couplings import frames
-from slipstick.importers.abaqus.glues import glue_warnings, moved_onto, symmetry_of
 from slipstick.importers.abaqus.input_file import read_content
+from slipstick.importers.abaqus.ties import moved_onto, symmetry_of, tie_warnings
+from slipstick.importers.deck import Deck, Stated, matching_surface, with_surfaces
 from slipstick.importers.findings import Verdict
 from slipstick.importers.grouped import with_named_places
-from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, Stated, matching_surface, with_surfaces
+from slipstick.importers.mesh_checks import unit_notes
 from slipstick.typing import IntArray
 
 _ELASTIC = {"young", "poisson"}
@@ -38,45 +38,32 @@ _WITHOUT_STIFFNESS = ("SFM3D", "DCOUP", "R3D", "DASHPOT")
 """Surface elements, couplings that *DISTRIBUTING COUPLING reads, rigid surfaces, dampers (warned of)."""
 
 
-def read_input(path: Path) -> MeshModel:
+def read_input(path: Path) -> Deck:
     """Mesh of an input file.
 
     Raises
     ------
     InputError
         For damaged lines (with their number), includes, several parts or instances, sets that are not there, no solid
-        element. What couples or holds otherwise is in the model's ``couplings``.
+        element. What couples or holds otherwise is in the deck's ``couplings``.
     """
-    content = read_content(path)
-    if not content.nodes or not content.elements:
-        left = f"; it has {_counts(content.skipped)}" if content.skipped else ""
-        raise InputError(
-            f"{path.name}: has no solid element (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20){left}; "
-            "give the file with the mesh"
-        )
-    mesh = moved_onto(content, _mesh(content))
-    materials, faults = _materials(content)
-    mesh, named = _named_places(content, mesh)
-    alone = (*touching(content), *named)
-    findings = content.findings
-    meant = {(node, axis) for node, axis in content.held if axis < 3 or node in content.turning}
-    held, along = supports(meant, frames(content), f"{path.name}: *BOUNDARY of nodes with *TRANSFORM")
-    turned = Stated(where=f"{path.name}: *TRANSFORM", equations=lambda _: along)
-    return MeshModel(
-        mesh=mesh,
-        materials=materials,
-        held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
-        units=likely_units(materials),
-        notes=(*alone, *findings.notes, *_mass_note(mesh, path), *unit_notes(mesh, materials)),
-        warnings=(*findings.warnings, *content.doubts, *glue_warnings(content, mesh)),
-        couplings=findings.couplings,
-        constraints=(*content.stated, *([turned] if along else [])),
-        lumped=tuple(content.lumped),
-        material_faults=faults,
-        variants=content.variants,
-        axes=frames(content),
-        symmetry=partial(symmetry_of, content),
-    )
+    deck = read_content(path)
+    if not deck.nodes or not deck.elements:
+        left = f"; it has {_counts(deck.skipped)}" if deck.skipped else ""
+        what = f"has no solid element (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20){left}"
+        raise InputError(Fault(Place(path.name), what, remedy="give the file with the mesh"))
+    mesh = moved_onto(deck, _mesh(deck))
+    materials, faults = _materials(deck)
+    deck.mesh, told = _named_places(deck, mesh)
+    deck.materials, deck.material_faults, deck.axes = materials, [*faults], frames(deck)
+    deck.extra = [*touching(deck), *told, *deck.extra, *_mass_note(deck.mesh, path), *unit_notes(deck.mesh, materials)]
+    meant = {(node, axis) for node, axis in deck.held if axis < 3 or node in deck.turning}
+    deck.held, along = supports(meant, deck.axes, Place(path.name, "*BOUNDARY of nodes with *TRANSFORM"))
+    if along:
+        deck.stated.append(Stated(where=Place(path.name, "*TRANSFORM"), equations=lambda _: along))
+    deck.doubts += tie_warnings(deck, deck.mesh)
+    deck.symmetry = partial(symmetry_of, deck)
+    return deck
 
 
 def _mass_note(mesh: Mesh, path: Path) -> tuple[str, ...]:
@@ -123,7 +110,7 @@ def touching(content: Content) -> tuple[str, ...]:
 
     Notes name the others.
     """
-    solid = {node for table in content.elements.values() for nodes in table.values() for node in nodes}
+    solid = content.solid_nodes
     for section in (*content.sections, *content.other_sections):
         members = set(content.element_sets.get(section.elements, ()))
         near = {
@@ -134,7 +121,7 @@ def touching(content: Content) -> tuple[str, ...]:
         near = {kind: labels for kind, labels in near.items() if labels}
         if near:
             what = f"gives stiffness and mass to {_counts(near)}, which share nodes with solids and are not read"
-            content.findings.add(Verdict.COUPLING, section.shown, what, section.line)
+            content.add(Verdict.COUPLING, section.shown, what, section.line)
     named = {e for section in content.other_sections for e in content.element_sets.get(section.elements, ())}
     bare = {
         kind: [e for e, nodes in table.items() if e not in content.read | named and not solid.isdisjoint(nodes)]
@@ -162,26 +149,13 @@ def _counts(skipped: Mapping[str, Collection[int]]) -> str:
 
 
 def _mesh(content: Content) -> Mesh:
-    name = content.path.name
-    labels = np.array(list(content.nodes), dtype=np.int64)
-    numbers = {kind: np.array(list(table), dtype=np.int64) for kind, table in content.elements.items()}
-    blocks = {
-        kind: node_indices(labels, np.array(list(table.values()), dtype=np.int64), f"{name}: an element")
-        for kind, table in content.elements.items()
-    }
-    mesh = Mesh(
-        nodes=np.array(list(content.nodes.values()), dtype=float),
-        blocks=blocks,
-        node_sets={s: node_indices(labels, _known(content, s, n), name) for s, n in content.node_sets.items()},
-        element_sets={s: _positions(numbers, members) for s, members in content.element_sets.items()},
-        node_labels=labels,
-        element_labels=numbers,
-    )
+    content.node_sets = {s: _known(content, s, n).tolist() for s, n in content.node_sets.items()}
+    mesh = content.build()
     surfaces = {s: _faces(mesh, content, parts) for s, parts in content.surfaces.items()}
     mesh = replace(mesh, surfaces={s: surface for s, surface in surfaces.items() if surface.n_faces})
     for s in surfaces.keys() - mesh.surfaces.keys():
-        what = f"{s} lies on no solid element and is left out"
-        content.findings.add(Verdict.APPROXIMATED, "*SURFACE", what, content.surfaces[s][0][0])
+        what = "lies on no solid element and is left out"
+        content.add(Verdict.APPROXIMATED, f"*SURFACE {s}", what, content.surfaces[s][0][0])
     return with_surfaces(mesh, [s for s in mesh.node_sets if s not in mesh.surfaces])
 
 
@@ -191,7 +165,7 @@ def _known(content: Content, name: str, members: list[int]) -> IntArray:
     there = np.isin(labels, list(content.nodes))
     if not there.all():
         lost = labels[~there]
-        content.findings.extra.append(
+        content.extra.append(
             f"{content.path.name}: node set {name} names {len(lost)} nodes that are not in the file ({lost[0]}, ...)"
         )
     return labels[there]
@@ -206,11 +180,11 @@ def _faces(mesh: Mesh, content: Content, parts: list[tuple[int, list[str]]]) -> 
     faces: dict[str, list[IntArray]] = {}
     outer: list[IntArray] = []
     for line, row in parts:
-        where = content.where(line)
+        where = content.place(line)
         try:
             members = named(row[0], content.element_sets)
         except KeyError:
-            raise InputError(f"{where}: *SURFACE names {row[0]}, which the file does not have") from None
+            raise InputError(Fault(where.at("*SURFACE"), f"names {row[0]}, which the file does not have")) from None
         for kind, chosen in _positions(dict(mesh.element_labels or {}), members).items():
             if len(chosen) and len(row) > 1 and row[1]:
                 shape, local = ELEMENTS[kind].faces[_face_number(row[1], kind, where)]
@@ -224,32 +198,36 @@ def _faces(mesh: Mesh, content: Content, parts: list[tuple[int, list[str]]]) -> 
     return Surface(faces={shape: np.concatenate(part) for shape, part in faces.items()})
 
 
-def _face_number(word: str, kind: str, where: str) -> int:
+def _face_number(word: str, kind: str, where: Place) -> int:
     face = word.upper().removeprefix("S")
     count = len(ELEMENTS[kind].faces)
     if not face.isdigit() or not 1 <= int(face) <= count:
-        raise InputError(f"{where}: *SURFACE: found face {word}; expected S1 to S{count} of {kind} elements")
+        raise InputError(
+            Fault(where.at("*SURFACE"), found=f"face {word}", expected=f"S1 to S{count} of {kind} elements")
+        )
     return int(face) - 1
 
 
-def _materials(content: Content) -> tuple[dict[str, Material], tuple[str, ...]]:
+def _materials(content: Content) -> tuple[dict[str, Material], tuple[Fault, ...]]:
     """Materials by element set, and what is wrong with those that sections use."""
     materials: dict[str, Material] = {}
-    faults: list[str] = []
+    faults: list[Fault] = []
     for section in content.sections:
         if section.elements not in content.element_sets:
             raise InputError(
-                f"{content.where(section.line)}: *SOLID SECTION names the element set {section.elements}, "
-                "which the file does not have"
+                Fault(
+                    content.place(section.line, "*SOLID SECTION"),
+                    f"names the element set {section.elements}, which the file does not have",
+                )
             )
-        known = content.materials.get(section.material, {})
-        wrong = content.material_faults.get(section.material, [])
+        known = content.properties.get(section.material, {})
+        wrong = content.law_faults.get(section.material, [])
         if wrong or not set(known) >= _ELASTIC:
-            where = f"{content.where(section.line)}: *SOLID SECTION"
-            faults += wrong or [f"{where} names material {section.material}, which has no *ELASTIC"]
+            where = content.place(section.line, "*SOLID SECTION")
+            faults += wrong or [Fault(where, f"names material {section.material}, which has no *ELASTIC")]
             continue
         try:
             materials[section.elements] = Material(**known)
         except InputError as error:
-            faults += [str(fault.inside(content.path.name, section.material)) for fault in error.faults]
+            faults += [fault.inside(content.path.name, section.material) for fault in error.faults]
     return materials, tuple(dict.fromkeys(faults))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
+from slipstick.errors import Place
+from slipstick.importers.findings import Entry, Findings, Table, Verdict
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 
 _TIES = "ties degrees of freedom to each other"
@@ -13,7 +14,6 @@ _MISSING = "brings in data that are not in the file; write one archive with CDWR
 _ROTATES = "rotates the structure: its stiffening and softening are left out"
 _DAMPING = "is not read; give the structure's loss_factor or damping_ratio"
 
-_COMMANDS = "NBLOCK EBLOCK CMBLOCK N ET KEYOP KEYOPT MP MPDATA MPTEMP D TB CE CP R RMORE RMODIF RLBLOCK /UNITS CYCLIC"
 _HARMLESS_WORDS = """
     /COM /PREP7 /NOPR /GOPR /GO /TITLE /AUX15 /SOLU /POST1 /POST26 /BATCH /CONFIG /NERR /WB /DELETE /EOF
     /VIEW
@@ -28,39 +28,39 @@ _HARMLESS_WORDS = """
     SECSTOP TBDATA TBTEMP TBFIELD TBPT TBLIST TBDELE TBCOPY TBIN MPLIB UIMP KEYW PARSAV PARRES ESHAPE
     MSHAPE MSHKEY KEYPTS STARSET NUMCMP ETCONTROL"""
 
-COMMAND_VERDICTS: dict[str, VerdictRow] = {
-    **rows(_COMMANDS, Verdict.READ),
-    **rows(_HARMLESS_WORDS, Verdict.HARMLESS),
-    **rows("CEQN CEINTF CERIG CESGEN CECYC", Verdict.COUPLING, _TIES),
-    **rows("CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES),
-    "NROTAT": (Verdict.COUPLING, "rotates the directions of nodes"),
-    "NANG": (Verdict.COUPLING, "rotates the directions of nodes"),
-    "EKILL": (Verdict.COUPLING, "takes elements out"),
-    "DJ": (Verdict.COUPLING, "moves joints"),
-    "ISTRESS": (Verdict.COUPLING, "sets stresses that stiffen the structure"),
-    "INISTATE": (Verdict.COUPLING, "sets stresses that stiffen the structure"),
-    "DDELE": (Verdict.COUPLING, "takes supports away"),
-    "NUMMRG": (Verdict.COUPLING, "merges nodes"),
-    **rows("E EN EMORE", Verdict.COUPLING, "adds an element outside of the element blocks, which is not read"),
-    **rows("EMODIF EDELE NMODIF NDELE NSCALE EGEN ENGEN NGEN", Verdict.COUPLING, "changes the mesh that was read"),
-    **rows("MPCHG MPDELE", Verdict.COUPLING, "changes the materials that were read"),
-    **rows("DSYM DK DL DA", Verdict.COUPLING, "holds what lies on a plane or a body, which is not read"),
-    "CDREAD": (Verdict.INCOMPLETE, _MISSING),
-    "/INPUT": (Verdict.INCOMPLETE, _MISSING),
-    "*USE": (Verdict.INCOMPLETE, _MISSING),
-    "MPAMOD": (Verdict.APPROXIMATED, "is left out"),
-}
-"""The whole of it at a glance; what stands neither here nor in ``_ZERO`` is named as not understood."""
+COMMANDS = Table()
+"""Every command: those that are read are entered by what reads them. What stands neither here nor in ``ZERO`` is named
+as not understood.
+"""
 
-_ZERO: dict[str, VerdictRow] = {
-    **rows("ALPHAD BETAD DMPRAT DMPSTR MDAMP", Verdict.APPROXIMATED, _DAMPING),
-    **rows("OMEGA CMOMEGA CGOMGA CGOMEGA", Verdict.APPROXIMATED, _ROTATES),
-    "CORIOLIS": (Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
-    "LUMPM": (Verdict.APPROXIMATED, "asks for lumped masses; consistent ones are used"),
-    "SSTIF": (Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out"),
-    "PSTRES": (Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out"),
-    "IRLF": (Verdict.COUPLING, "balances loads by accelerations"),
-}
+COMMANDS.rows(_HARMLESS_WORDS, Verdict.HARMLESS)
+COMMANDS.rows("CEQN CEINTF CERIG CESGEN CECYC", Verdict.COUPLING, _TIES)
+COMMANDS.rows("CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES)
+COMMANDS.rows("NROTAT", Verdict.COUPLING, "rotates the directions of nodes")
+COMMANDS.rows("NANG", Verdict.COUPLING, "rotates the directions of nodes")
+COMMANDS.rows("EKILL", Verdict.COUPLING, "takes elements out")
+COMMANDS.rows("DJ", Verdict.COUPLING, "moves joints")
+COMMANDS.rows("ISTRESS", Verdict.COUPLING, "sets stresses that stiffen the structure")
+COMMANDS.rows("INISTATE", Verdict.COUPLING, "sets stresses that stiffen the structure")
+COMMANDS.rows("DDELE", Verdict.COUPLING, "takes supports away")
+COMMANDS.rows("NUMMRG", Verdict.COUPLING, "merges nodes")
+COMMANDS.rows("E EN EMORE", Verdict.COUPLING, "adds an element outside of the element blocks, which is not read")
+COMMANDS.rows("EMODIF EDELE NMODIF NDELE NSCALE EGEN ENGEN NGEN", Verdict.COUPLING, "changes the mesh that was read")
+COMMANDS.rows("MPCHG MPDELE", Verdict.COUPLING, "changes the materials that were read")
+COMMANDS.rows("DSYM DK DL DA", Verdict.COUPLING, "holds what lies on a plane or a body, which is not read")
+COMMANDS.rows("CDREAD", Verdict.INCOMPLETE, _MISSING)
+COMMANDS.rows("/INPUT", Verdict.INCOMPLETE, _MISSING)
+COMMANDS.rows("*USE", Verdict.INCOMPLETE, _MISSING)
+COMMANDS.rows("MPAMOD", Verdict.APPROXIMATED, "is left out")
+
+ZERO = Table()
+ZERO.rows("ALPHAD BETAD DMPRAT DMPSTR MDAMP", Verdict.APPROXIMATED, _DAMPING)
+ZERO.rows("OMEGA CMOMEGA CGOMGA CGOMEGA", Verdict.APPROXIMATED, _ROTATES)
+ZERO.rows("CORIOLIS", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
+ZERO.rows("LUMPM", Verdict.APPROXIMATED, "asks for lumped masses; consistent ones are used")
+ZERO.rows("SSTIF", Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out")
+ZERO.rows("PSTRES", Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out")
+ZERO.rows("IRLF", Verdict.COUPLING, "balances loads by accelerations")
 """Commands that matter with numbers other than 0 only."""
 
 _GEOMETRY = re.compile(r".{72}[SGDPT] *\d+\s*$")
@@ -83,23 +83,24 @@ def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
                 yield number, head.strip().upper(), [word.strip() for word in words]
 
 
+@COMMANDS.reads("D N")
 def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
     """Give each command its verdict; the supports (node, direction 0..5) are returned."""
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
         if name == "D":
-            with reading(f"{findings.source}, line {line}: D"):
+            with reading(Place(findings.source, f"line {line}", "D")):
                 held |= _support(findings, line, words)
         elif name == "N" and "-1" not in words:  # which ends a block
             what = "adds, moves or turns a node outside of the node blocks, which is not read"
             findings.add(Verdict.COUPLING, name, what, line)
-        elif name in _ZERO:
-            verdict, what = _ZERO[name] if any(map(_value, words)) else (Verdict.HARMLESS, "")
-            findings.add(verdict, name, what, line)
-        elif name.startswith("*") and name not in COMMAND_VERDICTS:
+        elif name in ZERO:
+            entry = ZERO[name] if any(map(_value, words)) else Entry(verdict=Verdict.HARMLESS)
+            findings.add(entry.verdict, name, entry.what, line)
+        elif name.startswith("*") and name not in COMMANDS:
             findings.add(Verdict.HARMLESS, name, "", line)
         else:
-            findings.look_up(COMMAND_VERDICTS, name, name, line)
+            findings.look_up(COMMANDS, name, name, line)
     return held
 
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
-from slipstick.importers.ansys.commands import commands
+from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.text_numbers import fortran_real
 
 _LOCAL = re.compile(r"^LOCAL,R5\.\d,(LOC|ANG),\s*(\d+)\s*,([^!\r\n]*)", re.MULTILINE | re.IGNORECASE)
 
 
+@COMMANDS.reads("CYCLIC")
 def read_cyclic(findings: Findings, text: str, components: Collection[str]) -> CyclicSymmetry | None:
     """What ``CYCLIC, NSECTOR, ANGLE, KCN, Name`` says, with the components Name_M01L, Name_M01H, ...; None without it.
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
-from slipstick.importers.ansys.commands import LABELS, commands
+from slipstick.importers.ansys.commands import COMMANDS, LABELS, commands
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
@@ -30,6 +30,7 @@ class _Set:
     terms: list[tuple[int, str, float]] = field(default_factory=list)
 
 
+@COMMANDS.reads("CE CP")
 def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
     """Equations between displacements and rotations, along the directions of the nodes.
 
@@ -42,7 +43,7 @@ def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
     last: dict[str, _Set] = {}
     for line, name, words in commands(text):
         if name in ("CE", "CP"):
-            with reading(f"{findings.source}, line {line}: {name}"):
+            with reading(Place(findings.source, f"line {line}", name)):
                 _read(sets, last, line, name, words)
     equations: list[NodalEquation] = []
     for (name, _), entry in sets.items():
@@ -86,10 +87,16 @@ def _add(entry: _Set, name: str, words: list[str]) -> None:
 
 
 def _equations(findings: Findings, name: str, entry: _Set) -> list[NodalEquation]:
-    where = f"{findings.source}, line {entry.line}: {name}"
+    where = Place(findings.source, f"line {entry.line}", name)
     count = len(entry.terms)
     if entry.announced and count != entry.announced[0] and (name == "CE" or count not in entry.announced):
-        raise InputError(f"{where} announces {entry.announced[0]} terms, {len(entry.terms)} are there; it is truncated")
+        raise InputError(
+            Fault(
+                where,
+                f"announces {entry.announced[0]} terms, {len(entry.terms)} are there",
+                remedy="it is truncated: write it again",
+            )
+        )
     if name == "CP" and entry.label == "ALL":
         moving = [label for label, axis in LABELS.items() if axis < 3]
         nodes = [node for node, _, _ in entry.terms]
@@ -111,7 +118,7 @@ def _equations(findings: Findings, name: str, entry: _Set) -> list[NodalEquation
     return _coupled([node for node, _, _ in terms], LABELS[entry.label], where)
 
 
-def _coupled(nodes: list[int], axis: int, where: str) -> list[NodalEquation]:
+def _coupled(nodes: list[int], axis: int, where: Place) -> list[NodalEquation]:
     """All move alike in one direction."""
     first, *others = dict.fromkeys(nodes)
     return [

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
-from slipstick.importers.raw_model import DofMap, Nodes, RawModel
-from slipstick.typing import Sparse
+from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.deck import Deck
+from slipstick.typing import IntArray, Sparse
 
 Words = NDArray[np.int32]
 
@@ -32,7 +32,7 @@ class _Damaged(Exception):
     """The records do not fit together."""
 
 
-def read_full(path: Path) -> RawModel:
+def read_full(path: Path) -> Deck:
     """Stiffness, mass, map and held degrees of freedom of a .full file from a modal analysis.
 
     Raises
@@ -45,7 +45,7 @@ def read_full(path: Path) -> RawModel:
         return _read(words, path)
     except _Damaged:
         release = _release(path)
-        raise InputError(f"{path.name}: {_newer(release) if release else _DAMAGED}") from None
+        raise InputError(Fault(Place(path.name), _newer(release) if release else _DAMAGED)) from None
 
 
 def _release(path: Path) -> str:
@@ -64,7 +64,7 @@ def _newer(release: str) -> str:
     )
 
 
-def _read(words: Words, path: Path) -> RawModel:
+def _read(words: Words, path: Path) -> Deck:
     _, at = _record(words, 0)
     header, at = _record(words, at)
     directions, at = _record(words, at)
@@ -73,16 +73,18 @@ def _read(words: Words, path: Path) -> RawModel:
     equations = int(header[_EQUATIONS])
     if not 0 < equations <= len(words):
         raise _Damaged
-    dof_map, free = _dofs(words, header, directions, nodes)
-    matrices = {}
+    rows, free = _dofs(words, header, directions, nodes)
+    deck = Deck(source=path.name, rows=rows, held={(node, axis) for node, axis in rows[~free].tolist()})
     for name, pointer, what in (("K", _STIFFNESS, "stiffness"), ("M", _MASS, "mass")):
         start = _pointer(header, pointer)
         if start <= 0:
-            raise InputError(f"{path.name}: holds no {what} matrix; write it from a modal analysis")
-        matrices[name] = _matrix(words, start, equations)
-    notes = ("the damping matrix in the file was left out",) if _pointer(header, _DAMPING) > 0 else ()
-    held = np.stack([dof_map.nodes[~free], dof_map.components[~free]], axis=1)
-    return RawModel(matrices=matrices, dof_map=dof_map, nodes=Nodes(held=held), notes=notes)
+            raise InputError(
+                Fault(Place(path.name), f"holds no {what} matrix", remedy="write it from a modal analysis")
+            )
+        deck.matrices[name] = _matrix(words, start, equations)
+    if _pointer(header, _DAMPING) > 0:
+        deck.extra.append("the damping matrix in the file was left out")
+    return deck
 
 
 def _words(path: Path) -> Words:
@@ -110,21 +112,29 @@ def _pointer(header: Words, low_high: tuple[int, int]) -> int:
 
 def _refuse(header: Words, directions: Words, path: Path) -> None:
     if len(header) < 40 or int(header[0]) != _SYMBOLIC:
-        raise InputError(f"{path.name}: {_DAMAGED}, or of an old frontal solver: export with HBMAT instead")
+        raise InputError(Fault(Place(path.name), f"{_DAMAGED}, or of an old frontal solver: export with HBMAT instead"))
     if header[_LUMPED] or header[_UNSYMMETRIC]:
         what = "a lumped mass matrix" if header[_LUMPED] else "unsymmetric matrices"
-        raise InputError(f"{path.name}: holds {what}; solve a modal analysis with LUMPM,OFF and symmetric matrices")
+        raise InputError(
+            Fault(
+                Place(path.name), f"holds {what}", remedy="solve a modal analysis with LUMPM,OFF and symmetric matrices"
+            )
+        )
     if header[_CONSTRAINT_EQUATIONS] > 0:
         raise InputError(
-            f"{path.name}: keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart "
-            "from its matrices; join the parts by shared nodes, or export a superelement with HBMAT"
+            Fault(
+                Place(path.name),
+                f"keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart from its "
+                "matrices",
+                remedy="join the parts by shared nodes, or export a superelement with HBMAT",
+            )
         )
     strange = sorted(set(directions.tolist()) - set(_COMPONENTS))
     if strange:
-        raise InputError(f"{path.name}: has dofs {strange}, no motions; export a structural model")
+        raise InputError(Fault(Place(path.name), f"has dofs {strange}, no motions", remedy="export a structural model"))
 
 
-def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple[DofMap, NDArray[np.bool_]]:
+def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple[IntArray, NDArray[np.bool_]]:
     """Map of the equations, and which of them are free: a held one carries its direction with a minus sign."""
     per_node, at = _record(words, _pointer(header, _DIRECTIONS))
     signed, _ = _record(words, at)
@@ -137,7 +147,7 @@ def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple
     if not np.isin(np.abs(signed), list(_COMPONENTS)).all():
         raise _Damaged
     labels = np.repeat(nodes.astype(np.int64), per_node)
-    return DofMap(nodes=labels, components=np.abs(signed) - 1), signed > 0
+    return np.stack([labels, np.abs(signed) - 1], axis=1), signed > 0
 
 
 def _matrix(words: Words, at: int, equations: int) -> Sparse:

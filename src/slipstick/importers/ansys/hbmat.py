@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.deck import Deck
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.raw_model import RawModel
 from slipstick.importers.text_numbers import read_bytes, require_plausible
-from slipstick.typing import Sparse
+from slipstick.typing import Matrix, Sparse
 
 _FORMAT = re.compile(r"\(?\s*(?:\d+\s*P\s*,?\s*)?(\d*)\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
 
 
-def read_hbmat(files: dict[str, Path], mapping: Path | None) -> RawModel:
+def read_hbmat(files: dict[str, Path], mapping: Path | None) -> Deck:
     """HBMAT matrices by name; the mapping is ``mapping`` or the .mapping file beside the first one.
 
     Raises
@@ -29,12 +29,11 @@ def read_hbmat(files: dict[str, Path], mapping: Path | None) -> RawModel:
     InputError
         If a file is damaged. A missing map is refused when the model is built.
     """
-    matrices = {name: read_harwell_boeing(path) for name, path in files.items()}
+    matrices: dict[str, Matrix] = {name: read_harwell_boeing(path) for name, path in files.items()}
     map_file = mapping or next(filter(None, (_mapping_beside(path) for path in files.values())), None)
-    if map_file is None:
-        return RawModel(matrices=matrices)
-    dof_map, nodes = read_dof_map(map_file)
-    return RawModel(matrices=matrices, dof_map=dof_map, nodes=nodes)
+    deck = Deck() if map_file is None else read_dof_map(map_file)
+    deck.matrices = matrices
+    return deck
 
 
 def _mapping_beside(path: Path) -> Path | None:
@@ -58,9 +57,13 @@ def read_harwell_boeing(path: Path) -> Sparse:
         widths = [_layout(text) for text in lines[3].decode("ascii").split(")")[:3]]
         has_right_side = len(lines[1].split()) > 4 and int(lines[1].split()[4]) > 0
     except (ValueError, IndexError, UnicodeDecodeError):
-        raise InputError(f"{path.name}: not a Harwell-Boeing text file; export with HBMAT,...,ASCII") from None
+        raise InputError(
+            Fault(Place(path.name), "not a Harwell-Boeing text file", remedy="export with HBMAT,...,ASCII")
+        ) from None
     if kind[0] not in "RI" or kind[1] not in "SU" or kind[2] != "A":
-        raise InputError(f"{path.name}: holds a matrix of type {kind}; expected a real assembled one (RSA or RUA)")
+        raise InputError(
+            Fault(Place(path.name), f"holds a matrix of type {kind}", expected="a real assembled one (RSA or RUA)")
+        )
     require_plausible(rows, entries, path)
     require_plausible(columns, entries, path)
     start = 5 if has_right_side else 4
@@ -90,13 +93,19 @@ def _fields(lines: list[bytes], start: int, total: int, layout: tuple[int, int],
         padded = padded[: total * width].translate(bytes.maketrans(b"Dd", b"Ee"))
         words = [padded[at : at + width] for at in range(0, len(padded), max(width, 1))]
     if len(block) < needed or len(words) != total:
-        raise InputError(f"{path.name}: ends before its {total} numbers; the file is truncated")
+        raise InputError(
+            Fault(Place(path.name), f"ends before its {total} numbers", remedy="the file is truncated: write it again")
+        )
     texts = np.array(words)
     try:
         return texts.astype(np.float64)
     except ValueError:
         raise InputError(
-            f"{path.name}: holds something else than numbers near line {start + 1}; it is damaged"
+            Fault(
+                Place(path.name),
+                f"holds something else than numbers near line {start + 1}",
+                remedy="it is damaged: write it again",
+            )
         ) from None
 
 
@@ -113,5 +122,5 @@ def _compressed(
         matrix = csc_array((values, indices.astype(np.int64) - 1, pointers.astype(np.int64) - 1), shape=shape)
         matrix.check_format(full_check=True)
     except ValueError as error:
-        raise InputError(f"{path.name}: its column pointers or row numbers are damaged ({error})") from None
+        raise InputError(Fault(Place(path.name), f"its column pointers or row numbers are damaged ({error})")) from None
     return matrix

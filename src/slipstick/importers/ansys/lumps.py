@@ -7,19 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import Pair
-from slipstick.fem.frames import NodeAxes
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
-from slipstick.importers.ansys.commands import commands
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.ansys.commands import COMMANDS, commands
+from slipstick.importers.deck import Deck
+from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
-from slipstick.typing import Array
 
 LUMP_TYPES = {21: "MASS21", 14: "COMBIN14"}
 _TYPE, _REAL, _NUMBER, _HEAD = 1, 2, 8, 10
 
 
+@COMMANDS.reads("R RMORE RMODIF")
 def real_constants(archive: Any, text: str) -> dict[int, list[float]]:
     """Real constants by set: of the RLBLOCK, and of R, RMORE and RMODIF commands."""
     constants = {
@@ -47,18 +47,15 @@ class Lumps:
 
     Parameters
     ----------
-    findings
-        Takes what cannot be applied.
+    deck
+        Takes what cannot be applied, and knows positions and own directions of nodes.
     archive, text
         The archive as read, and its text.
-    places, axes
-        Positions of nodes and their rotated directions, by label.
     """
 
-    def __init__(
-        self, findings: Findings, archive: Any, text: str, places: Mapping[int, Array], axes: NodeAxes
-    ) -> None:
-        self.findings, self.places, self.axes = findings, places, axes
+    def __init__(self, deck: Deck, archive: Any, text: str) -> None:
+        self.findings, self.axes = deck, deck.axes
+        self.places = deck.nodes
         self.options: dict[int, dict[int, int]] = {
             int(number): {int(key): int(value) for key, value, *_ in options}
             for number, options in archive.key_option.items()
@@ -72,13 +69,13 @@ class Lumps:
         """What is added; InputError for elements without real constants."""
         for row in self.rows:
             kind, options = self.kinds[row[_TYPE]], self.options.get(row[_TYPE], {})
-            where = f"{self.findings.source}: {LUMP_TYPES[kind]} element {row[_NUMBER]}"
+            where = Place(self.findings.source, f"{LUMP_TYPES[kind]} element {row[_NUMBER]}")
             nodes = [node for node in row[_HEAD:] if node > 0]
             reals = self.reals.get(row[_REAL])
             missing = [node for node in nodes if node not in self.places]
             if reals is None or missing or not nodes:
                 what = f"real constants {row[_REAL]}" if reals is None else f"node {[*missing, '?'][0]}"
-                raise InputError(f"{where} needs {what}, which the file does not have")
+                raise InputError(Fault(where, f"needs {what}, which the file does not have"))
             yield from (
                 self._mass(where, nodes[0], reals, options)
                 if kind == 21
@@ -93,10 +90,10 @@ class Lumps:
             if self.kinds[row[_TYPE]] == 21 and self.options.get(row[_TYPE], {}).get(3, 0) == 0
         }
 
-    def _refused(self, where: str, what: str) -> None:
+    def _refused(self, where: Place, what: str) -> None:
         self.findings.couple(where, what)
 
-    def _mass(self, where: str, node: int, reals: Sequence[float], options: Mapping[int, int]) -> Iterator[Lumped]:
+    def _mass(self, where: Place, node: int, reals: Sequence[float], options: Mapping[int, int]) -> Iterator[Lumped]:
         form = options.get(3, 0)
         turned = options.get(2, 0) and node in self.axes
         if options.get(1, 0) or form not in (0, 2) or turned:
@@ -113,19 +110,19 @@ class Lumps:
         yield Lumped(matrix="M", pairs=tuple((node, 3 + axis) for axis in range(3)), values=np.diag([xx, yy, zz]))
 
     def _spring(
-        self, where: str, nodes: Sequence[int], reals: Sequence[float], options: Mapping[int, int]
+        self, where: Place, nodes: Sequence[int], reals: Sequence[float], options: Mapping[int, int]
     ) -> Iterator[Lumped]:
         stiffness, *others = [*reals, 0.0]
         if any(others[:2]):
             what = "damping is not read; give the structure's loss_factor or damping_ratio"
-            self.findings.add(Verdict.APPROXIMATED, f"{where}:", what, 0)
+            self.findings.add(Verdict.APPROXIMATED, str(where[-1]), what, 0)
         axis = options.get(2, 0)
         if options.get(1, 0) or axis not in range(7) or (axis == 0 and options.get(3, 0)) or len(nodes) != 2:
             self._refused(where, "is not linear, twists, or is of two dimensions, which is not read")
             return
         first, second = nodes
         if axis == 0:
-            along = self.places[second] - self.places[first]
+            along = np.asarray(self.places[second]) - np.asarray(self.places[first])
             yield axial_spring(stiffness, (first, second), along, where)
             return
         if any(node in self.axes for node in nodes):

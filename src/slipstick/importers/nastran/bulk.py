@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.nastran.cards import cards, classify_card
+from slipstick.importers.nastran.cards import CARDS, MATRIX_CARDS, SETS, SYSTEMS, cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
 from slipstick.importers.nastran.frames import Definition, Frames
-from slipstick.importers.raw_model import Nodes
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import Array, IntArray, Sparse
 
@@ -28,7 +27,7 @@ class BulkData:
     SPCADD joins; ``findings`` tells of the cards that are not read.
     """
 
-    nodes: Nodes
+    nodes: dict[int, Array]
     scalar_points: IntArray
     held: dict[int, set[tuple[int, int]]]
     combined: frozenset[int]
@@ -53,24 +52,19 @@ def read_bulk(path: Path) -> BulkData:
     reader = _Reader(path)
     text = read_bytes(path).decode("latin-1")
     reader.mpc = selected(text, "MPC")
-    for number, name, fields in cards(text, _READ):
-        if name not in _READ:
-            classify_card(reader.findings, name, number)
+    readers = {name: entry.read for name, entry in (CARDS | MATRIX_CARDS).items() if entry.read is not None}
+    for reader.line, reader.name, fields in cards(text, readers):
+        if reader.name not in readers:
+            classify_card(reader.findings, reader.name, reader.line)
             continue
-        with reading(f"{path.name}, line {number}: {name}"):
-            reader.line = number
-            reader.read(name, fields)
+        with reading(Place(path.name, f"line {reader.line}", reader.name)):
+            readers[reader.name](reader, fields)
     reader.findings.refuse_incomplete()
     return reader.finish()
 
 
 _LONGEST = 10_000_000
 """Points in one range, at most."""
-_SETS = ("ASET", "BSET", "CSET", "QSET")
-"""What the analysis set is made of: boundary and generalised degrees of freedom."""
-_SYSTEMS = tuple(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
-_READ = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "EXTRN", "DMIG", *_SYSTEMS}
-_READ |= {*_SETS, *(f"{name}1" for name in _SETS), *COUPLED}
 
 
 class _Reader:
@@ -90,40 +84,38 @@ class _Reader:
         self.free_grids: list[int] = []
         self.held_by_default = ""
         self.findings = Findings(source=path.name)
-        self.line = 0
+        self.line, self.name = 0, ""
         self.mpc: int | None = None
 
-    def read(self, name: str, fields: list[str]) -> None:
-        if name.startswith("CORD"):
-            self.on_system(name[4], name[5], fields)
-        elif name in COUPLED:
-            self.coupled.append(CoupledCard(name=name, line=self.line, fields=tuple(fields)))
-        elif name in _SETS:
-            self.on_set(fields)
-        elif name[:-1] in _SETS:
-            self.on_set1(fields)
-        else:
-            getattr(self, f"on_{name.lower()}")(fields)
+    @CARDS.reads(COUPLED)
+    def on_coupled(self, fields: list[str]) -> None:
+        self.coupled.append(CoupledCard(name=self.name, line=self.line, fields=tuple(fields)))
 
+    @CARDS.reads("GRID")
     def on_grid(self, fields: list[str]) -> None:
         fields = fields + [""] * 4  # a card may end after the position
         node = whole_number(fields[0])
         x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
         point = (_system(fields[1]), _system(fields[5]), (x, y, z))
         if self.grids.setdefault(node, point) != point:
-            raise InputError(f"{self.path.name}, line {self.line}: GRID {node} is given again at another place")
+            raise InputError(
+                Fault(Place(self.path.name, f"line {self.line}", f"GRID {node}"), "is given again at another place")
+            )
         self._hold(node, fields[6])
         if not fields[6]:
             self.free_grids.append(node)
 
+    @CARDS.reads("GRDSET")
     def on_grdset(self, fields: list[str]) -> None:
         fields = fields + [""] * 4
         self.default_systems = (_system(fields[1]) or 0, _system(fields[5]) or 0)
         self.held_by_default = fields[6]
         _pairs(0, fields[6])  # ValueError here, with the line
 
-    def on_system(self, form: str, kind: str, fields: list[str]) -> None:
+    @CARDS.reads(SYSTEMS)
+    def on_system(self, fields: list[str]) -> None:
         """CORD1: a number and three grid points, twice at most; CORD2: a number, its system and three points."""
+        form, kind = self.name[4:6]
         if form == "1":
             for part in (fields[:4], fields[4:8]):
                 if any(part):
@@ -144,6 +136,7 @@ class _Reader:
         ):
             raise ValueError(f"coordinate system {number} is defined again in another way")
 
+    @MATRIX_CARDS.reads("EXTRN")
     def on_extrn(self, fields: list[str]) -> None:
         """Pairs "point, directions", or "first, THRU, last, directions"."""
         words = [word for word in fields if word]
@@ -156,9 +149,11 @@ class _Reader:
             self.external += [key for node in range(first, last + 1) for key in sorted(_pairs(node, directions))]
             words = words[4 if through else 2 :]
 
+    @CARDS.reads("SPOINT")
     def on_spoint(self, fields: list[str]) -> None:
         self.points |= set(_labels(fields))
 
+    @CARDS.reads("SPC")
     def on_spc(self, fields: list[str]) -> None:
         fields = fields + [""] * 4
         for node, directions, value in (fields[1:4], fields[4:7]):
@@ -167,22 +162,27 @@ class _Reader:
             if value and fortran_real(value):
                 self.findings.add(Verdict.COUPLING, "SPC", "prescribes a displacement that is not 0", self.line)
 
+    @CARDS.reads("SPCADD")
     def on_spcadd(self, fields: list[str]) -> None:
         self.sums[whole_number(fields[0])] = [whole_number(field) for field in fields[1:] if field]
 
+    @CARDS.reads("SPC1")
     def on_spc1(self, fields: list[str]) -> None:
         for node in _labels(fields[2:]):
             self._constrain(whole_number(fields[0]), node, fields[1])
 
+    @MATRIX_CARDS.reads(SETS)
     def on_set(self, fields: list[str]) -> None:
         for node, directions in zip(fields[::2], fields[1::2], strict=False):
             if node:
                 self.analysis |= _pairs(whole_number(node), directions)
 
+    @MATRIX_CARDS.reads(SETS.replace("SET", "SET1"))
     def on_set1(self, fields: list[str]) -> None:
         for node in _labels(fields[1:]):
             self.analysis |= _pairs(node, fields[0])
 
+    @MATRIX_CARDS.reads("DMIG")
     def on_dmig(self, fields: list[str]) -> None:
         name = fields[0].upper()
         if fields[1] in ("", "0"):
@@ -194,7 +194,9 @@ class _Reader:
             if kind in (3, 4) or form not in (1, 6):
                 described = "complex" if kind in (3, 4) else f"of form {form}"
                 raise InputError(
-                    f"{self.path.name}: DMIG {name} is {described}; expected a real square or symmetric one"
+                    Fault(
+                        Place(self.path.name), f"DMIG {name} is {described}", expected="a real square or symmetric one"
+                    )
                 )
             self.matrices[name] = DirectMatrix(name=name, symmetric=form == 6)
             return
@@ -225,7 +227,7 @@ class _Reader:
             self.held[number] = set().union(*(self.held.get(part, set()) for part in parts))
         coordinates, directions = self._points()
         return BulkData(
-            nodes=Nodes(ids=np.array(list(coordinates), dtype=np.int64), coordinates=_stack(coordinates)),
+            nodes=coordinates,
             scalar_points=np.array(sorted(self.points), dtype=np.int64),
             held=self.held,
             combined=frozenset(part for parts in self.sums.values() for part in parts),
@@ -248,7 +250,11 @@ class _Reader:
         numbers = {node: displacement if number is None else number for node, number in stated.items()}
         fluid = [node for node, number in numbers.items() if number < 0]
         if fluid:
-            raise InputError(f"{self.path.name}: GRID {fluid[0]} is a point of a fluid; only structures are read")
+            raise InputError(
+                Fault(
+                    Place(self.path.name), f"GRID {fluid[0]} is a point of a fluid", remedy="only structures are read"
+                )
+            )
         turned = {
             node: frames.frame(number).directions(coordinates[node]) for node, number in numbers.items() if number > 0
         }
@@ -260,10 +266,6 @@ class _Reader:
 def _system(text: str) -> int | None:
     """Number of a coordinate system; None where nothing is said."""
     return whole_number(text) if text else None
-
-
-def _stack(coordinates: Mapping[int, Array]) -> Array:
-    return np.array(list(coordinates.values()), dtype=float).reshape(-1, 3)
 
 
 def _labels(fields: list[str]) -> list[int]:

@@ -9,30 +9,36 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 
-from slipstick.errors import InputError
-from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
+from slipstick.errors import Fault, InputError
+from slipstick.importers.findings import Findings, Table, Verdict
 
 _SUPER = (
     "belongs to an assembly with superelements, which is not put together; import one superelement from its own punch "
     "file, or export the residual structure with its own bulk data"
 )
 
-CARD_VERDICTS: dict[str, VerdictRow] = {
-    **rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one"),
-    **rows("SUPER", Verdict.INCOMPLETE, _SUPER),
-    **rows(
-        "SESET SEELT SEBULK SECONCT SEBNDRY SEEXCLD SELABEL SELOC SEMPLN SETREE SENQSET", Verdict.INCOMPLETE, _SUPER
-    ),
-    **rows("SEQSET SEQSET1 SEUSET SEUSET1 SESUP CSUPER CSUPEXT", Verdict.INCOMPLETE, _SUPER),
-    **rows("EPOINT", Verdict.INCOMPLETE, "adds extra points, which are not read; export matrices without them"),
-    **rows("AXIC AXIF RINGAX RINGFL GRIDB GRIDF GRIDS POINTAX", Verdict.INCOMPLETE, "is of a model that is no solid"),
-    **rows("MPCAX", Verdict.COUPLING, "ties degrees of freedom to each other"),
-    **rows("CYJOIN CYSYM CYAX", Verdict.COUPLING, "ties the two sides of a sector to each other"),
-    **rows("RBAR1 RBE1 RBE2GS RROD RTRPLT RTRPLT1 RJOINT", Verdict.COUPLING, "couples nodes rigidly"),
-    **rows("RSPLINE RSSCON", Verdict.COUPLING, "couples nodes by a spline"),
-    **rows("SPCD SPCR SPCAX", Verdict.COUPLING, "prescribes a motion"),
-    **rows("SPCOFF SPCOFF1", Verdict.COUPLING, "takes supports away"),
-}
+SYSTEMS = " ".join(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
+SETS = "ASET BSET CSET QSET"
+"""What the analysis set is made of: boundary and generalised degrees of freedom."""
+
+CARDS = Table()
+"""Cards that mean the same beside matrices and in a mesh; those that are read are entered by what reads them."""
+
+MATRIX_CARDS = Table()
+"""Cards that are read beside matrices alone."""
+
+CARDS.rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one")
+CARDS.rows("SUPER", Verdict.INCOMPLETE, _SUPER)
+CARDS.rows("SESET SEELT SEBULK SECONCT SEBNDRY SEEXCLD SELABEL SELOC SEMPLN SETREE SENQSET", Verdict.INCOMPLETE, _SUPER)
+CARDS.rows("SEQSET SEQSET1 SEUSET SEUSET1 SESUP CSUPER CSUPEXT", Verdict.INCOMPLETE, _SUPER)
+CARDS.rows("EPOINT", Verdict.INCOMPLETE, "adds extra points, which are not read; export matrices without them")
+CARDS.rows("AXIC AXIF RINGAX RINGFL GRIDB GRIDF GRIDS POINTAX", Verdict.INCOMPLETE, "is of a model that is no solid")
+CARDS.rows("MPCAX", Verdict.COUPLING, "ties degrees of freedom to each other")
+CARDS.rows("CYJOIN CYSYM CYAX", Verdict.COUPLING, "ties the two sides of a sector to each other")
+CARDS.rows("RBAR1 RBE1 RBE2GS RROD RTRPLT RTRPLT1 RJOINT", Verdict.COUPLING, "couples nodes rigidly")
+CARDS.rows("RSPLINE RSSCON", Verdict.COUPLING, "couples nodes by a spline")
+CARDS.rows("SPCD SPCR SPCAX", Verdict.COUPLING, "prescribes a motion")
+CARDS.rows("SPCOFF SPCOFF1", Verdict.COUPLING, "takes supports away")
 _IN_THE_MATRICES = re.compile(
     r"[BCDP][A-Z0-9]+|MAT[A-Z0-9]*|EIG[A-Z]*|TAB[A-Z0-9]+|FORCE\d?|MOMENT\d?|[RT]?LOAD\d?|GRAV|ACCEL\d?|RFORCE|LSEQ|FREQ\d?|"
     r"TSTEP[A-Z]*|TEMP[A-Z0-9]*|[QU]?SET\d?|NSM[A-Z0-9]*|NLP[A-Z]*|MDLPRM|SUPORT\d?|OMIT\d?|TF|GENEL|MFLUID|ECHO[A-Z]*|"
@@ -43,10 +49,10 @@ _IN_THE_MATRICES = re.compile(
 
 def classify_card(findings: Findings, name: str, line: int) -> None:
     """Give a card that is not read its verdict."""
-    if name not in CARD_VERDICTS and _IN_THE_MATRICES.fullmatch(name):
+    if name not in CARDS and _IN_THE_MATRICES.fullmatch(name):
         findings.add(Verdict.HARMLESS, name, "", line)
     else:
-        findings.look_up(CARD_VERDICTS, name, name, line)
+        findings.look_up(CARDS, name, name, line)
 
 
 def cards(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str, list[str]]]:
@@ -107,7 +113,7 @@ def _fields(line: str, *, large: bool) -> list[str]:
         parts = [part.strip() for part in line.split(",")][1:]
         if any(_REAL.fullmatch(part) for part in parts[count:]):
             some = "a line of large fields (*) holds four" if large else "a line holds eight; go on in the next one"
-            raise InputError(f"bulk data '{line.strip()[:72]}' has {len(parts)} fields; {some}")
+            raise InputError(Fault(statement=f"bulk data '{line.strip()[:72]}' has {len(parts)} fields", remedy=some))
         parts = parts[:count]
     else:
         parts = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
 from slipstick.importers.findings import Coupling
@@ -16,7 +16,7 @@ from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
 
-COUPLED = frozenset({"MPC", "MPCADD", "RBE2", "RBE3", "RBAR"})
+COUPLED = "MPC MPCADD RBE2 RBE3 RBAR"
 """Cards read here."""
 
 
@@ -31,7 +31,7 @@ class CoupledCard:
     def coupling(self, source: str) -> Coupling:
         """What matrices must hold that were made with it."""
         what = "ties degrees of freedom to each other" if self.name == "MPC" else "couples points rigidly"
-        return Coupling(where=f"{source}, line {self.line}: {self.name}", what=what)
+        return Coupling(where=Place(source, f"line {self.line}", self.name), what=what)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,14 +42,14 @@ class Points:
     directions: Mapping[int, Array]
     source: str
 
-    def reference(self, node: int, where: str) -> Reference:
+    def reference(self, node: int, where: Place) -> Reference:
         """A grid point that others follow."""
         return Reference.of(node, self.place(node, where))
 
-    def place(self, node: int, where: str) -> Array:
+    def place(self, node: int, where: Place) -> Array:
         """Position (3,) of a point; InputError where it is not in the file."""
         if node not in self.places:
-            raise InputError(f"{where}: grid point {node} is not in the file")
+            raise InputError(Fault(where, f"grid point {node} is not in the file"))
         return np.asarray(self.places[node])
 
     def axis(self, node: int, component: int) -> list[tuple[int, int, float]]:
@@ -82,7 +82,7 @@ def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | N
     """
     chosen = _mpc_sets(cards, mpc, points.source)
     for card in cards:
-        where = f"{points.source}, line {card.line}: {card.name}"
+        where = Place(points.source, f"line {card.line}", card.name)
         with reading(where):
             if card.name == "MPC" and whole_number(card.fields[0]) in chosen:
                 yield _multipoint(card.fields, points, where)
@@ -98,7 +98,7 @@ def _mpc_sets(cards: Sequence[CoupledCard], chosen: int | None, source: str) -> 
     numbers: set[int] = set()
     sums: dict[int, set[int]] = {}
     for card in cards:
-        with reading(f"{source}, line {card.line}: {card.name}"):
+        with reading(Place(source, f"line {card.line}", card.name)):
             if card.name == "MPC":
                 numbers.add(whole_number(card.fields[0]))
             elif card.name == "MPCADD":
@@ -108,12 +108,12 @@ def _mpc_sets(cards: Sequence[CoupledCard], chosen: int | None, source: str) -> 
         heads = {*sums, *others}
         if len(heads) > 1:
             remedy = "say which is in force (MPC = n before BEGIN BULK)"
-            raise InputError(f"{source}: holds the MPC sets {sorted(heads)}; {remedy}")
+            raise InputError(Fault(Place(source), f"holds the MPC sets {sorted(heads)}", remedy=remedy))
         chosen = next(iter(heads), 0)
     return sums.get(chosen, set()) | {chosen}
 
 
-def _multipoint(fields: Sequence[str], points: Points, where: str) -> NodalEquation:
+def _multipoint(fields: Sequence[str], points: Points, where: Place) -> NodalEquation:
     """A1 u1 + A2 u2 + ... = 0; two terms on a line of the card, the first is dependent."""
     terms: list[tuple[int, int, float]] = []
     for at in range(0, len(fields), 8):
@@ -127,7 +127,7 @@ def _multipoint(fields: Sequence[str], points: Points, where: str) -> NodalEquat
     return _dependent_first(terms, where, points)
 
 
-def _dependent_first(terms: list[tuple[int, int, float]], where: str, points: Points) -> NodalEquation:
+def _dependent_first(terms: list[tuple[int, int, float]], where: Place, points: Points) -> NodalEquation:
     """The first is dependent; where a point has its own directions, which are several terms, whichever is best."""
     turned = terms[0][0] in points.directions
     return NodalEquation(terms=tuple(terms), where=where, dependent=Dependent.ANY if turned else Dependent.FIRST)
@@ -146,7 +146,7 @@ def _digits(text: str) -> list[int]:
     return sorted({int(digit) - 1 for digit in text})
 
 
-def _rigid(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
+def _rigid(fields: Sequence[str], points: Points, where: Place) -> Iterator[NodalEquation]:
     """RBE2: number, independent point, directions, dependent points; a real at the end is thermal expansion."""
     components = _digits(fields[2])
     words = [word for word in fields[3:] if word]
@@ -164,7 +164,7 @@ def _rigid(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalE
 
 
 def followers(
-    reference: Reference, node: int, components: Sequence[int], points: Points, where: str
+    reference: Reference, node: int, components: Sequence[int], points: Points, where: Place
 ) -> Iterator[NodalEquation]:
     """A point follows another as a rigid body, along the directions of its displacements."""
     rows = rigid_rows(reference, points.place(node, where))
@@ -177,7 +177,7 @@ def followers(
         yield _dependent_first(terms, where, points)
 
 
-def _bar(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
+def _bar(fields: Sequence[str], points: Points, where: Place) -> Iterator[NodalEquation]:
     """RBAR with all six independent directions at one end: the other end follows it."""
     a, b, free_a, free_b, tied_a, tied_b = [*fields[1:7], *[""] * 6][:6]
     if free_a == "123456" and not free_b:
@@ -185,12 +185,14 @@ def _bar(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEqu
     elif free_b == "123456" and not free_a:
         first, second, components = b, a, tied_a
     else:
-        raise InputError(f"{where} has independent directions at both ends, which is not read; write it as RBE2")
+        raise InputError(
+            Fault(where, "has independent directions at both ends, which is not read", remedy="write it as RBE2")
+        )
     reference = points.reference(whole_number(first), where)
     yield from followers(reference, whole_number(second), _digits(components or "123456"), points, where)
 
 
-def _mean(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
+def _mean(fields: Sequence[str], points: Points, where: Place) -> Iterator[NodalEquation]:
     """RBE3: number, blank, reference point, its directions, then weight, directions and points in groups."""
     words = [word for word in fields[4:] if word]
     nodes: dict[int, tuple[Array, float, Sequence[int]]] = {}
@@ -198,18 +200,24 @@ def _mean(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEq
     while i < len(words) and words[i].upper() not in ("UM", "ALPHA"):
         weight, components = fortran_real(words[i]), _digits(words[i + 1])
         if max(components) > 2:
-            raise InputError(f"{where} takes rotations into the mean, which is not read; leave out 4, 5 and 6")
+            raise InputError(
+                Fault(where, "takes rotations into the mean, which is not read", remedy="leave out 4, 5 and 6")
+            )
         i += 2
         while i < len(words) and words[i].isdigit():
             node = whole_number(words[i])
             nodes[node] = (points.place(node, where), weight, components)
             i += 1
     if "UM" in (word.upper() for word in words):
-        raise InputError(f"{where} has dependent directions of its own (UM), which are not read; leave them out")
+        raise InputError(
+            Fault(where, "has dependent directions of its own (UM), which are not read", remedy="leave them out")
+        )
     turned = [node for node in (whole_number(fields[2]), *nodes) if node in points.directions]
     if turned and any(len(components) < 3 for _, _, components in nodes.values()):
-        raise InputError(f"{where}: some directions of point {turned[0]} count, and they are its own; name all three")
+        raise InputError(
+            Fault(where, f"some directions of point {turned[0]} count, and they are its own", remedy="name all three")
+        )
     reference = points.reference(whole_number(fields[2]), where)
     if reference.node in points.directions:
-        raise InputError(f"{where}: its reference point {reference.node} has own directions, which is not read")
+        raise InputError(Fault(where, f"its reference point {reference.node} has own directions, which is not read"))
     yield from mean_equations(reference, nodes, where, _digits(fields[3]))

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
+from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
 from slipstick.importers.nastran.couplings import Points, coupled_equations
 from slipstick.importers.nastran.op4 import read_op4
-from slipstick.importers.raw_model import DofMap, Nodes, RawModel
 from slipstick.importers.turned import to_global
-from slipstick.typing import IntArray, Sparse
+from slipstick.typing import Matrix, Sparse
 
 _INITIAL = {"K": "K", "M": "M", "C": "B"}
 _WORD = {"K": "stiffness", "M": "mass", "C": "damping"}
@@ -48,13 +45,12 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
         if len(fitting) > 1:
             fitting = [name for name in fitting if _OF_A_SET.match(name.upper())] or fitting
         if told and told not in names:
-            faults.append(f"{source}: holds no matrix {told}; it holds {', '.join(names)}")
+            faults.append(Fault(Place(source), f"holds no matrix {told}", remedy=f"it holds {', '.join(names)}"))
         elif len(fitting) == 1:
             chosen[role] = fitting[0]
         elif fitting:
-            faults.append(
-                f"{source}: several {_WORD[role]} matrices ({', '.join(fitting)}); say which, as {role}={fitting[0]}"
-            )
+            what = f"several {_WORD[role]} matrices ({', '.join(fitting)})"
+            faults.append(Fault(Place(source), what, remedy=f"say which, as {role}={fitting[0]}"))
     if faults:
         raise InputError(faults)
     return chosen
@@ -67,7 +63,7 @@ def read_op4_model(
     names: Mapping[str, str] | None = None,
     dof_map: Path | None = None,
     constraints: int | None = None,
-) -> RawModel:
+) -> Deck:
     """Matrices from op4 files; rows told by a map file, or by bulk data when the size shows which set they are.
 
     ``constraints`` is the SPC set in force; not needed where the bulk data has one set only.
@@ -83,38 +79,24 @@ def read_op4_model(
         stored |= read_op4(path)
     stored = {name: matrix for name, matrix in stored.items() if matrix.nnz or name in (names or {}).values()}
     matrices = {role: stored[name] for role, name in choose(list(stored), source, names).items()}
-    beside = _beside(stored, matrices, source)
-    if dof_map is not None:
-        rows, nodes = read_dof_map(dof_map)
-        return _with(RawModel(matrices=matrices, dof_map=rows, nodes=nodes), beside)
-    if bulk is None or "K" not in matrices:
-        return _with(RawModel(matrices=matrices), beside)
-    data = read_bulk(bulk)
-    told_rows = _rows(data, matrices["K"].shape[0], f"{source}: K", bulk, constraints)
-    raw = _with(RawModel(matrices=matrices, **told_rows), beside)
-    return to_global(raw, data.directions, source)
+    told_rows = dof_map is None and bulk is not None and "K" in matrices
+    deck = Deck() if dof_map is None else read_dof_map(dof_map)
+    deck.matrices = matrices
+    data = read_bulk(bulk) if told_rows and bulk is not None else None
+    if data is not None and bulk is not None:
+        _tell_rows(deck, data, matrices["K"].shape[0], Place(source, "K"), bulk, constraints)
+    _tell_others(deck, stored, source)
+    return deck if data is None else to_global(deck, data.directions, source)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Beside:
-    """What a file holds besides stiffness, mass and viscous damping."""
-
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-
-def _with(raw: RawModel, beside: _Beside) -> RawModel:
-    return replace(raw, notes=(*raw.notes, *beside.notes), warnings=(*raw.warnings, *beside.warnings))
-
-
-def _beside(stored: Mapping[str, Any], chosen: Mapping[str, Any], source: str) -> _Beside:
-    """Other matrices of a file: structural damping is warned of, the rest is listed."""
-    used = {id(matrix) for matrix in chosen.values()}
+def _tell_others(deck: Deck, stored: Mapping[str, Any], source: str) -> None:
+    """Other matrices of a file than stiffness, mass and damping: structural damping is warned of, the rest listed."""
+    used = {id(matrix) for matrix in deck.matrices.values()}
     others = {name: matrix for name, matrix in stored.items() if id(matrix) not in used}
     structural = [name for name in others if name.upper().startswith("K4")]
-    warnings = tuple(_structural(name, others[name], chosen.get("K"), source) for name in structural)
+    deck.doubts += [_structural(name, others[name], deck.matrices.get("K"), source) for name in structural]
     rest = [name for name in others if name not in structural]
-    return _Beside(notes=(f"{source}: without effect here: {', '.join(rest)}",) if rest else (), warnings=warnings)
+    deck.extra += [f"{source}: without effect here: {', '.join(rest)}"] if rest else []
 
 
 def _structural(name: str, damping: Any, stiffness: Any, source: str) -> str:
@@ -128,9 +110,9 @@ def _structural(name: str, damping: Any, stiffness: Any, source: str) -> str:
     return f"{head}: it is no multiple of the stiffness; give the loss_factor that comes nearest"
 
 
-def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | None) -> dict[str, Any]:
-    """Map and nodes for a matrix of this size."""
-    pairs = [(node, component) for node in data.nodes.ids.tolist() for component in range(6)]
+def _tell_rows(deck: Deck, data: BulkData, size: int, what: Place, bulk: Path, constraints: int | None) -> None:
+    """Rows of a matrix of this size, and where its nodes are."""
+    pairs = [(node, component) for node in data.nodes for component in range(6)]
     every = sorted(pairs + [(point, 6) for point in data.scalar_points.tolist()])
     held = chosen_supports(data, constraints, bulk)
     free = [pair for pair in every if pair not in held]
@@ -144,28 +126,31 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
     if fitting is None:
         sizes = ", ".join(f"the {name} {len(pairs)}" for name, pairs in sets.items() if pairs)
         raise InputError(
-            f"{what} has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints): "
-            "export KGG and MGG, or give a map file"
+            Fault(
+                what,
+                f"has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints)",
+                remedy="export KGG and MGG, or give a map file",
+            )
         )
     couplings, whole = data.findings.couplings, fitting is every
     if couplings and fitting not in (sets["analysis set"], data.external):
-        raise InputError([f"{c.where} {c.what}, which {what} does not hold; export KAA and MAA" for c in couplings])
+        raise InputError(
+            [Fault(c.where, f"{c.what}, which {what} does not hold", remedy="export KAA and MAA") for c in couplings]
+        )
     if whole:
         _refuse_turned(equations, data, held, bulk)
-    nodes = Nodes(ids=data.nodes.ids, coordinates=data.nodes.coordinates, held=_table(held))
-    parts = {"dof_map": _dof_map(fitting), "nodes": nodes, **told(data, applied=whole)}
-    parts["equations"] = tuple(equations) if whole else ()
+    deck.nodes, deck.held, deck.rows = dict(data.nodes), held, pairs_table(fitting)
+    tell(deck, data, applied=whole)
+    deck.equate(equations if whole else ())
     if fitting is data.external and data.external != sorted(data.external):
-        parts["warnings"] += (
-            f"{bulk.name}: the rows of {what} are taken in the order of its EXTRN card, which does not ascend by point",
+        deck.doubts.append(
+            f"{bulk.name}: the rows of {what} are taken in the order of its EXTRN card, which does not ascend by point"
         )
-    return parts
 
 
 def points_of(data: BulkData, source: str) -> Points:
     """Positions and directions of the points of bulk data."""
-    places = dict(zip(data.nodes.ids.tolist(), data.nodes.coordinates, strict=True))
-    return Points(places=places, directions=data.directions, source=source)
+    return Points(places=data.nodes, directions=data.directions, source=source)
 
 
 def _refuse_turned(
@@ -176,17 +161,20 @@ def _refuse_turned(
     partly = [n for n in sorted(named) if 0 < sum((n, axis) in held for axis in range(3)) < 3]
     if partly:
         raise InputError(
-            f"{bulk.name}: point {partly[0]} is held in part along its own directions and stands in MPC, RBE or RBAR "
-            "cards; export KAA and MAA"
+            Fault(
+                Place(bulk.name),
+                f"point {partly[0]} is held in part along its own directions and stands in MPC, RBE or RBAR cards",
+                remedy="export KAA and MAA",
+            )
         )
 
 
-def told(data: BulkData, *, applied: bool = False) -> dict[str, Any]:
+def tell(deck: Deck, data: BulkData, *, applied: bool = False) -> None:
     """Notes and warnings of bulk data whose constraints are in the matrices, or ``applied`` to them."""
     findings = data.findings
     ties = () if applied else tuple(card.coupling(findings.source) for card in data.coupled if card.name != "MPCADD")
-    beside = tuple(coupling.beside_matrices for coupling in (*findings.couplings, *ties))
-    return {"notes": findings.notes, "warnings": (*findings.warnings, *beside)}
+    deck.extra += findings.notes
+    deck.doubts += (*findings.warnings, *(coupling.beside_matrices for coupling in (*findings.couplings, *ties)))
 
 
 def chosen_supports(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int, int]]:
@@ -194,24 +182,21 @@ def chosen_supports(data: BulkData, constraints: int | None, bulk: Path) -> set[
     chosen = sorted(number for number in data.held if number and number not in data.combined)
     if constraints is None and len(chosen) > 1:
         raise InputError(
-            f"{bulk.name}: holds the constraint sets {chosen}; say which one is in force (constraints=...)"
+            Fault(
+                Place(bulk.name),
+                f"holds the constraint sets {chosen}",
+                remedy="say which one is in force (constraints=...)",
+            )
         )
     if constraints is not None and constraints not in data.held:
-        raise InputError(f"{bulk.name}: has no constraint set {constraints}; it has {chosen or 'none'}")
+        raise InputError(
+            Fault(Place(bulk.name), f"has no constraint set {constraints}", remedy=f"it has {chosen or 'none'}")
+        )
     number = constraints if constraints is not None else (chosen[0] if chosen else 0)
     return data.held.get(0, set()) | data.held.get(number, set())
 
 
-def _table(pairs: Collection[tuple[int, int]]) -> IntArray:
-    return np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
-
-
-def _dof_map(pairs: Collection[tuple[int, int]]) -> DofMap:
-    table = np.array(list(pairs), dtype=np.int64).reshape(-1, 2)
-    return DofMap(nodes=table[:, 0], components=table[:, 1])
-
-
-def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mapping[str, str] | None = None) -> RawModel:
+def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mapping[str, str] | None = None) -> Deck:
     """DMIG matrices of punch files; the map is in their entries, positions in GRID cards there or in ``bulk``.
 
     Raises
@@ -220,16 +205,24 @@ def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mappi
         If no DMIG is there, or a symmetric one holds both halves of an entry with different values.
     """
     data = [read_bulk(path) for path in files]
-    points = read_bulk(bulk) if bulk else next((part for part in data if len(part.nodes.ids)), data[0])
+    points = read_bulk(bulk) if bulk else next((part for part in data if part.nodes), data[0])
     stored: dict[str, DirectMatrix] = {}
     for part in data:
         stored |= part.matrices
     source = ", ".join(path.name for path in files)
     if not stored:
-        raise InputError(f"{source}: holds no DMIG matrix; punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)")
+        raise InputError(
+            Fault(
+                Place(source),
+                "holds no DMIG matrix",
+                remedy="punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)",
+            )
+        )
     chosen = choose(list(stored), source, names)
     keys = sorted({pair for matrix in stored.values() for pair in (*matrix.rows, *matrix.columns)})
     every = {name: sparse(matrix, keys) for name, matrix in stored.items()}
-    matrices = {role: every[name] for role, name in chosen.items()}
-    raw = RawModel(matrices=matrices, dof_map=_dof_map(keys), nodes=points.nodes, **told(points))
-    return to_global(_with(raw, _beside(every, matrices, source)), points.directions, source)
+    matrices: dict[str, Matrix] = {role: every[name] for role, name in chosen.items()}
+    deck = Deck(source=source, matrices=matrices, rows=pairs_table(keys), nodes=dict(points.nodes))
+    tell(deck, points)
+    _tell_others(deck, every, source)
+    return to_global(deck, points.directions, source)

@@ -9,23 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import supports
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh, node_indices
-from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
-from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, stated_each
-from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
+from slipstick.importers.deck import Deck
+from slipstick.importers.findings import Findings, Table, Verdict
+from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
-from slipstick.importers.nastran.cards import CARD_VERDICTS, cards
+from slipstick.importers.nastran.cards import CARDS, cards
 from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.matrices import chosen_supports, points_of
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
-from slipstick.typing import IntArray
+from slipstick.typing import Array
 
 SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
     "CTETRA": {4: ("tet4", tuple(range(4))), 10: ("tet10", tuple(range(10)))},
@@ -39,26 +37,22 @@ SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
 SAME = {"CTETRA"}
 """Integrated by Nastran as by us; the others have reduced integration or bubble functions by default."""
 
-LUMPS = {"CONM2", "CELAS1", "CELAS2", "CMASS2", "PELAS"}
-MATERIALS = {"MAT1", "PSOLID", "PARAM"}
-POINTS = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR"}
-SYSTEMS = {f"CORD{i}{kind}" for i in "12" for kind in "RCS"}
-
 _OTHERS = """CELAS3 CELAS4 CMASS1 CMASS3 CMASS4 CONM1 CDAMP1 CDAMP2 CDAMP3 CDAMP4 CVISC GENEL TF DMIG DMIJ
     NSM NSM1 NSML NSML1"""
-MESH_VERDICTS: dict[str, VerdictRow] = {
-    **rows(" ".join(sorted({*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS})), Verdict.READ),
-    **CARD_VERDICTS,
-    **rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read"),
-    **rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact"),
-    **rows("SUPORT SUPORT1", Verdict.HARMLESS),
-    **rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
-    **rows("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
-    **rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
-    **rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
-    **rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
-}
-"""The whole of it at a glance, with the patterns below; what stands nowhere is named as not understood."""
+MESH_CARDS = Table()
+"""Cards that mean something in a mesh alone, beside those of CARDS, and with the patterns below; what stands nowhere is
+named as not understood.
+"""
+MESH_CARDS.rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read")
+MESH_CARDS.rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact")
+MESH_CARDS.rows("SUPORT SUPORT1", Verdict.HARMLESS)
+MESH_CARDS.rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out")
+MESH_CARDS.rows(
+    "MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"
+)
+MESH_CARDS.rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic")
+MESH_CARDS.rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
+MESH_CARDS.rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio")
 _ELEMENT = re.compile(
     r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|GAP|SHEAR|BEND|WELD|FAST|SEAM|RAC|HEX|PEN|TET|AERO|FLUID|HA|HB)"
 )
@@ -79,25 +73,24 @@ def is_other_element(name: str) -> bool:
 
 
 def classify_mesh_card(findings: Findings, name: str, line: int) -> None:
-    """Give a card that is not read its verdict."""
-    if name not in MESH_VERDICTS and _HARMLESS.fullmatch(name):
+    """Give a card that is not read here its verdict."""
+    if name not in MESH_CARDS and name not in CARDS and _HARMLESS.fullmatch(name):
         findings.add(Verdict.HARMLESS, name, "", line)
     else:
-        findings.look_up(MESH_VERDICTS, name, name, line)
+        findings.look_up(MESH_CARDS if name in MESH_CARDS else CARDS, name, name, line)
+
+
+Card = tuple[str, int, list[str]]
 
 
 @dataclass(kw_only=True)
-class Cards:
-    """The cards of a file that a mesh is made of; elements by our type: label, property, nodes."""
+class Cards(Deck):
+    """A mesh of bulk data as far as its cards were read; materials and properties by number."""
 
-    findings: Findings
-    elements: dict[str, list[tuple[int, int, IntArray]]] = field(default_factory=dict)
-    variants: dict[str, dict[str, int]] = field(default_factory=dict)
-    properties: dict[int, int] = field(default_factory=dict)
-    materials: dict[int, dict[str, float]] = field(default_factory=dict)
-    lumps: list[tuple[str, int, list[str]]] = field(default_factory=list)
+    property_numbers: dict[int, int] = field(default_factory=dict)
+    laws: dict[int, dict[str, float]] = field(default_factory=dict)
+    point_elements: list[Card] = field(default_factory=list)
     others: dict[str, list[tuple[int, set[int]]]] = field(default_factory=dict)
-    made: Edges = field(default_factory=dict)
     mass_factor: float = 1.0
 
 
@@ -106,7 +99,7 @@ def holds_solids(path: Path) -> bool:
     return any(name in SOLIDS for _, name, _ in cards(read_bytes(path).decode("latin-1"), ()))
 
 
-def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
+def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     """Mesh of a bulk data file; materials by element set "property <number>".
 
     ``constraints`` is the SPC set in force, instead of the one that the case control asks for.
@@ -115,70 +108,59 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     ------
     InputError
         For damaged cards, included files, superelements, no solid element, several sets of supports or equations of
-        which the case control chooses none. What couples or holds otherwise is in the model's ``couplings``.
+        which the case control chooses none. What couples or holds otherwise is in the deck's ``couplings``.
     """
     data = read_bulk(path)
     text = read_bytes(path).decode("latin-1")
-    deck = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
+    deck = _cards(path, text, data.nodes)
     if not deck.elements:
-        remedy = "give the file with the mesh"
-        raise InputError(f"{path.name}: has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM); {remedy}")
-    labels, nodes = placed(deck.made, data.nodes.ids, data.nodes.coordinates, path.name)
-    mesh = _mesh(deck, labels, nodes, path)
-    materials, faults = _materials(deck, path)
+        what = "has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM)"
+        raise InputError(Fault(Place(path.name), what, remedy="give the file with the mesh"))
+    deck.materials, faults = _materials(deck, path)
+    deck.material_faults += faults
     points = points_of(data, path.name)
-    lumped, turning = lumped_of(deck.findings, deck.lumps, points, _solid_nodes(deck), deck.mass_factor)
+    lumped, turning = lumped_of(deck, deck.point_elements, points, deck.solid_nodes, deck.mass_factor)
+    deck.lumped += lumped
     tied = list(coupled_equations(data.coupled, points, data.mpc))
     turning |= {node for equation in tied for node, axis in equation.pairs if axis > 2}
     number = selected(text, "SPC") if constraints is None else constraints
-    held, along = _supports(data, number, path, turning)
-    equations = [*tied, *along, *middle_equations(deck.made, path.name)]
-    return MeshModel(
-        mesh=mesh,
-        materials=materials,
-        held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
-        units=likely_units(materials),
-        notes=(*_left_out(deck, path), *deck.findings.notes, *unit_notes(mesh, materials)),
-        warnings=deck.findings.warnings,
-        couplings=(*deck.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
-        constraints=tuple(stated_each(equations)),
-        lumped=lumped,
-        material_faults=faults,
-        variants=deck.variants,
-        axes={node: axes.T for node, axes in data.directions.items()},
-    )
-
-
-def _cards(path: Path, text: str, next_label: int) -> Cards:
-    deck = Cards(findings=Findings(source=path.name))
-    others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
-    for line, name, fields in cards(text, {*SOLIDS, *LUMPS, *MATERIALS, *others}):
-        try:
-            if name in SOLIDS:
-                _element(deck, name, fields, next_label, path.name)
-            elif name in LUMPS:
-                deck.lumps.append((name, line, fields))
-            elif name in MATERIALS:
-                _material(deck, name, fields, line)
-            elif name in others:
-                nodes = {int(word) for word in fields[2:] if word.isdigit()}
-                deck.others.setdefault(name, []).append((line, nodes))
-            elif name not in POINTS | SYSTEMS:
-                classify_mesh_card(deck.findings, name, line)
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{path.name}, line {line}: {name} cannot be read ({error})") from None
-    deck.findings.refuse_incomplete()
-    solid = _solid_nodes(deck)
-    for name, members in deck.others.items():
-        near = [line for line, nodes in members if not solid.isdisjoint(nodes)]
-        if near:
-            what = "shares nodes with solids: the stiffness and mass it adds are not read"
-            for line in near:
-                deck.findings.add(Verdict.COUPLING, name, what, line)
+    deck.held, along = _supports(data, number, path, turning)
+    deck.equate([*tied, *along])
+    mesh = deck.build()
+    deck.elsewhere += (coupling for coupling in data.findings.couplings if coupling.where[-1] == "SPC")
+    deck.extra += [*_left_out(deck, path), *unit_notes(mesh, deck.materials)]
+    deck.axes = {node: axes.T for node, axes in data.directions.items()}
     return deck
 
 
-def _element(deck: Cards, name: str, fields: list[str], next_label: int, source: str) -> None:
+def _cards(path: Path, text: str, nodes: Mapping[int, Array]) -> Cards:
+    deck = Cards(source=path.name, nodes=dict(nodes))
+    others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
+    readers = {name: entry.read for name, entry in MESH_CARDS.items() if entry.read is not None}
+    for line, name, fields in cards(text, {*readers, *others}):
+        with reading(where := Place(path.name, f"line {line}", name)):
+            if name in readers:
+                readers[name](deck, where, line, fields)
+            elif name in others:
+                used = {int(word) for word in fields[2:] if word.isdigit()}
+                deck.others.setdefault(name, []).append((line, used))
+            else:
+                classify_mesh_card(deck, name, line)
+    deck.refuse_incomplete()
+    solid = deck.solid_nodes
+    for name, members in deck.others.items():
+        near = [line for line, used in members if not solid.isdisjoint(used)]
+        if near:
+            what = "shares nodes with solids: the stiffness and mass it adds are not read"
+            for line in near:
+                deck.add(Verdict.COUPLING, name, what, line)
+    return deck
+
+
+@MESH_CARDS.reads(" ".join(SOLIDS))
+def _element(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del line
+    name = str(where[-1])
     label, group = whole_number(fields[0]), whole_number(fields[1] or fields[0])
     corners = [whole_number(word) if word else 0 for word in fields[2:]]
     while corners and not corners[-1]:
@@ -187,72 +169,60 @@ def _element(deck: Cards, name: str, fields: list[str], next_label: int, source:
     if not size:
         raise ValueError(f"{len(corners)} nodes")
     kind, order = SOLIDS[name][size]
-    nodes = np.array([*corners, *[0] * (size - len(corners))], dtype=np.int64)[list(order)]
-    nodes = with_middles(kind, nodes, label, deck.made, next_label, source)
-    deck.elements.setdefault(kind, []).append((label, group, nodes))
-    if name not in SAME:
-        counts = deck.variants.setdefault(kind, {})
-        shown = f"{name} of {ELEMENTS[kind].n_nodes} nodes"
-        counts[shown] = counts.get(shown, 0) + 1
+    nodes = [*corners, *[0] * (size - len(corners))]
+    foreign = "" if name in SAME else f"{name} of {ELEMENTS[kind].n_nodes} nodes"
+    deck.element(kind, label, [nodes[at] for at in order], where, foreign)
+    deck.element_sets.setdefault(f"property {group}", []).append(label)
 
 
-def _material(deck: Cards, name: str, fields: list[str], line: int) -> None:
-    if name == "PSOLID":
-        deck.properties[whole_number(fields[0])] = whole_number(fields[1])
-    elif name == "MAT1":
-        young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
-        if young is None or (shear is None and poisson is None):
-            young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
-        ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
-        deck.materials[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
-        if any(fortran_real(word) for word in fields[7:8] if word):
-            what = "has structural damping (GE), which is not read; give the structure's loss_factor"
-            deck.findings.add(Verdict.APPROXIMATED, name, what, line)
-    elif fields[0].upper() == "WTMASS":
+@MESH_CARDS.reads("CONM2 CELAS1 CELAS2 CMASS2 PELAS")
+def _point_mass_or_spring(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    deck.point_elements.append((str(where[-1]), line, fields))
+
+
+@MESH_CARDS.reads("PSOLID")
+def _property(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del where, line
+    deck.property_numbers[whole_number(fields[0])] = whole_number(fields[1])
+
+
+@MESH_CARDS.reads("MAT1")
+def _material(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
+    if young is None or (shear is None and poisson is None):
+        young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
+    ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
+    deck.laws[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+    if any(fortran_real(word) for word in fields[7:8] if word):
+        what = "has structural damping (GE), which is not read; give the structure's loss_factor"
+        deck.add(Verdict.APPROXIMATED, str(where[-1]), what, line)
+
+
+@MESH_CARDS.reads("PARAM")
+def _parameter(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del where
+    if fields[0].upper() == "WTMASS":
         deck.mass_factor = fortran_real(fields[1])
     else:
-        deck.findings.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
+        deck.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
 
 
-def _solid_nodes(deck: Cards) -> set[int]:
-    return {int(node) for part in deck.elements.values() for _, _, nodes in part for node in nodes}
-
-
-def _mesh(deck: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
-    what = f"{path.name}: an element"
-    groups = sorted({group for part in deck.elements.values() for _, group, _ in part})
-    return Mesh(
-        nodes=nodes,
-        blocks={
-            kind: node_indices(labels, np.array([n for _, _, n in part]), what) for kind, part in deck.elements.items()
-        },
-        element_sets={
-            f"property {group}": {
-                kind: np.flatnonzero([of == group for _, of, _ in part]) for kind, part in deck.elements.items()
-            }
-            for group in groups
-        },
-        node_labels=labels,
-        element_labels={kind: np.array([label for label, _, _ in part]) for kind, part in deck.elements.items()},
-    )
-
-
-def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[str, ...]]:
+def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[Fault, ...]]:
     """Materials by element set, and what is wrong with those that properties use."""
     materials: dict[str, Material] = {}
-    faults: list[str] = []
-    for group in sorted({group for part in deck.elements.values() for _, group, _ in part}):
-        number = deck.properties.get(group)
-        known = deck.materials.get(number) if number is not None else None
+    faults: list[Fault] = []
+    for group in sorted(int(name.split()[1]) for name in deck.element_sets):
+        number = deck.property_numbers.get(group)
+        known = deck.laws.get(number) if number is not None else None
         if known is None:
             lacks = "has no PSOLID" if number is None else f"names material {number}, which is no MAT1 (isotropic)"
-            faults.append(f"{path.name}: property {group} {lacks}")
+            faults.append(Fault(Place(path.name, f"property {group}"), lacks))
             continue
         try:
             scaled = {**known, "density": known["density"] * deck.mass_factor}
             materials[f"property {group}"] = Material(**scaled)
         except InputError as error:
-            faults += [str(fault.inside(path.name, f"material {number}")) for fault in error.faults]
+            faults += [fault.inside(path.name, f"material {number}") for fault in error.faults]
     return materials, tuple(faults)
 
 
@@ -262,24 +232,19 @@ def _supports(
     """What is held, also along directions of points; of rotations those that take part."""
     held = chosen_supports(data, number, path)
     meant = {(node, axis) for node, axis in held if axis < 3 or node in turning}
-    return supports(meant, {node: axes.T for node, axes in data.directions.items()}, f"{path.name}: SPC")
+    return supports(meant, {node: axes.T for node, axes in data.directions.items()}, Place(path.name, "SPC"))
 
 
 def _left_out(deck: Cards, path: Path) -> Iterator[str]:
     if deck.others:
         counts = ", ".join(f"{len(part)} {name}" for name, part in deck.others.items())
         yield f"{path.name}: elements that are no solids were left out: {counts}"
-    if deck.made:
-        yield f"{path.name}: {len(deck.made)} edges have no middle node: they stay straight, as in Nastran"
     if deck.mass_factor != 1.0:
         yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {deck.mass_factor:.6g}"
 
 
-Card = tuple[str, int, list[str]]
-
-
 def lumped_of(
-    findings: Findings, lump_cards: Sequence[Card], points: Points, solid: set[int], factor: float
+    findings: Findings, point_cards: Sequence[Card], points: Points, solid: set[int], factor: float
 ) -> tuple[tuple[Lumped, ...], set[int]]:
     """What the cards add, and the points whose rotations take part; ``factor`` multiplies masses (PARAM,WTMASS).
 
@@ -289,11 +254,11 @@ def lumped_of(
         For cards that cannot be read, and points or properties that are not there.
     """
     stiffness = {
-        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in lump_cards if n == "PELAS" for i in (0, 4) if f[i]
+        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in point_cards if n == "PELAS" for i in (0, 4) if f[i]
     }
     parts: list[Lumped] = []
-    for name, line, fields in lump_cards:
-        where = f"{points.source}, line {line}: {name}"
+    for name, line, fields in point_cards:
+        where = Place(points.source, f"line {line}", name)
         with reading(where):
             if name == "CONM2":
                 parts += _mass(findings, [*fields, *[""] * 16], line, points, solid, factor, where)
@@ -303,7 +268,7 @@ def lumped_of(
 
 
 def _mass(
-    findings: Findings, fields: Sequence[str], line: int, points: Points, solid: set[int], factor: float, where: str
+    findings: Findings, fields: Sequence[str], line: int, points: Points, solid: set[int], factor: float, where: Place
 ) -> Iterator[Lumped]:
     """Number, point, system, mass, offset (three), blank, then I11, I21, I22, I31, I32, I33."""
     node, system = whole_number(fields[1]), fields[2]
@@ -326,13 +291,13 @@ def _mass(
 
 
 def _scalar(
-    name: str, fields: Sequence[str], points: Points, stiffness: Mapping[int, float], factor: float, where: str
+    name: str, fields: Sequence[str], points: Points, stiffness: Mapping[int, float], factor: float, where: Place
 ) -> Iterator[Lumped]:
     """CELAS1: number, property, then "point, direction" twice; CELAS2, CMASS2: number, value, and the same."""
     if name == "CELAS1":
         number = whole_number(fields[1] or fields[0])
         if number not in stiffness:
-            raise InputError(f"{where} names the property PELAS {number}, which is not in the file")
+            raise InputError(Fault(where, f"names the property PELAS {number}, which is not in the file"))
         value = stiffness[number]
     else:
         value = fortran_real(fields[1]) * (factor if name == "CMASS2" else 1.0)
@@ -344,7 +309,7 @@ def _scalar(
             axis_terms = points.axis(whole_number(node), whole_number(direction) - 1)
             terms += [(n, c, sign * cosine) for n, c, cosine in axis_terms]
         elif node and node != "0":
-            raise InputError(f"{where} joins the scalar point {node}, which is not read")
+            raise InputError(Fault(where, f"joins the scalar point {node}, which is not read"))
     along = np.array([cosine for _, _, cosine in terms])
     pairs = tuple((n, c) for n, c, _ in terms)
     yield Lumped(matrix="M" if name == "CMASS2" else "K", pairs=pairs, values=value * np.outer(along, along))

@@ -7,20 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.deck import Deck
 from slipstick.importers.dof_map import direction, read_dof_map
 from slipstick.importers.plain.matrix_file import read_matrix
-from slipstick.importers.raw_model import DofMap, Nodes, RawModel
 from slipstick.structure.npz import array_shapes, read_any
 
 
-def read_plain(files: Mapping[str, Path], dof_map: Path | None) -> RawModel:
+def read_plain(files: Mapping[str, Path], dof_map: Path | None) -> Deck:
     """Matrices by name from .mtx (MatrixMarket) or .npz files; a map is needed, here or later."""
     matrices = {name: read_matrix(path) for name, path in files.items()}
-    if dof_map is None:
-        return RawModel(matrices=matrices)
-    rows, nodes = read_dof_map(dof_map)
-    return RawModel(matrices=matrices, dof_map=rows, nodes=nodes)
+    deck = Deck() if dof_map is None else read_dof_map(dof_map)
+    deck.matrices = matrices
+    return deck
 
 
 def is_bundle(path: Path) -> bool:
@@ -28,7 +27,7 @@ def is_bundle(path: Path) -> bool:
     return path.suffix.lower() == ".npz" and {"K", "M"} <= set(array_shapes(path))
 
 
-def read_bundle(path: Path) -> RawModel:
+def read_bundle(path: Path) -> Deck:
     """npz with dense ``K``, ``M``, ``dof_nodes``, ``dof_components``; optional ``C``, ``nodes``, ``coordinates``.
 
     Raises
@@ -38,13 +37,14 @@ def read_bundle(path: Path) -> RawModel:
     """
     shapes = array_shapes(path)
     faults = [
-        f"{path.name}: '{n}' has shape {shapes[n]}; expected a square matrix"
+        Fault(Place(path.name), f"'{n}' has shape {shapes[n]}", expected="a square matrix")
         for n in "KMC"
         if n in shapes and len(shapes[n]) != 2
     ]
     missing = [name for name in ("dof_nodes", "dof_components") if name not in shapes]
     if missing:
-        faults.append(f"{path.name}: has no {' and no '.join(missing)}, the map from rows to nodes and directions")
+        what = f"has no {' and no '.join(missing)}, the map from rows to nodes and directions"
+        faults.append(Fault(Place(path.name), what))
     if faults:
         raise InputError(faults)
     arrays = read_any(path)
@@ -52,9 +52,16 @@ def read_bundle(path: Path) -> RawModel:
         components = np.array([direction(str(value)) for value in arrays["dof_components"].tolist()], dtype=np.int64)
         nodes = arrays["dof_nodes"].astype(np.int64)
     except (ValueError, TypeError, OverflowError) as error:
-        raise InputError(f"{path.name}: {error}") from None
-    positions = Nodes()
+        raise InputError(Fault(Place(path.name), str(error))) from None
+    if nodes.shape != components.shape or nodes.ndim != 1:
+        what = f"has {nodes.size} dof_nodes and {components.size} dof_components"
+        raise InputError(Fault(Place(path.name), what, expected="one of each for a row"))
+    deck = Deck(source=path.name, rows=np.stack([nodes, components], axis=1))
     if {"nodes", "coordinates"} <= set(shapes):
-        positions = Nodes(ids=arrays["nodes"].astype(np.int64), coordinates=arrays["coordinates"].astype(float))
-    matrices = {name: arrays[name] for name in "KMC" if name in arrays}
-    return RawModel(matrices=matrices, dof_map=DofMap(nodes=nodes, components=components), nodes=positions)
+        places = arrays["coordinates"].astype(float)
+        if places.shape != (arrays["nodes"].size, 3):
+            what = f"coordinates have shape {places.shape}"
+            raise InputError(Fault(Place(path.name), what, expected=f"({arrays['nodes'].size}, 3)"))
+        deck.nodes = dict(zip(arrays["nodes"].astype(np.int64).tolist(), places.tolist(), strict=True))
+    deck.matrices = {name: arrays[name] for name in "KMC" if name in arrays}
+    return deck

@@ -7,8 +7,9 @@ from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.importers.mesh_model import MeshModel, assemble_mesh
-from slipstick.importers.raw_model import DofMap, RawModel, build_model, full_symmetric, support_notes
+from slipstick.importers.deck import Deck
+from slipstick.importers.matrix_model import build_model, full_symmetric, support_notes
+from slipstick.importers.mesh_model import assemble_mesh
 
 
 @pytest.mark.parametrize("stored", ["full", "upper", "lower", "mixed"])
@@ -47,17 +48,17 @@ def test_held_and_empty_rows_are_taken_out_and_listed():
     ("change", "sentence"),
     [
         (lambda K, M: raw(K, M[:6, :6]), "different size (K is 9 x 9, M is 6 x 6)"),
-        (lambda K, M: RawModel(matrices={"K": csr_array(K), "M": csr_array(M)}), "no map from rows to nodes"),
-        (lambda K, M: RawModel(matrices={"K": csr_array(K)}, dof_map=raw(K, M).dof_map), "no mass matrix M"),
+        (lambda K, M: Deck(matrices={"K": csr_array(K), "M": csr_array(M)}), "no map from rows to nodes"),
+        (lambda K, M: Deck(matrices={"K": csr_array(K)}, rows=raw(K, M).rows), "no mass matrix M"),
         (lambda K, M: raw(K, -M), "M has negative diagonal entries at n10x, n10y"),
         (lambda K, M: raw(K * np.nan, M), "not finite"),
         (lambda K, M: raw(K, M, held=[(n, c) for n in (10, 11, 12) for c in range(3)]), "no degree of freedom is left"),
         (
-            lambda K, M: raw(K, M, nodes=DofMap(nodes=np.arange(5), components=np.zeros(5, dtype=int))),
+            lambda K, M: raw(K, M, rows=np.stack([np.arange(5), np.zeros(5, dtype=int)], axis=1)),
             "9 rows, the dof map has 5 entries",
         ),
         (
-            lambda K, M: raw(K, M, nodes=DofMap(nodes=np.ones(9, dtype=int), components=np.zeros(9, dtype=int))),
+            lambda K, M: raw(K, M, rows=np.tile([1, 0], (9, 1))),
             "names node 1, direction 1, more than once",
         ),
     ],
@@ -79,7 +80,7 @@ def test_mass_without_stiffness_is_a_mechanism_and_names_the_nodes():
 @pytest.mark.parametrize(("fixed", "free"), [([], 6), (["x0"], 0)])
 def test_parts_that_float_are_found(fixed, free):
     mesh = box((2.0, 1.0, 1.0), (2, 1, 1), "hex20")
-    model = assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, fixed=fixed)
+    model = assemble_mesh(Deck(mesh=mesh), source="box", material=STEEL, fixed=fixed)
     notes = support_notes(model)
     assert len(notes) == (free > 0)
     assert not free or f"({free} rigid body motions)" in notes[0]
@@ -88,6 +89,6 @@ def test_parts_that_float_are_found(fixed, free):
 def test_a_hinge_is_found_as_one_motion():
     """Two nodes held in all directions leave the rotation about their line."""
     mesh = box((2.0, 1.0, 1.0), (2, 1, 1), "hex20")
-    model = assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL)
+    model = assemble_mesh(Deck(mesh=mesh), source="box", material=STEEL)
     corner = np.flatnonzero((mesh.nodes[:, :2] == 0.0).all(axis=1))
     assert "(1 rigid body motions)" in support_notes(model.fix(mesh.labels[corner]))[0]

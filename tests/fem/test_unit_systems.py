@@ -4,7 +4,7 @@ import pytest
 from helpers.faults import raises_fault
 
 from slipstick.fem.materials import Material
-from slipstick.importers.unit_systems import conversion, factors_of, material_doubts, system, system_like
+from slipstick.fem.unit_systems import conversion, factors_of, material_doubts, names_of, system, system_like
 
 
 @pytest.mark.parametrize(
@@ -75,3 +75,27 @@ def test_materials_are_held_against_each_other_and_the_units(young, density, uni
 def test_recognised_systems():
     assert system_like(Material(young=3e7, poisson=0.3, density=7.3e-4)) == "lbf, inch, s"
     assert system_like(Material(young=1.0, poisson=0.3, density=1.0)) == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("SI", ("m", "N", "s")),
+        ("N, mm, t, s", ("mm", "N", "s")),
+        ("mm, tonne, s", ("mm", "N", "s")),
+        ("cm, g, s", ("cm", "dyn", "s")),
+        ("micrometre, kg, s", ("micrometre", "uN", "s")),
+        ("foot, slug, s", ("foot", "lbf", "s")),
+        ("kN, mm, kg, ms", ("mm", "kN", "ms")),
+        ("t, m", ("m", "kN", "s")),
+        ("g, ft, s", ("ft", "force", "s")),
+    ],
+)
+def test_names_of_a_system(text, names):
+    found = names_of(text)
+    assert (found.length, found.force, found.time) == names
+
+
+@pytest.mark.parametrize("text", ["not stated", "", "mine", "mm, s", "N, mm, kg, s"])
+def test_what_is_no_system_has_no_names(text):
+    assert names_of(text) is None

@@ -1,20 +1,20 @@
-"""What a reader hands over, and the checks that make an ImportedModel of it: halves, sizes, constraints, empty rows."""
+"""A model from matrices and what their rows are, checked: halves, sizes, constraints, empty rows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
-from slipstick.fem.equations import NodalEquation
+from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, misplaced_parts, name_rows
+from slipstick.importers.deck import Deck, all_sets
 from slipstick.structure.checks import DAMPING_ELSEWHERE, asymmetry, number_faults, real
-from slipstick.typing import Array, BoolArray, IntArray, Matrix
+from slipstick.typing import BoolArray, IntArray, Matrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -22,42 +22,6 @@ if TYPE_CHECKING:
 
 FILE_ASYMMETRY = 1e-6
 """What files of few digits may differ between their halves, see ``asymmetry``; the mean is taken."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DofMap:
-    """Node label and direction (0..6, see COMPONENTS) of each row, both (n,)."""
-
-    nodes: IntArray
-    components: IntArray
-
-    def __len__(self) -> int:
-        return len(self.nodes)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Nodes:
-    """Positions, named sets and held degrees of freedom, all by node label."""
-
-    ids: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    coordinates: Array = field(default_factory=lambda: np.empty((0, 3)))
-    sets: Mapping[str, IntArray] = field(default_factory=dict)
-    held: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
-
-
-@dataclass(frozen=True, kw_only=True)
-class RawModel:
-    """Matrices as stored (full or one half), by name "K", "M", "C", with the map where the files have one.
-
-    ``equations`` are those the matrices do not hold yet.
-    """
-
-    matrices: Mapping[str, Matrix]
-    dof_map: DofMap | None = None
-    nodes: Nodes = field(default_factory=Nodes)
-    equations: tuple[NodalEquation, ...] = ()
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
 
 
 def full_symmetric(matrix: Matrix, name: str) -> csr_array:
@@ -80,10 +44,12 @@ def full_symmetric(matrix: Matrix, name: str) -> csr_array:
         raise InputError(faults)
     matrix = csr_array(real(matrix), copy=True)  # what follows works in place
     if matrix.shape[0] != matrix.shape[1]:
-        raise InputError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}; expected a square matrix")
+        raise InputError(
+            Fault(statement=f"{name} is {matrix.shape[0]} x {matrix.shape[1]}", expected="a square matrix")
+        )
     matrix.sum_duplicates()
     if not np.all(np.isfinite(matrix.data)):
-        raise InputError(f"{name} holds values that are not finite; export it again")
+        raise InputError(Fault(statement=f"{name} holds values that are not finite", remedy="export it again"))
     matrix.eliminate_zeros()
     lower, upper = csr_array(tril(matrix, -1)), csr_array(triu(matrix, 1).T)
     stored_twice = (lower != 0).multiply(upper != 0).nnz if lower.nnz and upper.nnz else 0
@@ -100,41 +66,47 @@ def _refuse_asymmetric(matrix: csr_array, name: str) -> None:
         return
     i, j = pair.row + 1, pair.column + 1
     raise InputError(
-        f"{name} is not symmetric: entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is "
-        f"{pair.mirrored:.6g}; export a symmetric model (no friction, follower or gyroscopic terms)"
+        Fault(
+            statement=f"{name} is not symmetric: entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is "
+            f"{pair.mirrored:.6g}",
+            remedy="export a symmetric model (no friction, follower or gyroscopic terms)",
+        )
     )
 
 
-def build_model(raw: RawModel, *, source: str, units: str = "not stated") -> ImportedModel:
-    """Check what was read and take out held and empty degrees of freedom.
+def build_model(deck: Deck, *, source: str, cyclic: bool = True) -> ImportedModel:
+    """Check what was read and take out held and empty degrees of freedom; equations of the deck are applied.
+
+    ``cyclic``: with those that join the faces of a sector.
 
     Raises
     ------
     InputError
-        One sentence a fault: K or M missing, sizes that differ, no dof map, asymmetry, negative diagonal, rows without
+        For each fault: K or M missing, sizes that differ, no map of rows, asymmetry, negative diagonal, rows without
         stiffness.
     """
-    faults = list(_size_faults(raw, source))
+    faults = list(_size_faults(deck, source))
     if faults:
         raise InputError(faults)
-    full = {name: full_symmetric(matrix, f"{source}: {name}") for name, matrix in raw.matrices.items()}
-    assert raw.dof_map is not None
+    full = {name: full_symmetric(matrix, f"{source}: {name}") for name, matrix in deck.matrices.items()}
+    assert deck.rows is not None
+    mesh = deck.mesh
     model = ImportedModel(
         **full,
-        dof_nodes=raw.dof_map.nodes,
-        dof_components=raw.dof_map.components,
-        node_ids=raw.nodes.ids,
-        coordinates=raw.nodes.coordinates,
-        node_sets=dict(raw.nodes.sets),
+        dof_nodes=deck.rows[:, 0],
+        dof_components=deck.rows[:, 1],
+        node_ids=deck.labels if mesh is None else mesh.labels,
+        coordinates=deck.coordinates if mesh is None else mesh.nodes,
+        node_sets={} if mesh is None else {name: mesh.labels[part] for name, part in all_sets(mesh).items()},
         source=source,
-        units=units,
-        notes=raw.notes,
-        warnings=raw.warnings,
+        units=deck.units,
+        notes=deck.notes,
+        warnings=deck.warnings,
     )
-    held = _held(raw.dof_map, raw.nodes.held)
-    constrained = np.unique(np.concatenate([raw.nodes.held, _table(model, held)]), axis=0)
-    if raw.equations:
-        model = model.constrain(raw.equations, held=constrained.tolist())
+    held = _held(deck.rows, deck.held_rows)
+    constrained = np.unique(np.concatenate([deck.held_rows, _table(model, held)]), axis=0)
+    if equations := deck.equations(mesh, cyclic=cyclic):
+        model = model.constrain(equations, held=constrained.tolist())
         held = np.zeros(model.n_dofs, dtype=bool)
         constrained = model.constrained
     return _cut(model, held, constrained)
@@ -167,27 +139,28 @@ def _cut(model: ImportedModel, held: BoolArray, constrained: IntArray) -> Import
     )
 
 
-def _size_faults(raw: RawModel, source: str) -> Iterator[str]:
+def _size_faults(deck: Deck, source: str) -> Iterator[Fault]:
     for name, word in (("K", "stiffness"), ("M", "mass")):
-        if name not in raw.matrices:
-            yield f"{source}: no {word} matrix {name}; give the file that holds it"
-    shapes = {name: matrix.shape for name, matrix in raw.matrices.items()}
+        if name not in deck.matrices:
+            yield Fault(Place(source), f"no {word} matrix {name}", remedy="give the file that holds it")
+    shapes = {name: matrix.shape for name, matrix in deck.matrices.items()}
     if len(set(shapes.values())) > 1:
         sizes = ", ".join(f"{name} is {rows} x {columns}" for name, (rows, columns) in shapes.items())
-        yield f"{source}: matrices of different size ({sizes}); export them from the same model and set"
-    elif raw.dof_map is None:
-        yield (
-            f"{source}: no map from rows to nodes and directions; give it as a file "
-            "(HBMAT's .mapping, CalculiX's .dof, or lines 'node direction')"
+        yield Fault(
+            Place(source), f"matrices of different size ({sizes})", remedy="export them from the same model and set"
         )
-    elif shapes and len(raw.dof_map) != next(iter(shapes.values()))[0]:
+    elif deck.rows is None:
+        remedy = "give it as a file (HBMAT's .mapping, CalculiX's .dof, or lines 'node direction')"
+        yield Fault(Place(source), "no map from rows to nodes and directions", remedy=remedy)
+    elif shapes and len(deck.rows) != next(iter(shapes.values()))[0]:
         size = next(iter(shapes.values()))[0]
-        yield f"{source}: the matrices have {size} rows, the dof map has {len(raw.dof_map)} entries; they must agree"
+        what = f"the matrices have {size} rows, the dof map has {len(deck.rows)} entries"
+        yield Fault(Place(source), what, remedy="they must agree")
 
 
-def _held(dof_map: DofMap, held: IntArray) -> NDArray[np.bool_]:
+def _held(rows: IntArray, held: IntArray) -> NDArray[np.bool_]:
     factor = 8
-    return np.isin(dof_map.nodes * factor + dof_map.components, held[:, 0] * factor + held[:, 1])
+    return np.isin(rows[:, 0] * factor + rows[:, 1], held[:, 0] * factor + held[:, 1])
 
 
 def _some(nodes: IntArray, components: IntArray, chosen: NDArray[np.bool_]) -> str:
@@ -196,20 +169,20 @@ def _some(nodes: IntArray, components: IntArray, chosen: NDArray[np.bool_]) -> s
 
 def _diagonal_faults(
     full: Mapping[str, csr_array], out: NDArray[np.bool_], nodes: IntArray, components: IntArray, source: str
-) -> Iterator[str]:
+) -> Iterator[Fault]:
     if np.all(out):
-        yield f"{source}: no degree of freedom is left: all are constrained or empty"
+        yield Fault(Place(source), "no degree of freedom is left: all are constrained or empty")
         return
     for name in ("K", "M"):
         negative = (full[name].diagonal() < 0.0) & ~out
         if negative.any():
-            yield f"{source}: {name} has negative diagonal entries at {_some(nodes, components, negative)}"
+            what = f"has negative diagonal entries at {_some(nodes, components, negative)}"
+            yield Fault(Place(source, name), what)
     loose = empty_rows(full["K"]) & ~out
     if loose.any():
-        yield (
-            f"{source}: K is singular, {loose.sum()} dofs have mass but no stiffness (a mechanism): "
-            f"{_some(nodes, components, loose)}; connect or fix them"
-        )
+        some = _some(nodes, components, loose)
+        what = f"is singular, {loose.sum()} dofs have mass but no stiffness (a mechanism): {some}"
+        yield Fault(Place(source, "K"), what, remedy="connect or fix them")
 
 
 def support_notes(model: ImportedModel) -> tuple[str, ...]:
