@@ -33,7 +33,7 @@ from slipstick.analysis.identification.measured import (
     parameter_starts,
     read_measured,
 )
-from slipstick.analysis.identification.mistakes import Scaled, changes, factor_text, round_factors
+from slipstick.analysis.identification.mistakes import Change, Scaled, changes, factor_text, round_factors
 from slipstick.analysis.identification.noise import (
     Noise,
     Without,
@@ -73,6 +73,10 @@ _ROUNDING = 1e-6
 _TRIED, _FURTHER, _WIDE = 16, 3, 10.0
 """Where it ended far away so many other starts are compared, within this factor of the start where there are no bounds,
 and the parameters fitted from so many of them."""
+_LIKELY = 4
+"""Mistakes of the measured numbers that are tried, the likeliest ones."""
+_MOST_SOUGHT = 40
+"""Evaluations of one descent meanwhile."""
 _WEIGHTED = 8
 """Times that numbers are weighted by the noise of the fit before, at most."""
 _SAME_NOISE = 1e-2
@@ -350,8 +354,10 @@ def identify(
     elif in_time is not None and np.isfinite(best.cost):
         told.append("the decay itself is not fitted: its model does not follow it from any initial state near by; the "
                     "values are those of the nonlinear mode")  # fmt: skip
+    compared: list[_Tried] = []
     if best.misfit > _FAR and not _explained(request, best) and not isinstance(request.measured, Decay):
-        further, sentence = _further(request, best)
+        compared = _compared(request)
+        further, sentence = _further(request, best, compared)
         ends += further
         told.append(sentence)
         best = min(ends, key=lambda end: end.cost)
@@ -364,8 +370,8 @@ def identify(
         )  # fmt: skip
     costs = sorted(end.cost for end in ends)
     request, best, weights = _weighted(request, best)
-    if best.misfit > _FAR and not _explained(request, best):
-        told += _mistakes(request, best)
+    if compared and best.misfit > _FAR and not _explained(request, best):
+        told += _mistakes(request, best, compared)
     found = _result(request, best, costs, weights, told)
     warn([*found.warnings, *([] if found.converged else [found.message])])
     return found
@@ -419,6 +425,10 @@ class _Request:
     def most(self) -> int:
         """Evaluations of one descent; those of motions that are integrated take seconds."""
         return _MOST_IN_TIME if isinstance(self.measured, Decay) else _MOST
+
+    def left(self, predicted: Array) -> Array:
+        """Predicted less measured over the noise."""
+        return np.asarray((predicted[self.used] - self.data) / self.scale)
 
     def misfit(self, left: Array) -> float:
         """Root mean square of weighted residuals without their weights, over that of what was measured."""
@@ -609,8 +619,11 @@ class _End(NamedTuple):
 class _Descent:
     """Least squares from one start."""
 
-    def __init__(self, request: _Request, start: Array, predictor: Predictor | None = None) -> None:
+    def __init__(
+        self, request: _Request, start: Array, predictor: Predictor | None = None, most: int | None = None
+    ) -> None:
         self.request, self.start, self.predictor = request, start, predictor or request.predictor()
+        self.most = most or request.most
         self.unit = np.where(start != 0.0, np.abs(start), 1.0)
         self.evaluations = 0
         self._asked: tuple[Array, Array] | None = None
@@ -661,7 +674,7 @@ class _Descent:
             )  # fmt: skip
         found = least_squares(
             self._left, start / unit, jac=self._slopes, bounds=(request.low / unit, request.high / unit),
-            max_nfev=request.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
+            max_nfev=self.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
             **(_TOLERANCE_IN_TIME if isinstance(request.measured, Decay) else _TOLERANCE),
         )  # fmt: skip
         left, J = self._left(found.x), self._slopes(found.x)
@@ -682,7 +695,7 @@ class _Descent:
             except InputError:  # values that the problem cannot have
                 predicted = np.full(request.measured.values.shape, np.nan)
             self._asked = z.copy(), predicted
-        return np.asarray((self._asked[1][request.used] - request.data) / request.scale)
+        return request.left(self._asked[1])
 
     def _slopes(self, z: Array) -> Array:
         self._left(z)
@@ -696,27 +709,51 @@ def _explained(request: _Request, end: _End) -> bool:
     return request.known and freedom > 0 and not too_large(end.cost / freedom, freedom)
 
 
-def _further(request: _Request, best: _End) -> tuple[list[_End], str]:
-    """Ends of descents from other starts, the nearest to what was measured of some; and what was done, in words."""
-    start, costs = request.starts[0], []
+class _Tried(NamedTuple):
+    """What is predicted at parameters that were compared."""
+
+    p: Array
+    predicted: Array
+    cost: float
+
+
+def _compared(request: _Request) -> list[_Tried]:
+    """The start given and others spread around it, those with a motion, the nearest to what was measured first."""
+    start = request.starts[0]
     wide = _WIDE * np.where(start != 0.0, np.abs(start), 1.0)
     positive = (start > 0.0) & (request.low >= 0.0)
-    low = np.where(np.isfinite(request.low) & (request.low > 0.0), request.low,
-                   np.maximum(request.low, np.where(positive, start / _WIDE, start - wide)))  # fmt: skip
-    high = np.where(np.isfinite(request.high), request.high, np.where(positive, _WIDE * start, start + wide))
-    for p in [*_starts(start, low, high, 1 + _TRIED, 0)][1:]:
-        descent = _Descent(request, p)
-        try:
-            descent.predictor.begin(p)
-        except SlipstickError:  # values that the problem cannot have
-            continue
-        left = descent._left(p / descent.unit)
-        if np.all(np.isfinite(left)):
-            costs.append((float(left @ left), descent))
+    low = np.where(positive, np.maximum(request.low, start / _WIDE), np.maximum(request.low, start - wide))
+    high = np.minimum(request.high, np.where(positive, _WIDE * start, start + wide))
+    low, high = (np.where(np.isfinite(side), side, near) for side, near in ((request.low, low), (request.high, high)))
+    low = np.where(positive & (low == 0.0), start / _WIDE, low)
+    out = []
+    for p in _starts(start, low, high, 1 + _TRIED, 0):
+        tried = _predicted(request, p)
+        if tried is not None:
+            out.append(tried)
+    return sorted(out, key=lambda each: each.cost)
+
+
+def _predicted(request: _Request, p: Array) -> _Tried | None:
+    """At parameters; None where there is no motion."""
+    descent = _Descent(request, p)
+    try:
+        descent.predictor.begin(p)
+    except SlipstickError:  # values that the problem cannot have
+        return None
+    left = descent._left(p / descent.unit)
+    assert descent._asked is not None
+    return _Tried(p, descent._asked[1], float(left @ left)) if np.all(np.isfinite(left)) else None
+
+
+def _further(request: _Request, best: _End, compared: Sequence[_Tried]) -> tuple[list[_End], str]:
+    """Ends of descents from the nearest of the starts compared; and what was done, in words."""
     ends: list[_End] = []
-    for _, descent in sorted(costs, key=lambda each: each[0])[:_FURTHER]:
-        ends.append(descent.run())
+    others = [tried.p for tried in compared if not np.array_equal(tried.p, request.starts[0])]
+    for p in others[:_FURTHER]:
+        ends.append(_Descent(request, p, most=_MOST_SOUGHT)._chosen(p))
         if ends[-1].misfit <= _FAR:
+            ends.append(_Descent(request, ends.pop().p).run())
             break
     nearest = min((end for end in ends if end.cost < best.cost), key=lambda end: end.cost, default=None)
     where = "with no motion" if not np.isfinite(best.cost) else f"far from what was measured, misfit {best.misfit:.2g}"
@@ -756,26 +793,33 @@ def _weighted(request: _Request, end: _End) -> tuple[_Request, _End, Noise | Non
     return request, end, weights
 
 
-def _mistakes(request: _Request, best: _End) -> list[str]:
+def _mistakes(request: _Request, best: _End, compared: Sequence[_Tried]) -> list[str]:
     """What in the measured numbers would explain that the fit ends far from them, one sentence."""
-    found: list[tuple[float, str]] = []
     orders = np.array(request.problem.harmonics.orders[1:], dtype=float)
+    likely: list[tuple[float, Array, Change, _Request]] = []
     for change in changes(request.measured, orders):
         other = replace(request, measured=change.measured, noise=None, relative=None, absolute=None, found=False)
-        free = _fit_scaled(other, request.starts[0], None)
+        seen: Sequence[_Tried | None] = compared
+        if not np.array_equal(change.measured.omega, request.measured.omega):
+            seen = [_predicted(other, request.starts[0])]
+        scaled = Scaled(other.predictor(), change.measured)
+        near = [(other.misfit(other.left(scaled.scaled(tried.predicted))), tried.p) for tried in seen if tried]
+        if near:
+            likely.append((*min(near, key=lambda each: each[0]), change, other))
+    found: list[tuple[float, str]] = []
+    for _, p, change, other in sorted(likely, key=lambda each: each[0])[:_LIKELY]:
+        free = _fit_scaled(other, p, None)
         if free is None or not free[0].misfit < _ENOUGH * best.misfit:
             continue
         end, factor = free
         words, remedy, certain = change.words, change.remedy, False
-        for near, hint in round_factors(factor):
-            fixed = _fit_scaled(other, end.p, near)
+        for value, hint in round_factors(factor):
+            fixed = _fit_scaled(other, end.p, value)
             if fixed is not None and fixed[0].misfit <= max(2.0 * end.misfit, _ROUNDING):
-                end, factor, certain = fixed[0], near, True
+                end, factor, certain = fixed[0], value, True
                 remedy = "; ".join(filter(None, (remedy, hint)))
                 break
-        if factor == 1.0 and not words:
-            continue
-        if not certain and not end.misfit < _EXACT * best.misfit:
+        if (factor == 1.0 and not words) or not (certain or end.misfit < _EXACT * best.misfit):
             continue
         if factor != 1.0:
             words += f"{' and ' if words else ''}divided by {factor_text(factor)}"
@@ -786,8 +830,6 @@ def _mistakes(request: _Request, best: _End) -> list[str]:
             break
     if found:
         return [min(found)[1]]
-    if isinstance(request.measured, Decay):
-        return []
     return [
         "no sign, phase, scale, derivative or unit of frequency of the measured numbers explains the misfit: another "
         "law, a parameter that is not sought, or another start may"
@@ -798,7 +840,7 @@ def _fit_scaled(request: _Request, start: Array, factor: complex | None) -> tupl
     """The fit of numbers that are a factor times those of the problem, and that factor; None where there is none."""
     scaled = Scaled(request.predictor(), request.measured, factor)
     try:
-        end = _Descent(request, start, scaled)._chosen(start)
+        end = _Descent(request, start, scaled, most=_MOST_SOUGHT)._chosen(start)
     except SlipstickError:
         return None
     return (end, scaled.factor) if np.isfinite(end.cost) else None

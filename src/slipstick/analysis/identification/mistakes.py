@@ -130,13 +130,17 @@ class Scaled:
 
     def values(self, p: Array) -> Array:
         """Scaled."""
-        self._predicted = self.predictor.values(p)
-        x, d = self._numbers(self._predicted), self._numbers(self.measured.values)
+        return self.scaled(self.predictor.values(p))
+
+    def scaled(self, predicted: Array) -> Array:
+        """A prediction of the other, scaled."""
+        self._predicted = predicted
+        x, d = self._numbers(predicted), self._numbers(self.measured.values)
         there = np.isfinite(x) & np.isfinite(d)
         power = float(np.sum(np.abs(x[there]) ** 2))
         if self.given is None:
             self.factor = complex(np.vdot(x[there], d[there]) / power) if power else 1.0
-        return self._back(self.factor * x, self._predicted)
+        return self._back(self.factor * x, predicted)
 
     def slopes(self, p: Array) -> Array:
         """Their derivatives, with those of the factor."""
