@@ -4,6 +4,9 @@ Least squares (``scipy.optimize.least_squares``: trust regions within bounds) wi
 Jacobian ``J`` at the end, columns times the parameters' values, the singular values say what the measurement tells
 apart; covariance of the parameters is ``s^2 (J^T J)^-1`` (G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley 1989,
 section 2.1).
+
+Where the noise is not given, weights come from the residuals (``noise.py``), and numbers are weighted again by the
+noise of the fit until both stay: iteratively reweighted least squares (the same book, section 2.8).
 """
 
 from __future__ import annotations
@@ -31,10 +34,23 @@ from slipstick.analysis.identification.measured import (
     parameter_starts,
     read_measured,
 )
+from slipstick.analysis.identification.mistakes import Change, Scaled, changes, factor_text, round_factors
+from slipstick.analysis.identification.noise import (
+    Noise,
+    Without,
+    found_noise,
+    given_noise,
+    listed,
+    neighbours,
+    robust,
+    too_large,
+    whiteness,
+    without_levels,
+)
 from slipstick.analysis.identification.predicted import Predictor, predictor_of
 from slipstick.balance.parameters import parameter_units, product_warnings
 from slipstick.balance.problem import Problem
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, SlipstickError
 from slipstick.faults import Gathering, number, numbers, shown, suggestion, warn, whole, wrong
 from slipstick.results.saved_table import write_table
 from slipstick.results.schema import versions
@@ -51,8 +67,23 @@ _MOST, _MOST_IN_TIME = 200, 30
 """Evaluations of one descent."""
 _CHOICES = 5
 """Descents, each with the motions nearest to what was measured at the parameters of the one before."""
-_BAD = 0.2
-"""Misfit above which a fit ended badly."""
+_FAR = 0.1
+"""Misfit above which a fit ended far from what was measured."""
+_ROUNDING = 1e-6
+"""Misfit below which what is left is that of the solution, no noise."""
+_TRIED, _FURTHER, _WIDE = 16, 3, 10.0
+"""Where it ended far away so many other starts are compared, within this factor of the start where there are no bounds,
+and the parameters fitted from so many of them."""
+_LIKELY = 4
+"""Mistakes of the measured numbers that are tried, the likeliest ones."""
+_MOST_SOUGHT = 40
+"""Evaluations of one descent meanwhile."""
+_WEIGHTED = 8
+"""Times that numbers are weighted by the noise of the fit before, at most."""
+_SAME_NOISE = 1e-2
+"""Relative change of the noise at which the weights stay."""
+_ENOUGH, _EXACT = 1.0 / 3.0, 1.0 / 8.0
+"""Share of the misfit below which a mistake is the reason for it; one with a factor that is not round."""
 _INDISTINCT = 1e-7
 """Singular value over the largest below which a combination of parameters changes nothing."""
 _IN_NOISE = 0.5
@@ -70,25 +101,38 @@ class Identification:
     values
         By the names of the parameters.
     standard_errors
-        Alike; inf of what the measurement does not determine, nan at a bound.
+        Alike; inf of what the measurement does not determine, nan at a bound, and nan where they are ``refused``.
     correlations
         Of the errors, (parameter, other); nan where one of them is not determined.
     singular_values
         Of the Jacobian of the weighted numbers by relative changes of the parameters, the largest first.
     indistinct
         What cannot be separated, one sentence each.
+    warnings
+        All that the fit warned of, one sentence each, with those of ``indistinct``.
+    refused
+        Why there are no standard errors; empty where there are.
     misfit
         Root mean square of what is left, over that of what was measured.
     noise
         Standard deviation of one measured number: the one that was given (their root mean square), else estimated from
         what is left.
+    relative_noise
+        Share of what was measured that the noise is, given or found; nan where it does not grow with that.
+    weights
+        What noise the numbers were weighted by, in words; empty where it is equal or the one given for each.
+    without_level
+        How the parameters move where one of the conditions that were set is left out, to first order: by the condition
+        in words, then by the name of the parameter; nan of what the others do not determine.
     reduced_chi_square
         Sum of the squares left over the noise, for each degree of freedom: near 1 where model and noise are right; nan
         where no noise was given.
+    at_bound
+        Names of parameters that ended at a bound.
     several
         Points at which more than one motion is possible; the nearest to what was measured was taken.
     converged
-        Whether the fit ended well.
+        Whether the fit ended well: at a minimum, and near what was measured.
     message
         How it ended, in words.
     problem
@@ -100,7 +144,7 @@ class Identification:
     solutions
         Motions that were solved for.
     starts
-        Sum of squares that each start led to, the one of the result first.
+        Sum of squares that each start led to, the one of the result first, before numbers were weighted by noise found.
     """
 
     values: Mapping[str, float]
@@ -108,8 +152,14 @@ class Identification:
     correlations: Array
     singular_values: Array
     indistinct: tuple[str, ...]
+    warnings: tuple[str, ...]
+    refused: str
+    at_bound: tuple[str, ...]
     misfit: float
     noise: float
+    relative_noise: float
+    weights: str
+    without_level: Mapping[str, Mapping[str, float]]
     reduced_chi_square: float
     degrees_of_freedom: int
     several: int
@@ -162,19 +212,28 @@ class Identification:
         for name, value in self.values.items():
             error, unit = self.standard_errors[name], parameter_units(self.problem, name)
             label = "" if unit == "1" else f"  {self.problem.units.label(unit)}"
-            said = "not determined" if np.isinf(error) else "at a bound" if np.isnan(error) else f"+- {error:.2g}"
+            said = error_text(error, at_bound=name in self.at_bound)
             yield f"  {name:<{wide}}  {value:<12.8g} {said}{label}"
         names = list(self.values)
         for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
             if abs(self.correlations[i, j]) > 0.9:
                 yield f"  errors of {names[i]} and {names[j]} are correlated: {self.correlations[i, j]:.3f}"
-        yield from self.indistinct
+        if self.weights:
+            yield self.weights
+        yield from self.warnings
         if self.several:
             yield f"{self.several} points have more than one motion: the one nearest to what was measured was taken"
 
     def __repr__(self) -> str:
         said = ", ".join(f"{name}={value:.6g}" for name, value in self.values.items())
         return f"Identification({said}; misfit {self.misfit:.3g})"
+
+
+def error_text(error: float, *, at_bound: bool) -> str:
+    """A standard error in words."""
+    if np.isinf(error):
+        return "not determined"
+    return f"+- {error:.2g}" if np.isfinite(error) else "at a bound" if at_bound else "no standard error"
 
 
 def identify(
@@ -184,6 +243,7 @@ def identify(
     *,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     noise: float | None = None,
+    relative_noise: float | None = None,
     starts: int = 1,
     seed: int = 0,
     listeners: Iterable[EventFunction] | EventFunction = (),
@@ -209,7 +269,8 @@ def identify(
         ``omega`` is in rad/s, or in what its attribute "units" says ("Hz", "rpm"). A dimension or variable called as a
         parameter is what was set at each point: ``displacement(load, omega, dof, coefficient)`` was measured at several
         levels of the load, "load.x.amplitude" likewise. Points may also lie along one dimension ``point``: the dataset
-        of a branch will do. nan is what was not measured. A variable ``noise`` has the standard deviations of the
+        of a branch will do. nan is what was not measured; a complex number, or the pair "c1", "s1", is missing where
+        either part is. A variable ``noise`` has the standard deviations of the
         numbers: each is weighted by one over it.
 
         - ``peak_omega`` and ``peak_amplitude`` of one dof (either may be missing): where the response peaks, over what
@@ -235,9 +296,14 @@ def identify(
     noise
         Standard deviation of every measured number (of a backbone over the size of the quantity, of a decay that is
         fitted in time of a displacement); by default the dataset's, else it is estimated from what is left.
+    relative_noise
+        Noise as a share of each measured number, such as 0.01, beside ``noise`` or alone: of a complex number or pair
+        the root mean square of its error over its modulus, of other numbers the standard deviation over their size.
+        Where neither is known, noise that grows with what is measured is found from what is left.
     starts
         How many starts: the one given, and others spread over the bounds, which all parameters need then. The best end
-        is the result.
+        is the result. Where it is further than 10 % from what was measured, 16 other starts are compared, spread over
+        the bounds or within a factor of 10 of the start given, and the fit is repeated from up to 3 of them.
     seed
         Of the spread.
     listeners
@@ -263,7 +329,9 @@ def identify(
     Warns
     -----
     SlipstickWarning
-        For parameters that the problem itself makes one, and for what cannot be separated.
+        For parameters that the problem itself makes one, and for what cannot be separated; for a fit that ends further
+        than 10 % from what was measured, with the mistake that would explain it; for residuals that are no noise, and
+        for numbers that are left out. ``warnings`` of the result has the sentences.
 
     Examples
     --------
@@ -277,19 +345,26 @@ def identify(
     >>> {name: round(value, 8) for name, value in fit.values.items()}
     {'damper.kt': 100.0, 'damper.mu': 0.3}
     """
-    request = _request(problem, measured, parameters, bounds, noise, starts, seed, listeners)
-    warn(product_warnings(problem, request.names))
+    request = _request(problem, measured, parameters, bounds, noise, relative_noise, starts, seed, listeners)
+    told = [*product_warnings(problem, request.names), *getattr(request.measured, "notes", ())]
     in_time = _in_time(request, measured, noise)
-    request = request if in_time is None else replace(request, noise=None)
+    request = request if in_time is None else replace(request, noise=None, relative=None, absolute=None)
     ends = [_Descent(request, start, place=k).run() for k, start in enumerate(request.starts)]
     best = min(ends, key=lambda end: end.cost)
     direct = None if in_time is None else _fitted_in_time(in_time, best)
-    if direct is not None and direct.misfit < _BAD:
+    if direct is not None and direct.misfit < 2.0 * _FAR:
         assert in_time is not None
         request, best, ends = in_time, direct, [direct]
     elif in_time is not None and np.isfinite(best.cost):
-        warn(["the decay itself is not fitted: its model does not follow it from any initial state near by; the values "
-              "are those of the nonlinear mode"])  # fmt: skip
+        told.append("the decay itself is not fitted: its model does not follow it from any initial state near by; the "
+                    "values are those of the nonlinear mode")  # fmt: skip
+    compared: list[_Tried] = []
+    if best.misfit > _FAR and not _explained(request, best) and not isinstance(request.measured, Decay):
+        compared = _compared(request)
+        further, sentence = _further(request, best, compared)
+        ends += further
+        told.append(sentence)
+        best = min(ends, key=lambda end: end.cost)
     if not np.isfinite(best.cost):
         raise InputError(
             Fault(
@@ -297,8 +372,12 @@ def identify(
                 remedy="start from other values, such as larger damping or smaller friction, and see forced_response",
             )
         )  # fmt: skip
-    found = _result(request, best, sorted(end.cost for end in ends))
-    warn([*found.indistinct, *([] if found.converged else [found.message])])
+    costs = sorted(end.cost for end in ends)
+    request, best, weights = _weighted(request, best)
+    if compared and best.misfit > _FAR and not _explained(request, best):
+        told += _mistakes(request, best, compared)
+    found = _result(request, best, costs, weights, told)
+    warn([*found.warnings, *([] if found.converged else [found.message])])
     return found
 
 
@@ -314,17 +393,27 @@ class _Request:
     high: Array
     noise: Array | None
     """Of the shape of what was measured."""
+    relative: float | None = None
+    """Share of each number that the noise is, beside ``absolute``, where it was given."""
+    absolute: Array | None = None
+    found: bool = False
+    """Whether ``noise`` was found from what is left."""
     listeners: tuple[EventFunction, ...] = ()
 
-    def tell(self, place: int, evaluations: int) -> None:
-        """Tell all who listen of an evaluation on the way from one of the starts."""
+    def tell(self, place: int | None, evaluations: int) -> None:
+        """Tell all who listen of an evaluation on the way from one of the starts; None: from the end of another."""
         count = len(self.starts)
+        doing = "fitting again" if place is None else f"fitting from start {place + 1} of {count}"
         event = Working(
-            doing=f"fitting from start {place + 1} of {count}", points=0, evaluations=evaluations,
-            progress=place / count,
-        )  # fmt: skip
+            doing=doing, points=0, evaluations=evaluations, progress=1.0 if place is None else place / count
+        )
         for listener in self.listeners:
             listener(event)
+
+    @property
+    def known(self) -> bool:
+        """Whether the noise was given."""
+        return self.noise is not None and not self.found
 
     @cached_property
     def used(self) -> NDArray[np.bool_]:
@@ -352,6 +441,10 @@ class _Request:
         """Evaluations of one descent; those of motions that are integrated take seconds."""
         return _MOST_IN_TIME if isinstance(self.measured, Decay) else _MOST
 
+    def left(self, predicted: Array) -> Array:
+        """Predicted less measured over the noise."""
+        return np.asarray((predicted[self.used] - self.data) / self.scale)
+
     def misfit(self, left: Array) -> float:
         """Root mean square of weighted residuals without their weights, over that of what was measured."""
         wrong, size = left * self.scale, self.data
@@ -369,7 +462,7 @@ def _fitted_in_time(request: _Request, of_mode: _End) -> _End:
     start = request.starts[0]
     if np.isfinite(of_mode.cost):
         spread = float(np.sqrt(of_mode.cost / max(of_mode.left.size - start.size, 1)))
-        errors = _statistics(request.names, of_mode, spread)[0]
+        errors = _statistics(request.names, of_mode, spread).errors
         start = np.where(errors < _IN_NOISE * np.abs(of_mode.p), of_mode.p, start)
     return _Descent(request, start).run()
 
@@ -386,11 +479,22 @@ def _in_time(request: _Request, measured: Any, noise: float | None) -> _Request 
     if decay is None:
         return None
     spread = decay.noise if noise is None else np.full(decay.values.shape, float(noise))
-    return replace(request, measured=decay, noise=spread)
+    if request.relative is not None:  # a displacement that passes zero has the noise of the others
+        share = request.relative * float(np.sqrt(np.nanmean(decay.values**2)))
+        spread = np.full(decay.values.shape, share) if spread is None else np.hypot(spread, share)
+    return replace(request, measured=decay, noise=spread, relative=None, absolute=None)
 
 
 def _request(
-    problem: Any, measured: Any, parameters: Any, bounds: Any, noise: Any, starts: Any, seed: Any, listeners: Any = ()
+    problem: Any,
+    measured: Any,
+    parameters: Any,
+    bounds: Any,
+    noise: Any,
+    relative: Any,
+    starts: Any,
+    seed: Any,
+    listeners: Any = (),
 ) -> _Request:
     problem = followed_problem(problem)
     values = parameter_starts(problem, parameters)
@@ -404,6 +508,13 @@ def _request(
         noise = checks.take(number, "noise", noise, "a standard deviation > 0", above=0.0)
         if noise == 0.0:
             checks.faults.append(Fault("noise", "0", expected="a standard deviation > 0"))
+    if relative is not None:
+        relative = checks.take(number, "relative_noise", relative, "a share > 0 such as 0.01", above=0.0)
+        if relative is not None and not 0.0 < relative < 1.0:
+            remedy = "for 1 % give 0.01" if relative >= 1.0 else ""
+            checks.faults.append(
+                Fault("relative_noise", f"{relative:g}", expected="a share between 0 and 1", remedy=remedy)
+            )
     if count is not None and count > 1 and low.size and not np.all(np.isfinite([low, high])):
         unbound = [name for name, a, b in zip(names, low, high, strict=True) if not np.isfinite(b - a)]
         checks.faults.append(
@@ -426,8 +537,12 @@ def _request(
             spread = spread * table.sizes
     if spread is not None and np.any(spread[np.isfinite(spread)] <= 0.0):
         raise InputError(Fault(("measured", "noise"), "0 or less", expected="standard deviations > 0"))
+    absolute = spread
+    if relative is not None:
+        spread = given_noise(table, np.nan_to_num(table.values), absolute, relative).deviations
     request = _Request(
-        problem=problem, measured=table, names=names, low=low, high=high, noise=spread,
+        problem=problem, measured=table, names=names, low=low, high=high, noise=spread, relative=relative,
+        absolute=absolute,
         starts=tuple(_starts(np.array(list(values.values())), low, high, count or 1, seed or 0)),
         listeners=heard or (),
     )  # fmt: skip
@@ -529,9 +644,18 @@ class _End(NamedTuple):
 class _Descent:
     """Least squares from one start."""
 
-    def __init__(self, request: _Request, start: Array, predictor: Predictor | None = None, place: int = 0) -> None:
+    def __init__(
+        self,
+        request: _Request,
+        start: Array,
+        predictor: Predictor | None = None,
+        *,
+        most: int | None = None,
+        place: int | None = None,
+    ) -> None:
         self.place = place
         self.request, self.start, self.predictor = request, start, predictor or request.predictor()
+        self.most = most or request.most
         self.unit = np.where(start != 0.0, np.abs(start), 1.0)
         self.evaluations = 0
         self._asked: tuple[Array, Array] | None = None
@@ -543,9 +667,9 @@ class _Descent:
         measured are given less weight until the others have found the parameters at which it is.
         """
         best = self._chosen(self.start)
-        if best.misfit > _BAD and not isinstance(self.request.measured, Decay):
+        if best.misfit > 2.0 * _FAR and not isinstance(self.request.measured, Decay):
             far = self.request.predictor()
-            other = _Descent(self.request, self.start, far, self.place)
+            other = _Descent(self.request, self.start, far, place=self.place)
             near = other._chosen(self.start, loss="cauchy")
             if np.isfinite(near.cost):
                 near = other._chosen(near.p)
@@ -582,7 +706,7 @@ class _Descent:
             )  # fmt: skip
         found = least_squares(
             self._left, start / unit, jac=self._slopes, bounds=(request.low / unit, request.high / unit),
-            max_nfev=request.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
+            max_nfev=self.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
             **(_TOLERANCE_IN_TIME if isinstance(request.measured, Decay) else _TOLERANCE),
         )  # fmt: skip
         left, J = self._left(found.x), self._slopes(found.x)
@@ -604,7 +728,7 @@ class _Descent:
             except InputError:  # values that the problem cannot have
                 predicted = np.full(request.measured.values.shape, np.nan)
             self._asked = z.copy(), predicted
-        return np.asarray((self._asked[1][request.used] - request.data) / request.scale)
+        return request.left(self._asked[1])
 
     def _slopes(self, z: Array) -> Array:
         self._left(z)
@@ -612,16 +736,180 @@ class _Descent:
         return np.asarray((rates / self.request.scale).T * self.unit)
 
 
-def _result(request: _Request, end: _End, costs: Sequence[float]) -> Identification:
+def _explained(request: _Request, end: _End) -> bool:
+    """Whether the noise that was given explains all that is left."""
     freedom = end.left.size - len(request.names)
-    known = request.noise is not None
+    return request.known and freedom > 0 and not too_large(end.cost / freedom, freedom)
+
+
+class _Tried(NamedTuple):
+    """What is predicted at parameters that were compared."""
+
+    p: Array
+    predicted: Array
+    cost: float
+
+
+def _compared(request: _Request) -> list[_Tried]:
+    """The start given and others spread around it, those with a motion, the nearest to what was measured first."""
+    start = request.starts[0]
+    wide = _WIDE * np.where(start != 0.0, np.abs(start), 1.0)
+    positive = (start > 0.0) & (request.low >= 0.0)
+    low = np.where(positive, np.maximum(request.low, start / _WIDE), np.maximum(request.low, start - wide))
+    high = np.minimum(request.high, np.where(positive, _WIDE * start, start + wide))
+    low, high = (np.where(np.isfinite(side), side, near) for side, near in ((request.low, low), (request.high, high)))
+    low = np.where(positive & (low == 0.0), start / _WIDE, low)
+    out = []
+    for p in _starts(start, low, high, 1 + _TRIED, 0):
+        tried = _predicted(request, p)
+        if tried is not None:
+            out.append(tried)
+    return sorted(out, key=lambda each: each.cost)
+
+
+def _predicted(request: _Request, p: Array) -> _Tried | None:
+    """At parameters; None where there is no motion."""
+    descent = _Descent(request, p)
+    try:
+        descent.predictor.begin(p)
+    except SlipstickError:  # values that the problem cannot have
+        return None
+    left = descent._left(p / descent.unit)
+    assert descent._asked is not None
+    return _Tried(p, descent._asked[1], float(left @ left)) if np.all(np.isfinite(left)) else None
+
+
+def _further(request: _Request, best: _End, compared: Sequence[_Tried]) -> tuple[list[_End], str]:
+    """Ends of descents from the nearest of the starts compared; and what was done, in words."""
+    ends: list[_End] = []
+    others = [tried.p for tried in compared if not np.array_equal(tried.p, request.starts[0])]
+    for p in others[:_FURTHER]:
+        ends.append(_Descent(request, p, most=_MOST_SOUGHT)._chosen(p))
+        if ends[-1].misfit <= _FAR:
+            ends.append(_Descent(request, ends.pop().p).run())
+            break
+    nearest = min((end for end in ends if end.cost < best.cost), key=lambda end: end.cost, default=None)
+    where = "with no motion" if not np.isfinite(best.cost) else f"far from what was measured, misfit {best.misfit:.2g}"
+    outcome = "none ends nearer" if nearest is None else f"one ends at misfit {nearest.misfit:.2g} and is the result"
+    return ends, (
+        f"the fit from the start given ends {where}: {_TRIED} other starts were compared and the fit repeated from "
+        f"{len(ends)} of them; {outcome}"
+    )
+
+
+def _weighted(request: _Request, end: _End) -> tuple[_Request, _End, Noise | None]:
+    """The fit with numbers weighted by noise that depends on it: a given share of them, or found from what is left."""
+    weights: Noise | None = None
+    if not request.relative and (request.known or end.misfit > _FAR):
+        return request, end, None  # each number has its own, or what is left is no noise
+    if end.misfit < _ROUNDING:
+        return request, end, None
+    for _ in range(_WEIGHTED):
+        if request.relative:
+            noise: Noise | None = given_noise(request.measured, end.predicted, request.absolute, request.relative)
+        else:
+            left, J = end.left * request.scale, end.J * request.scale[:, None]
+            noise = found_noise(request.measured, end.predicted, left, J, request.used)
+        if noise is None:
+            break
+        before, weights = request.noise, noise if weights is None or noise.relative > 0.0 else weights
+        if before is not None:
+            ratio = noise.deviations[request.used] / before[request.used]
+            if np.max(np.abs(np.log(ratio))) < _SAME_NOISE:
+                break
+        other = replace(request, noise=noise.deviations, found=not request.relative)
+        descent = _Descent(other, end.p, end.predictor)
+        again = descent._descend(end.p, "linear")
+        if not np.isfinite(again.cost):
+            break
+        request, end = other, again._replace(evaluations=end.evaluations + again.evaluations)
+    return request, end, weights
+
+
+def _mistakes(request: _Request, best: _End, compared: Sequence[_Tried]) -> list[str]:
+    """What in the measured numbers would explain that the fit ends far from them, one sentence."""
+    orders = np.array(request.problem.harmonics.orders[1:], dtype=float)
+    likely: list[tuple[float, Array, Change, _Request]] = []
+    for change in changes(request.measured, orders):
+        other = replace(request, measured=change.measured, noise=None, relative=None, absolute=None, found=False)
+        seen: Sequence[_Tried | None] = compared
+        if not np.array_equal(change.measured.omega, request.measured.omega):
+            seen = [_predicted(other, request.starts[0])]
+        scaled = Scaled(other.predictor(), change.measured)
+        near = [(other.misfit(other.left(scaled.scaled(tried.predicted))), tried.p) for tried in seen if tried]
+        if near:
+            likely.append((*min(near, key=lambda each: each[0]), change, other))
+    found: list[tuple[float, str]] = []
+    for _, p, change, other in sorted(likely, key=lambda each: each[0])[:_LIKELY]:
+        free = _fit_scaled(other, p, None)
+        if free is None or not free[0].misfit < _ENOUGH * best.misfit:
+            continue
+        end, factor = free
+        words, remedy, certain = change.words, change.remedy, False
+        for value, hint in round_factors(factor):
+            fixed = _fit_scaled(other, end.p, value)
+            if fixed is not None and fixed[0].misfit <= max(2.0 * end.misfit, _ROUNDING):
+                end, factor, certain = fixed[0], value, True
+                remedy = "; ".join(filter(None, (remedy, hint)))
+                break
+        if (factor == 1.0 and not words) or not (certain or end.misfit < _EXACT * best.misfit):
+            continue
+        if factor != 1.0:
+            words += f"{' and ' if words else ''}divided by {factor_text(factor)}"
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(request.names, end.p, strict=True))
+        said = f"the measured numbers fit to {100.0 * end.misfit:.2g} % where they are {words}, with {values}"
+        found.append((end.misfit, f"{said}: {remedy or 'check their scale and phase'}"))
+        if certain and end.misfit < 0.1 * best.misfit:
+            break
+    if found:
+        return [min(found)[1]]
+    return [
+        "no sign, phase, scale, derivative or unit of frequency of the measured numbers explains the misfit: another "
+        "law, a parameter that is not sought, or another start may"
+    ]
+
+
+def _fit_scaled(request: _Request, start: Array, factor: complex | None) -> tuple[_End, complex] | None:
+    """The fit of numbers that are a factor times those of the problem, and that factor; None where there is none."""
+    scaled = Scaled(request.predictor(), request.measured, factor)
+    try:
+        end = _Descent(request, start, scaled, most=_MOST_SOUGHT)._chosen(start)
+    except SlipstickError:
+        return None
+    return (end, scaled.factor) if np.isfinite(end.cost) else None
+
+
+def _result(
+    request: _Request, end: _End, costs: Sequence[float], weights: Noise | None, told: Sequence[str]
+) -> Identification:
+    freedom = end.left.size - len(request.names)
+    known = request.known
     spread = float(np.sqrt(end.cost / freedom)) if freedom > 0 else np.nan
-    deviation = 1.0 if known else spread
-    errors, correlations, singular, sentences = _statistics(request.names, end, deviation)
+    far, told = end.misfit > _FAR and not _explained(request, end), list(told)
+    deviation, refused = 1.0 if known else spread, ""
+    if far:
+        deviation, refused = np.nan, (
+            f"there are no standard errors: what is left, {100.0 * end.misfit:.2g} % of what was measured, is not "
+            "taken for noise; if the measurement is that noisy, give noise or relative_noise"
+        )  # fmt: skip
+        told.append(refused)
+    elif known and freedom > 0 and too_large(spread**2, freedom):
+        deviation = spread
+        told.append(
+            f"what is left is {spread:.2g} times the noise that was given: standard errors are multiplied by it"
+        )
+    statistics = _statistics(request.names, end, deviation)
+    left_out: list[Without] = []
+    if not far and end.misfit > _ROUNDING and freedom > 2 and deviation > 0.0:
+        statistics, left_out, sentences = _checked(request, end, statistics, deviation)
+        told += sentences
+    errors, correlations, singular, sentences, _ = statistics
     values = dict(zip(request.names, end.p.tolist(), strict=True))
     problem = request.problem.at_parameters(values)
-    bound = [name for name, at in zip(request.names, end.at_bound, strict=True) if at]
+    bound = tuple(name for name, at in zip(request.names, end.at_bound, strict=True) if at)
     message = "the fit converged" if end.converged else f"the fit did not converge in {request.most} evaluations"
+    if far:
+        message = f"the fit ends far from what was measured: misfit {end.misfit:.2g}"
     if bound:
         message += f", with {' and '.join(bound)} at a bound"
     found = Identification(
@@ -630,12 +918,20 @@ def _result(request: _Request, end: _End, costs: Sequence[float]) -> Identificat
         correlations=correlations,
         singular_values=singular,
         indistinct=tuple(sentences),
+        warnings=tuple(dict.fromkeys([*told, *sentences])),
+        refused=refused,
+        at_bound=bound,
         misfit=end.misfit,
-        noise=float(np.sqrt(np.mean(request.scale**2))) * deviation,
+        noise=float(np.sqrt(np.mean(request.scale**2))) * (spread if far and not known else deviation),
+        relative_noise=np.nan if weights is None else weights.relative,
+        weights="" if weights is None else weights.text,
+        without_level={
+            each.level: dict(zip(request.names, (end.p + each.shift).tolist(), strict=True)) for each in left_out
+        },
         reduced_chi_square=spread**2 if known else np.nan,
         degrees_of_freedom=freedom,
         several=end.predictor.several,
-        converged=end.converged,
+        converged=end.converged and not far,
         message=message,
         problem=problem,
         dataset=_EMPTY,
@@ -643,7 +939,64 @@ def _result(request: _Request, end: _End, costs: Sequence[float]) -> Identificat
         solutions=end.predictor.solved,
         starts=tuple(costs),
     )
-    return replace(found, dataset=_dataset(request, end, found))
+    return replace(found, dataset=_dataset(request, end, found, deviation))
+
+
+def _checked(
+    request: _Request, end: _End, statistics: _Statistics, deviation: float
+) -> tuple[_Statistics, list[Without], list[str]]:
+    """Standard errors that grow with what in the residuals is no noise, the levels left out, and sentences."""
+    told: list[str] = []
+    size, free = np.where(end.p != 0.0, np.abs(end.p), 1.0), ~end.at_bound
+    J, errors = (end.J * size)[:, free], statistics.errors.copy()
+    names = [name for name, there in zip(request.names, free, strict=True) if there]
+    if not J.size or not len(statistics.gain):
+        return statistics, [], told
+    white = whiteness(neighbours(request.measured, request.used), end.left, J, deviation)
+    growth = np.ones(len(names))
+    if white.told:
+        growth *= white.factor
+        told.append(
+            f"what is left is not white: neighbouring points are alike (correlation {white.correlation:.2f}), the "
+            f"model lacks something or the noise is not random; standard errors are multiplied by {white.factor:.2g}"
+        )
+    unequal = robust(statistics.gain, end.left, J, deviation)
+    larger = unequal.told & (unequal.factor > growth)
+    if larger.any():
+        growth[larger] = unequal.factor[larger]
+        which = [f"{name} ({factor:.2g} times)" for name, factor in zip(names, growth, strict=True)]
+        told.append(
+            "what is left is larger where parameters are determined: standard errors are taken from it (sandwich "
+            f"estimate) for {listed([word for word, there in zip(which, larger, strict=True) if there])}"
+        )
+    errors[free] *= growth
+    freedom = end.left.size - len(request.names)
+    left_out = []
+    for each in without_levels(request.measured, request.used, end.left, J, deviation, freedom):
+        shift = np.zeros(len(end.p))
+        shift[free] = each.shift * size[free]
+        left_out.append(each._replace(shift=shift))
+        moved = np.flatnonzero(np.abs(shift) > errors) if each.told else []
+        if len(moved):
+            values = [f"{request.names[k]} would be about {end.p[k] + shift[k]:.4g}" for k in moved]
+            told.append(
+                f"without {each.level} {listed(values)}: the levels do not agree within the noise, and standard errors "
+                "are at least these changes"
+            )
+            errors[moved] = np.abs(shift[moved])
+    return statistics._replace(errors=errors), left_out, told
+
+
+class _Statistics(NamedTuple):
+    errors: Array
+    """(n_p,)"""
+    correlations: Array
+    """(n_p, n_p)"""
+    singular: Array
+    sentences: list[str]
+    """Of what is not separated."""
+    gain: Array
+    """How relative values of the free parameters follow weighted numbers (n_free, m)."""
 
 
 _EMPTY: Any = None
@@ -651,15 +1004,15 @@ _EMPTY: Any = None
 
 def _statistics(
     names: Sequence[str], end: _End, deviation: float
-) -> tuple[Array, Array, Array, list[str]]:  # fmt: skip
-    """Standard errors (n_p,), correlations (n_p, n_p), singular values, and sentences of what is not separated."""
+) -> _Statistics:  # fmt: skip
+    """How sure the parameters are, of noise with one standard deviation of the weighted numbers."""
     size = np.where(end.p != 0.0, np.abs(end.p), 1.0)
     free = ~end.at_bound
     scaled = (end.J * size)[:, free]
-    _, singular, rows = np.linalg.svd(scaled, full_matrices=False)
+    columns, singular, rows = np.linalg.svd(scaled, full_matrices=False)
     errors, correlations = np.full(len(names), np.nan), np.full((len(names),) * 2, np.nan)
     if not singular.size:
-        return errors, correlations, singular, []
+        return _Statistics(errors, correlations, singular, [], np.empty((0, end.left.size)))
     known = singular > _INDISTINCT * singular[0]
     inverse = rows[known].T / singular[known]
     covariance = inverse @ inverse.T
@@ -675,7 +1028,7 @@ def _statistics(
     for value, row in zip(singular[known], rows[known], strict=True):
         if deviation / value > _IN_NOISE:
             sentences.append(_in_noise(chosen, row, deviation / value))
-    return errors, correlations, singular, sentences
+    return _Statistics(errors, correlations, singular, sentences, inverse @ columns[:, known].T)
 
 
 def _indistinct(names: Sequence[str], row: Array, p: Array) -> str:
@@ -699,7 +1052,7 @@ def _in_noise(names: Sequence[str], row: Array, spread: float) -> str:
     return f"the noise hides {' against '.join(part)}: that combination is known to {100.0 * spread:.0f} % only"
 
 
-def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Dataset:
+def _dataset(request: _Request, end: _End, found: Identification, deviation: float) -> xarray.Dataset:
     """Everything as labelled arrays."""
     import xarray
 
@@ -710,6 +1063,7 @@ def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Data
     data: dict[str, Any] = {
         "value": ("parameter", end.p, {"long_name": "parameters that fit"}),
         "standard_error": ("parameter", np.array([*found.standard_errors.values()])),
+        "at_bound": ("parameter", end.at_bound.astype(np.int8)),
         "correlation": (("parameter", "other"), found.correlations),
         "singular_value": ("rank", found.singular_values),
     }
@@ -741,7 +1095,15 @@ def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Data
     about = {"units": label(unit)}
     data["measured"] = (dims, measured.values, {**about, "long_name": f"measured {what}"})
     data["fitted"] = (dims, end.predicted, {**about, "long_name": f"fitted {what}"})
+    deviations = np.full(measured.values.shape, np.nan)
+    deviations[request.used] = request.scale * deviation
+    data["standard_deviation"] = (dims, deviations, {**about, "long_name": f"noise of the measured {what}"})
+    if found.without_level:
+        coords["level"] = list(found.without_level)
+        moved = np.array([[*values.values()] for values in found.without_level.values()])
+        data["without_level"] = (("level", "parameter"), moved, {"long_name": "parameters without a level"})
     attributes = {
+        "warnings": "\n".join(found.warnings), "refused": found.refused, "weights": found.weights,
         "misfit": found.misfit, "noise": found.noise, "converged": int(found.converged), "message": found.message,
         "indistinct": "\n".join(found.indistinct), "several": found.several,
         "degrees_of_freedom": found.degrees_of_freedom, "title": problem.title, **problem.units.attributes,
@@ -749,4 +1111,6 @@ def _dataset(request: _Request, end: _End, found: Identification) -> xarray.Data
     }  # fmt: skip
     if np.isfinite(found.reduced_chi_square):
         attributes["reduced_chi_square"] = found.reduced_chi_square
+    if np.isfinite(found.relative_noise):
+        attributes["relative_noise"] = found.relative_noise
     return xarray.Dataset(data, coords=coords, attrs=attributes)

@@ -45,6 +45,8 @@ class Vibration:
     """Coefficients (n, n_dofs, L), or amplitudes (n, n_dofs); nan where nothing was measured."""
     noise: Array | None
     """Standard deviations, of the shape of ``values``."""
+    notes: tuple[str, ...] = ()
+    """What a user is told of the measurement."""
 
     @property
     def of_amplitude(self) -> bool:
@@ -168,6 +170,13 @@ def _vibration(problem: Problem, data: xarray.Dataset) -> Vibration:
     name = "displacement" if "displacement" in data else "amplitude"
     values = data[name]
     if np.iscomplexobj(values.values):
+        if name == "amplitude":
+            raise InputError(
+                Fault(
+                    ("measured", "amplitude"), "complex numbers", expected="the largest |x - mean| of the period",
+                    remedy='call complex numbers "displacement"',
+                )
+            )  # fmt: skip
         values = _by_coefficients(values)
     if "dof" not in values.dims:
         own = str(values["dof"].values) if "dof" in values.coords else (problem.outputs or ("",))[0]
@@ -200,13 +209,38 @@ def _vibration(problem: Problem, data: xarray.Dataset) -> Vibration:
     assert omega is not None
     assert conditions is not None
     array = _standing(values.values.astype(float), omega.size, len(last), places, problem.harmonics.size)
+    notes = [note for note in (str(data.attrs.get("notes", "")),) if note]
+    if name == "displacement":
+        array, lone = _whole_pairs(array)
+        if lone:
+            notes.append(
+                f"{lone} measured coefficients are left out: a cosine and a sine are one complex number, and the other "
+                "one is nan there"
+            )
     noise = None
     if "noise" in data:
         spread = data["noise"].broadcast_like(values).transpose(*values.dims).values.astype(float)
         noise = _standing(spread, omega.size, len(last), places, problem.harmonics.size)
     if not np.any(np.isfinite(array)):
         raise InputError(Fault(("measured", name), "holds no numbers"))
-    return Vibration(omega=omega, conditions=conditions, dofs=dofs, values=array, noise=noise)
+    return Vibration(
+        omega=omega, conditions=conditions, dofs=dofs, values=array, noise=noise, notes=tuple(notes)
+    )  # fmt: skip
+
+
+def _whole_pairs(values: Array) -> tuple[Array, int]:
+    """Coefficients (..., dof, L) with nan in both parts of a complex number that lacks one; how many that took.
+
+    Of a dof and a harmonic of which one part was measured nowhere, the other part stands by itself.
+    """
+    there = np.isfinite(values)
+    out = np.where(there, values, np.nan)
+    cosine, sine = there[..., 1::2], there[..., 2::2]
+    points = tuple(range(values.ndim - 2))
+    lone = (cosine != sine) & np.any(cosine, axis=points) & np.any(sine, axis=points)
+    for part in (out[..., 1::2], out[..., 2::2]):
+        part[lone] = np.nan
+    return out, int(lone.sum())
 
 
 def _peaks(problem: Problem, data: xarray.Dataset) -> Backbone:
@@ -311,7 +345,8 @@ def _standing(values: Array, n: int, last: int, places: list[int] | None, L: int
 def _by_coefficients(values: xarray.DataArray) -> xarray.DataArray:
     """Complex numbers ``z`` of ``Re(z e^{i m tau})`` as coefficients ``c = Re z``, ``s = -Im z``.
 
-    Without a dimension ``harmonic`` they are of harmonic 1.
+    Without a dimension ``harmonic`` they are of harmonic 1. A number is missing where either of its parts is: an array
+    that nan is written into holds ``nan + 0j``.
     """
     import xarray
 
@@ -320,7 +355,9 @@ def _by_coefficients(values: xarray.DataArray) -> xarray.DataArray:
     parts = []
     for m in values["harmonic"].values.astype(int):
         z = values.sel(harmonic=m, drop=True)
-        parts += [(f"c{m}", z.real), (f"s{m}", -z.imag)] if m else [("0", z.real)]
+        there = np.isfinite(z)
+        real, imaginary = z.real.where(there), z.imag.where(there)
+        parts += [(f"c{m}", real), (f"s{m}", -imaginary)] if m else [("0", real)]
     labels = [label for label, _ in parts]
     return xarray.concat([part for _, part in parts], dim="coefficient").assign_coords(coefficient=labels)
 
@@ -425,8 +462,7 @@ def _loops(problem: Problem, data: xarray.Dataset) -> Loops:
 
     def coefficients(variable: Any) -> Array:
         samples = variable.broadcast_like(one).transpose(*lead, over).values.astype(float).reshape(omega.size, -1)
-        checked = numbers(("measured", str(variable.name)), samples)
-        return np.asarray(np.linalg.lstsq(H, checked.T, rcond=None)[0].T)
+        return np.array([_fitted_series(H, row, str(variable.name)) for row in samples])
 
     values = coefficients(force)
     if not slides:
@@ -476,6 +512,27 @@ def _tau(data: xarray.Dataset, over: str, count: int) -> Array:
 
 def _equal(count: int) -> Array:
     return np.asarray(np.arange(count) * (2.0 * np.pi / count), dtype=float)
+
+
+def _fitted_series(H: Array, samples: Array, name: str) -> Array:
+    """Coefficients (L,) of samples (n,) by least squares; those that are nan are left out.
+
+    Raises
+    ------
+    InputError
+        Where too few are left to tell them.
+    """
+    there = np.isfinite(samples)
+    if there.all():
+        return np.asarray(np.linalg.lstsq(H, samples, rcond=None)[0])
+    if np.linalg.matrix_rank(H[there]) < H.shape[1]:
+        raise InputError(
+            Fault(
+                ("measured", name), f"{int(there.sum())} samples that are not nan",
+                expected=f"at least {H.shape[1]} different ones over the period, for the harmonics of the problem",
+            )
+        )  # fmt: skip
+    return np.asarray(np.linalg.lstsq(H[there], samples[there], rcond=None)[0])
 
 
 def _series(problem: Problem, tau: Array) -> Array:

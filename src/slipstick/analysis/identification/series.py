@@ -17,7 +17,7 @@ import numpy as np
 
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
-from slipstick.faults import numbers, warn
+from slipstick.faults import numbers
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -46,10 +46,7 @@ def periodic_or_decaying(problem: Problem, data: xarray.Dataset) -> xarray.Datas
     InputError
         For series that are too short, or not equally ordered in time.
 
-    Warns
-    -----
-    SlipstickWarning
-        Where a vibration is not steady yet.
+    What a user is to be told, as of a vibration that is not steady yet, is the attribute "notes".
     """
     if "time" not in data.variables:
         raise InputError(Fault(("measured", "time"), "has no values", remedy="give the times of the samples, s"))
@@ -95,17 +92,20 @@ def _steady(problem: Problem, data: xarray.Dataset, time: Array) -> xarray.Datas
     for k, (w, motion) in enumerate(zip(each, samples, strict=True)):
         last = _last(time, float(w))
         middle = last[last.size // 2]
-        out[k], *halves = (
-            _coefficients(problem, w * time[part], motion[:, part])
-            for part in (last, last[last < middle], last[last >= middle])
+        out[k] = _coefficients(problem, w * time[last], motion[:, last])
+        first, second = (
+            _coefficients(problem, w * time[half], motion[:, half], few=True)
+            for half in (last[last < middle], last[last >= middle])
         )
-        change = float(np.linalg.norm((halves[1] - halves[0])[:, 1:]) / (np.linalg.norm(out[k][:, 1:]) or 1.0))
+        changes = np.nan_to_num((second - first)[:, 1:])
+        change = float(np.linalg.norm(changes) / (np.linalg.norm(np.nan_to_num(out[k][:, 1:])) or 1.0))
         worst = max(worst, (change, float(w)))
+    notes = {}
     if worst[0] > _UNSTEADY:
-        warn([
+        notes["notes"] = (
             f"the vibration measured at {worst[1]:.6g} rad/s is not steady: its coefficients change by "
             f"{100 * worst[0]:.2g} % within the last {_PERIODS} periods"
-        ])  # fmt: skip
+        )
     labels = ["0", *(f"{part}{m}" for m in problem.harmonics.orders[1:] for part in "cs")]
     others = {
         str(name): variable for name, variable in data.data_vars.items()
@@ -119,7 +119,7 @@ def _steady(problem: Problem, data: xarray.Dataset, time: Array) -> xarray.Datas
         "displacement": (dims, out.reshape(shape if lead else (1, *out.shape[1:]))),
         "omega": (dims[:1], each if lead else each[:1]), **others,
     }  # fmt: skip
-    return xarray.Dataset(variables, coords=coords, attrs=data.attrs)
+    return xarray.Dataset(variables, coords=coords, attrs={**data.attrs, **notes})
 
 
 def _last(time: Array, omega: float) -> Any:
@@ -138,12 +138,22 @@ def _last(time: Array, omega: float) -> Any:
     return last
 
 
-def _coefficients(problem: Problem, tau: Array, motion: Array) -> Array:
-    """Of motions (n_dofs, n_samples), (n_dofs, L)."""
+def _coefficients(problem: Problem, tau: Array, motion: Array, *, few: bool = False) -> Array:
+    """Of motions (n_dofs, n_samples), (n_dofs, L); nan of a dof that was not measured.
+
+    Samples that are nan are left out. Where too few are left it is an error, or with ``few`` nan.
+    """
     H = np.asarray(problem.harmonics.H_minus(tau))
-    if tau.size < H.shape[1]:
-        raise InputError(Fault(("measured", "time"), f"{tau.size} samples", expected=f"{H.shape[1]} or more"))
-    return np.asarray(np.linalg.lstsq(H, motion.T, rcond=None)[0].T)
+    out = np.full((len(motion), H.shape[1]), np.nan)
+    for k, row in enumerate(motion):
+        there = np.isfinite(row)
+        enough = there.sum() >= H.shape[1]
+        if enough:
+            out[k] = np.linalg.lstsq(H[there], row[there], rcond=None)[0]
+        elif there.any() and not few:
+            left = f"{int(there.sum())} samples"
+            raise InputError(Fault(("measured", "time"), left, expected=f"{H.shape[1]} or more"))
+    return out
 
 
 def _decay(problem: Problem, data: xarray.Dataset, time: Array) -> xarray.Dataset:
@@ -158,7 +168,9 @@ def _decay(problem: Problem, data: xarray.Dataset, time: Array) -> xarray.Datase
     if over:
         raise InputError(Fault(("measured", "displacement"), f"also over {over[0]}", expected="one decay at a time"))
     dof = str(np.ravel(x["dof"].values)[0]) if "dof" in x.coords else ""
-    rows = np.array(list(windows(time, np.asarray(x.values, dtype=float).reshape(-1))))
+    samples = np.asarray(x.values, dtype=float).reshape(-1)
+    there = np.isfinite(samples)
+    rows = np.array(list(windows(time[there], samples[there])))
     if len(rows) < 2:
         raise InputError(
             Fault(

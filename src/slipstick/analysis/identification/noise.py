@@ -1,0 +1,338 @@
+"""The noise that the residuals of a fit show, and what in them is no noise.
+
+Variances are those of the largest restricted likelihood (H. D. Patterson, R. Thompson, Biometrika 58, 1971, 545-554)
+of the residuals ``e`` of the fit, linear in its parameters at the end: ``e + J d``, with variances ``s^2 u``. It allows
+for points that the fit passes through because they alone determine a parameter: their residuals are small however
+large their noise is. Errors from the residuals themselves are ``(J^T J)^-1 J^T diag(e^2 / (1 - h)) J (J^T J)^-1`` with
+the leverages ``h`` (J. G. MacKinnon, H. White, J. Econometrics 29, 1985, 305-325).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from slipstick.analysis.identification.measured import QUANTITIES, Backbone, Decay, Loops, Measured, Vibration
+from slipstick.typing import Array, IntArray
+
+_FLOORS = (-3.0, 1.0)
+"""Decimal logarithms between which the noise that is left at no vibration, over that of a typical one, is sought."""
+_RATIOS = (-3.0, 2.0)
+"""Likewise of the noise of frequencies over that of the other quantity of a backbone."""
+_LIKELIER = 5.0
+"""Difference of log likelihoods from which unequal noise is taken; equal noise shows it in some test of a hundred."""
+_FREEDOM = 10
+"""Degrees of freedom below which unequal noise cannot be told from equal one."""
+_SMALLEST = 1e-6
+"""Noise that is a share of a number does not vanish with it: of the largest number this share is left."""
+_SURE = 0.999
+"""Probability with which noise alone would not look so."""
+_NEIGHBOURS = 15
+"""Neighbours in frequency, at least, from which a correlation is told."""
+_CORRELATED = 3.5
+"""Standard deviations of that correlation without one, beyond which it is one."""
+
+
+def sizes(measured: Measured, predicted: Array) -> dict[str, Array]:
+    """What noise may be a share of, by its name in words, each of the shape of ``predicted``.
+
+    A share ``r`` of a complex number is ``r / sqrt(2)`` of its modulus in each part.
+    """
+    if isinstance(measured, Vibration) and measured.of_amplitude:
+        own = np.abs(predicted)
+        return {"of each amplitude": own, **_of_level(measured, own)}
+    if isinstance(measured, Backbone):
+        return {"of each number": np.abs(predicted)}
+    if isinstance(measured, Decay):
+        return {"of each displacement": np.abs(predicted)}
+    moduli = np.hypot(predicted[..., 1::2], predicted[..., 2::2]) / np.sqrt(2.0)
+    own = np.empty_like(predicted)
+    own[..., 0] = np.abs(predicted[..., 0])
+    own[..., 1::2] = own[..., 2::2] = moduli
+    found = {"of each complex number": own}
+    if np.isfinite(measured.values[..., 1:]).reshape(-1, predicted.shape[-1] - 1).any(axis=0).sum() > 2:
+        whole = np.sqrt(np.sum(moduli**2, axis=-1, keepdims=True))
+        found["of the loop" if isinstance(measured, Loops) else "of the vibration at the point"] = np.broadcast_to(
+            whole, own.shape
+        )
+    return found | (_of_level(measured, own) if isinstance(measured, Vibration) else {})
+
+
+def _of_level(measured: Vibration, own: Array) -> dict[str, Array]:
+    groups = measured.groups
+    if len(groups) < 2 or max(map(len, groups)) < 2:
+        return {}
+    level = np.empty_like(own)
+    for group in groups:
+        level[group] = np.sqrt(np.mean(own[group] ** 2, axis=0))
+    return {"of the vibration of the level": level}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """Standard deviations of what was measured, and how they came about."""
+
+    deviations: Array
+    """Of the shape of what was measured."""
+    relative: float
+    """Share of the size that ``text`` names; nan where noise does not grow with what is measured."""
+    text: str
+    """In words."""
+
+
+def given_noise(measured: Measured, predicted: Array, absolute: Array | None, relative: float) -> Noise:
+    """Noise that is a share of each number of the prediction, beside an absolute one."""
+    (words, size), *_ = sizes(measured, predicted).items()
+    share = relative * np.maximum(size, _SMALLEST * float(np.nanmax(size)))
+    deviations = share if absolute is None else np.hypot(absolute, share)
+    return Noise(deviations=deviations, relative=relative, text=f"noise {100 * relative:.3g} % {words}, as given")
+
+
+def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, used: Array) -> Noise | None:
+    """Unequal noise where the residuals show it, else None.
+
+    Parameters
+    ----------
+    predicted
+        By the parameters that fit, of the shape of what was measured.
+    left, J
+        Residuals (m,) and their derivatives (m, n_p), not weighted.
+    used
+        Which numbers they are of, of that shape.
+    """
+    m = left.size
+    basis = _basis(J)
+    if m - basis.shape[1] < _FREEDOM or isinstance(measured, Decay):
+        return None
+    equal = measured.sizes if isinstance(measured, Backbone) else np.ones(predicted.shape)
+    best, chosen = _likelihood(left, basis, equal[used] ** 2)[0] + _LIKELIER, None
+    for variances, ends, words in _candidates(measured, predicted):
+        value, x = _largest(lambda x, v=variances: _likelihood(left, basis, v(x)[used])[0], ends)  # type: ignore[misc]
+        if value > best:
+            best, chosen = value, (variances(x), words)
+    if chosen is None:
+        return None
+    relative_variances, words = chosen
+    scale = _likelihood(left, basis, relative_variances[used])[1]
+    deviations = np.sqrt(scale * relative_variances)
+    return _told(measured, predicted, deviations, words)
+
+
+def _candidates(
+    measured: Measured, predicted: Array
+) -> Iterator[tuple[Callable[[float], Array], tuple[float, float], str]]:
+    """Variances over a common one, as functions of one number; the ends of that; what grows, in words."""
+    if isinstance(measured, Backbone):
+        if np.isfinite(measured.values).any(axis=0).all():
+            first = np.array([1.0, 0.0])
+            for own, words in ((measured.sizes, ""), (np.abs(predicted), "of each number")):
+                square = own**2 / measured.sizes**2
+                yield lambda x, s=square: measured.sizes**2 * s * 10.0 ** (2.0 * x * first), _RATIOS, words  # type: ignore[misc]
+        return
+    for words, size in sizes(measured, predicted).items():
+        square = size**2 / np.mean(size**2)
+        yield lambda x, s=square: 10.0 ** (2.0 * x) + s, _FLOORS, words  # type: ignore[misc]
+
+
+def _told(measured: Measured, predicted: Array, deviations: Array, words: str) -> Noise:
+    there = np.isfinite(measured.values)
+    if isinstance(measured, Backbone):
+        shares = [float(np.sqrt(np.mean((deviations / measured.sizes)[there[:, k], k] ** 2))) for k in (0, 1)]
+        names = QUANTITIES[measured.kind]
+        said = ", ".join(f"{100 * share:.2g} % of the {name}" for share, name in zip(shares, names, strict=True))
+        return Noise(deviations=deviations, relative=np.nan, text=f"noise {said}, found from what is left")
+    size = sizes(measured, predicted)[words]
+    coefficients = np.linalg.lstsq(
+        np.column_stack([np.ones(there.sum()), size[there] ** 2]), deviations[there] ** 2, rcond=None
+    )[0]
+    floor, share = np.sqrt(np.maximum(coefficients, 0.0))
+    return Noise(
+        deviations=deviations, relative=float(share),
+        text=f"noise {100 * share:.2g} % {words} and {floor:.2g} beside it, found from what is left",
+    )  # fmt: skip
+
+
+def _basis(J: Array) -> Array:
+    """Orthonormal columns (m, rank) of the directions in which parameters move what is predicted."""
+    lengths = np.linalg.norm(J, axis=0)
+    U, values, _ = np.linalg.svd(J[:, lengths > 0.0] / lengths[lengths > 0.0], full_matrices=False)
+    return np.asarray(U[:, values > 1e-7 * values.max(initial=0.0)])
+
+
+def _likelihood(left: Array, basis: Array, variances: Array) -> tuple[float, float]:
+    """Logarithm of the restricted likelihood, up to a constant, and the common variance ``s^2`` of the largest."""
+    weight = 1.0 / np.sqrt(variances)
+    Q, R = np.linalg.qr(basis * weight[:, None])
+    e = left * weight
+    e = e - Q @ (Q.T @ e)
+    freedom = left.size - basis.shape[1]
+    common = float(e @ e) / freedom
+    determinant = 2.0 * float(np.sum(np.log(np.abs(np.diag(R)))))
+    return -0.5 * (freedom * float(np.log(common)) + float(np.sum(np.log(variances))) + determinant), common
+
+
+def _largest(function: Callable[[float], float], ends: tuple[float, float]) -> tuple[float, float]:
+    """Largest value of a function of one number between two, and where: the best of a grid, refined."""
+    from scipy.optimize import minimize_scalar
+
+    grid = np.linspace(*ends, 13)
+    values = [function(float(x)) for x in grid]
+    k = int(np.argmax(values))
+    low, high = grid[max(k - 1, 0)], grid[min(k + 1, grid.size - 1)]
+    found = minimize_scalar(
+        lambda x: -function(float(x)), bounds=(low, high), method="bounded", options={"xatol": 1e-3}
+    )
+    return max((values[k], float(grid[k])), (-float(found.fun), float(found.x)))
+
+
+class Whiteness(NamedTuple):
+    """Correlation of neighbours, and how many standard deviations it is from none."""
+
+    correlation: float
+    deviations: float
+
+    @property
+    def told(self) -> bool:
+        """Whether it is no accident."""
+        return self.deviations > _CORRELATED
+
+    @property
+    def factor(self) -> float:
+        """By which standard errors grow: of n numbers with correlations ``r^k`` only ``n (1 - r) / (1 + r)`` count."""
+        r = min(max(self.correlation, 0.0), 0.98)
+        return float(np.sqrt((1.0 + r) / (1.0 - r)))
+
+
+def neighbours(measured: Measured, used: Array) -> IntArray:
+    """Pairs (k, 2) of fitted numbers, counted among those used, that were measured next to each other."""
+    place = np.full(used.shape, -1)
+    place[used] = np.arange(used.sum())
+    if isinstance(measured, Decay):
+        chains = [place[:, None]]
+    elif isinstance(measured, Loops):
+        chains = []
+    elif isinstance(measured, Backbone):
+        order = measured.amplitude if measured.amplitude.size else measured.values[:, 1]
+        chains = [place[group[np.argsort(order[group])]] for group in _runs(measured)]
+    else:
+        chains = [place[g[np.argsort(measured.omega[g])]].reshape(len(g), -1) for g in measured.groups]
+    out = []
+    for chain in chains:
+        for column in chain.T:
+            there = column[column >= 0]
+            out += [*zip(there[:-1].tolist(), there[1:].tolist(), strict=True)]
+    return np.array(out, dtype=int).reshape(-1, 2)
+
+
+def _runs(measured: Backbone) -> list[IntArray]:
+    """Peaks over one condition are one run; points of a mode are those of each condition."""
+    if measured.kind == "peak" and len(measured.conditions) == 1:
+        return [np.arange(measured.omega.size)]
+    return measured.groups
+
+
+def whiteness(pairs: IntArray, left: Array, J: Array, deviation: float) -> Whiteness:
+    """Of weighted residuals; what the fit itself makes of white noise is allowed for (as J. Durbin, G. S. Watson,
+    Biometrika 37, 1950, do)."""
+    if len(pairs) < _NEIGHBOURS or not deviation > 0.0:
+        return Whiteness(0.0, 0.0)
+    i, j = pairs.T
+    Q, e = _basis(J), left / deviation
+    beside = np.zeros_like(Q)  # A Q, where e^T A e is the sum of products of neighbours
+    np.add.at(beside, i, 0.5 * Q[j])
+    np.add.at(beside, j, 0.5 * Q[i])
+    small = Q.T @ beside
+    mean = -float(np.trace(small))
+    # A^2 on the diagonal: a quarter of the number of neighbours; A has entries of one half
+    variance = 2.0 * (0.5 * len(pairs) - 2.0 * float(np.sum(beside**2)) + float(np.sum(small * small.T)))
+    excess = float(e[i] @ e[j]) - mean
+    return Whiteness(excess / len(pairs), excess / np.sqrt(max(variance, 1e-12)))
+
+
+class Robust(NamedTuple):
+    """Standard errors from the residuals themselves, over those from the noise, and for which that is no accident."""
+
+    factor: Array
+    told: Array
+
+
+def robust(gain: Array, left: Array, J: Array, deviation: float) -> Robust:
+    """Of parameters that weighted residuals move by ``gain`` (n_p, m)."""
+    from scipy.stats import chi2
+
+    leverage = np.sum(_basis(J) ** 2, axis=1)
+    free = 1.0 - leverage
+    square = np.where(free > 1e-6, left**2 / np.maximum(free, 1e-6), deviation**2)
+    model = deviation**2 * np.sum(gain**2, axis=1)
+    ratio = np.sum(gain**2 * square, axis=1) / model
+    freedom = np.sum(gain**2, axis=1) ** 2 / np.sum(gain**4, axis=1)
+    return Robust(np.sqrt(ratio), ratio > chi2.ppf(_SURE, freedom) / freedom)
+
+
+def levels(measured: Measured) -> list[tuple[str, IntArray]]:
+    """Points measured under the same conditions, with these in words; none where all are."""
+    if isinstance(measured, Decay):
+        return []
+    if isinstance(measured, Loops):
+        return (
+            [(f"loop {k + 1}", np.array([k])) for k in range(len(measured.values))] if len(measured.values) > 1 else []
+        )
+    groups = measured.groups
+    if len(groups) < 2:
+        return []
+    return [(", ".join(f"{n} = {v[g[0]]:g}" for n, v in measured.conditions.items()), g) for g in groups]
+
+
+class Without(NamedTuple):
+    """A level left out."""
+
+    level: str
+    shift: Array
+    """Of the parameters (n_p,), to first order; nan of what the others do not determine."""
+    told: bool
+    """Whether it is more than noise."""
+
+
+def without_levels(
+    measured: Measured, used: Array, left: Array, J: Array, deviation: float, freedom: int
+) -> list[Without]:
+    """How parameters move where one level is left out, from weighted residuals and derivatives."""
+    from scipy.stats import f
+
+    chosen = levels(measured)
+    point = np.broadcast_to(np.arange(used.shape[0]).reshape(-1, *(1,) * (used.ndim - 1)), used.shape)[used]
+    A = J.T @ J
+    inverse = np.linalg.pinv(A, rcond=1e-14, hermitian=True)
+    out = []
+    for name, group in chosen:
+        inside = np.isin(point, group)
+        if not inside.any() or inside.all():
+            continue
+        of = J[inside].T @ J[inside]
+        pull = J[inside].T @ left[inside]
+        values, vectors = np.linalg.eigh(of - of @ inverse @ of)
+        known = values > 1e-9 * max(float(np.abs(A).max()), 1e-300)
+        rank = int(known.sum())
+        statistic = float(np.sum((vectors[:, known].T @ pull) ** 2 / values[known])) / deviation**2 if rank else 0.0
+        rest = np.linalg.eigh(A - of)
+        seen = rest[0] > 1e-9 * rest[0].max()
+        shift = rest[1][:, seen] @ ((rest[1][:, seen].T @ pull) / rest[0][seen])
+        shift[np.any(np.abs(rest[1][:, ~seen]) > 1e-3, axis=1)] = np.nan
+        limit = rank * float(f.ppf(1.0 - (1.0 - _SURE) / len(chosen), rank, max(freedom, 1))) if rank else np.inf
+        out.append(Without(name, shift, statistic > limit))
+    return out
+
+
+def too_large(chi_square: float, freedom: int) -> bool:
+    """Whether a reduced chi square is no accident of the noise that was given."""
+    from scipy.stats import chi2
+
+    return bool(freedom > 0 and chi_square > chi2.ppf(_SURE, freedom) / freedom)
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as a list in a sentence."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
