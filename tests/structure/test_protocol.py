@@ -63,6 +63,13 @@ def test_what_loses_energy_feeds_none(made: Callable[[], Structure]) -> None:
     assert (structure.energy_fed, structure.self_excited) == ("", "")
 
 
+def test_hysteretic_damping_is_known_round_the_modes() -> None:
+    """Limit cycles say how they take it."""
+    hysteretic = modes(loss_factor=0.02)
+    assert FreeStructure(elastic=hysteretic, rigid_shapes=[[0.5]]).loss_factor == hysteretic.loss_factor
+    assert Bare().loss_factor == 0.0
+
+
 class Bare(ss.models.Structure):
     """As little as a structure has to tell."""
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.analysis.events import CaseDone
 from slipstick.errors import InputError
 from slipstick.studies.mistuning import WeibullMaxima, mistuning_study, worst_pattern
 
@@ -40,7 +41,12 @@ def test_maxima_are_fitted() -> None:
 
 def test_samples_are_the_same_whatever_their_number() -> None:
     """Deviations of a sample, and what comes of them: that of a curve by itself."""
-    few, more = (mistuning_study(disc(), omega=(0.97, 1.12), spread=0.02, samples=n, seed=4, workers=1) for n in (1, 2))
+    told: list[CaseDone] = []
+    few, more = (
+        mistuning_study(disc(), omega=(0.97, 1.12), spread=0.02, samples=n, seed=4, workers=1, listeners=told.append)
+        for n in (1, 2)
+    )
+    assert [(event.done, event.total) for event in told] == [(1, 1), (1, 2), (2, 2)]
     np.testing.assert_array_equal(few.deviation[0], more.deviation[0])
     assert float(few.largest_amplitude[0]) == float(more.largest_amplitude[0])
     assert more.attrs["failed"] == 0

@@ -390,7 +390,7 @@ class TravellingWave(Structure):
     """Its stiffness is Hermitian and positive definite."""
 
     def __init__(self, sector: CyclicStructure, engine_order: int) -> None:
-        self.sector = sector
+        self.sector, self.loss_factor = sector, sector.loss_factor
         self.engine_order = whole("engine_order", engine_order, -_MOST_ORDER, _MOST_ORDER)
         self.dofs: tuple[str, ...] = (*sector.dofs, *(name + NEXT for name in sector.dofs))
 

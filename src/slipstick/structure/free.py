@@ -53,6 +53,7 @@ class FreeStructure(Structure):
     """
 
     def __init__(self, *, elastic: ModalStructure, rigid_shapes: Reals) -> None:
+        self.loss_factor = elastic.loss_factor
         self.elastic, self.rigid_shapes = elastic, directions("rigid_shapes", rigid_shapes, len(elastic.dofs))
 
     @property

@@ -60,6 +60,8 @@ class Structure(ABC):
         What grows by circulatory or negative stiffness without contacts, in words; empty: nothing; None: not known.
     residuals
         How what modes leave out is applied, "solved" for instance; empty where there is nothing to tell.
+    loss_factor
+        Hysteretic loss factor, of all or of each mode; 0 where there is none.
     sparse_directions
         Whether ``project`` takes scipy sparse arrays of directions where there are many.
     covers
@@ -90,10 +92,12 @@ class Structure(ABC):
         def covers(self) -> tuple[float, float]: ...  # noqa: D102
 
         sparse_directions: bool
+        loss_factor: Any
     else:
         load_shapes = ()
         values = further_values = MappingProxyType({})
         damping_ratios = energy_fed = self_excited = None
+        loss_factor = 0.0
         sparse_directions, residuals, covers = False, "", (0.0, inf)
 
     @abstractmethod

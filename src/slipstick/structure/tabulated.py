@@ -184,7 +184,8 @@ class TabulatedStructure(Structure):
         notes: Sequence[str] = (),
     ) -> None:
         names, faults = checked_names(dofs)
-        self.dofs, self.noise, self.notes = names, float(noise), tuple(notes)
+        self.dofs: tuple[str, ...] = names
+        self.noise, self.notes = float(noise), tuple(notes)
         self.omega = np.array(omega, dtype=float)
         n = self.omega.size
         if self.omega.ndim != 1 or n < FEWEST or np.any(np.diff(self.omega) <= 0.0) or not self.omega[0] > 0.0:

@@ -176,7 +176,7 @@ def self_excited(
 def _hysteretic(problem: Problem, parameter: str, span: tuple[float, float]) -> bool:
     """Whether there is hysteretic damping anywhere in the range."""
     ends = (problem.at_parameter(parameter, end).structure for end in span)
-    return any(np.any(np.asarray(getattr(structure, "loss_factor", 0.0))) for structure in ends)
+    return any(np.any(np.asarray(structure.loss_factor)) for structure in ends)
 
 
 def _option_faults(options: Mapping[str, Any]) -> Iterator[Fault]:
