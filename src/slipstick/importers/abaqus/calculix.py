@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,8 +22,17 @@ from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
 from slipstick.typing import Array, IntArray, Sparse
 
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
+
 HELD_DIAGONAL = 1e30
 """Abaqus marks a held degree of freedom by 1e36 on the diagonal of the stiffness."""
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of the format."""
+    del options
+    return read_matrix_storage(roles.first)
 
 
 def read_matrix_storage(path: Path) -> Deck:

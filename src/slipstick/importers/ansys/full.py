@@ -9,6 +9,7 @@ ansys-mapdl-reader agrees (a test) but ends the process on a damaged file; here 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from numpy.typing import NDArray
 from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.deck import Deck
 from slipstick.typing import IntArray, Sparse
+
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
 
 Words = NDArray[np.int32]
 
@@ -30,6 +34,12 @@ _COMPONENTS = {1: 0, 2: 1, 3: 2, 4: 3, 5: 4, 6: 5}
 
 class _Damaged(Exception):
     """The records do not fit together."""
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of the format."""
+    del options
+    return read_full(roles.first)
 
 
 def read_full(path: Path) -> Deck:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,16 @@ from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.text_numbers import read_bytes, require_plausible
 from slipstick.typing import Matrix, Sparse
 
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
+
 _FORMAT = re.compile(r"\(?\s*(?:\d+\s*P\s*,?\s*)?(\d*)\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of the format."""
+    del options
+    return read_hbmat(roles.matrices, roles.dof_map)
 
 
 def read_hbmat(files: dict[str, Path], mapping: Path | None) -> Deck:

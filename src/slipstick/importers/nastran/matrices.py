@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
@@ -16,6 +16,9 @@ from slipstick.importers.nastran.couplings import Points, coupled_equations
 from slipstick.importers.nastran.op4 import read_op4
 from slipstick.importers.turned import to_global
 from slipstick.typing import Matrix, Sparse
+
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
 
 _INITIAL = {"K": "K", "M": "M", "C": "B"}
 _WORD = {"K": "stiffness", "M": "mass", "C": "damping"}
@@ -54,6 +57,14 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
     if faults:
         raise InputError(faults)
     return chosen
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of both formats."""
+    files, names = list(roles.matrices.values()), options.names
+    if roles.first.suffix.lower() == ".pch":
+        return read_dmig(files, roles.bulk, names=names)
+    return read_op4_model(files, roles.bulk, names=names, dof_map=roles.dof_map, constraints=options.constraints)
 
 
 def read_op4_model(

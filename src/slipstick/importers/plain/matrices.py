@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,31 @@ from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.deck import Deck
 from slipstick.importers.dof_map import direction, read_dof_map
 from slipstick.importers.plain.matrix_file import read_matrix
+from slipstick.importers.text_numbers import read_bytes
 from slipstick.structure.npz import array_shapes, read_any
+
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of both formats: .mtx may be of Abaqus."""
+    del options
+    first = roles.first
+    if is_bundle(first):
+        return read_bundle(first)
+    head = read_bytes(first)[:60].splitlines()[0] if first.suffix.lower() == ".mtx" else b""
+    if head.startswith(b"%%") and head[:14].lower() != b"%%matrixmarket":
+        found = f"the first line '{head.decode('ascii', 'replace')}'"
+        raise InputError(Fault(Place(first.name), found=found, expected="'%%MatrixMarket matrix ...'"))
+    if first.suffix.lower() == ".mtx" and not head.startswith(b"%%"):
+        from slipstick.importers.abaqus.calculix import read_abaqus_matrices
+
+        known = Deck() if roles.dof_map is None else read_dof_map(roles.dof_map)
+        deck = read_abaqus_matrices(roles.matrices, known.rows)
+        deck.nodes = known.nodes
+        return deck
+    return read_plain(roles.matrices, roles.dof_map)
 
 
 def read_plain(files: Mapping[str, Path], dof_map: Path | None) -> Deck:
