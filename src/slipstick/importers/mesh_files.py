@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.deck import Deck
 from slipstick.importers.extras import require
+from slipstick.importers.findings import refused
 from slipstick.importers.formats import FORMATS, format_of
 from slipstick.importers.grouped import KINDS, MARK, Cells, grouped_model
 from slipstick.importers.text_numbers import read_bytes
@@ -44,7 +44,7 @@ def read_mesh(path: Path, constraints: int | None = None) -> Deck:
     if known is None or known.holds != "mesh":
         suffixes = ", ".join(suffix for known in FORMATS if known.holds == "mesh" for suffix in known.suffixes)
         what = f"mesh files of type '{path.suffix.lower()}' are not known"
-        raise InputError(Fault(Place(path.name), what, remedy=f"known are {suffixes}"))
+        raise refused(path.name, what, remedy=f"known are {suffixes}")
     return known.reader(path, constraints) if known.supports else known.reader(path)
 
 
@@ -53,21 +53,15 @@ def read_by_content(path: Path) -> Deck:
     suffix = path.suffix.lower()
     begin = read_bytes(path)[:4096]
     if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError(Fault(Place(path.name), "is text in UTF-16", remedy="save it as plain text (ASCII or UTF-8)"))
+        raise refused(path.name, "is text in UTF-16", remedy="save it as plain text (ASCII or UTF-8)")
     kind = _program(begin)
     if kind is None and b"\0" in begin:
-        raise InputError(
-            Fault(Place(path.name), "is no mesh: found a binary file", expected=f"text of {_INPUT}, or Gmsh's .msh")
-        )
+        raise refused(path.name, "is no mesh: found a binary file", expected=f"text of {_INPUT}, or Gmsh's .msh")
     if kind is None:
         kind = _GMSH if suffix == ".msh" else _INPUT
     if kind == _FLUENT:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"is a mesh of {kind}, which is not read",
-                remedy="export it for Abaqus (.inp) or Gmsh",
-            )
+        raise refused(
+            path.name, f"is a mesh of {kind}, which is not read", remedy="export it for Abaqus (.inp) or Gmsh"
         )
     usual = _INPUT if suffix == ".inp" else _GMSH
     model = _from_input(path) if kind == _INPUT else _from_gmsh(path)
@@ -116,16 +110,12 @@ def read_by_meshio(path: Path) -> Deck:
             data = meshio.read(path)
     except (Exception, SystemExit) as error:
         said = " ".join(str(error).split())[:100]
-        raise InputError(Fault(Place(path.name), f"is damaged or not a mesh that meshio reads ({said})")) from None
+        raise refused(path.name, f"is damaged or not a mesh that meshio reads ({said})") from None
     cells = []
     for index, block in enumerate(data.cells):
         if block.type.startswith(_FAMILIES) and block.type not in _MESHIO and block.type not in KINDS:
-            raise InputError(
-                Fault(
-                    Place(path.name),
-                    f"{len(block.data)} solids are of type {block.type}",
-                    remedy="mesh with order 1 or 2",
-                )
+            raise refused(
+                path.name, f"{len(block.data)} solids are of type {block.type}", remedy="mesh with order 1 or 2"
             )
         groups = {
             str(name): np.asarray(sets[index], dtype=np.int64)

@@ -13,6 +13,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.refine import linear_warnings
 from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_doubts
 from slipstick.importers.deck import Deck
+from slipstick.importers.findings import refused
 from slipstick.importers.formats import format_of
 from slipstick.importers.matrix_model import build_model, place_warnings
 from slipstick.importers.mesh_checks import mass_warnings
@@ -131,13 +132,10 @@ def _along_global(deck: Deck, mesh: Deck, paths: Sequence[Path], source: str) ->
         return to_global(deck, {node: axes.T for node, axes in mesh.axes.items()}, source)
     rotated = sorted(set(mesh.axes) & set([] if deck.rows is None else deck.rows[:, 0].tolist()))
     if rotated and "global" not in rows:
-        raise InputError(
-            Fault(
-                Place(source),
-                f"{len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the "
-                "matrices",
-                remedy="rotate the nodes to the global directions and export again",
-            )
+        raise refused(
+            source,
+            f"{len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the matrices",
+            remedy="rotate the nodes to the global directions and export again",
         )
     return deck
 
@@ -199,10 +197,10 @@ def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedMo
 def _read(roles: Roles, options: ImportOptions) -> Deck:
     known = format_of(roles.first)
     if known is None or known.holds != "matrices":
-        raise InputError(Fault(Place(roles.first.name), "is no file of matrices", remedy="give it as a mesh"))
+        raise refused(roles.first.name, "is no file of matrices", remedy="give it as a mesh")
     others = [path.name for path in roles.matrices.values() if path != roles.first]
     if others and known.whole:
-        raise InputError(Fault(Place(roles.first.name), "brings its own mass", remedy=f"leave out {', '.join(others)}"))
+        raise refused(roles.first.name, "brings its own mass", remedy=f"leave out {', '.join(others)}")
     return known.reader(roles, options)
 
 
