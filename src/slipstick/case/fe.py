@@ -273,11 +273,11 @@ def _path(name: str, folder: Path) -> Path:
 def imported_model(table: Any, path: Path) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
     from slipstick.fem.materials import REQUIRED
-    from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
+    from slipstick.importers.formats import holds
     from slipstick.importers.read_model import read_model
     from slipstick.importers.roles import ImportOptions
 
-    if path.suffix.lower() in (*MESH_SUFFIXES, *BULK_SUFFIXES):
+    if holds(path, "mesh"):
         material = None if table.material is None else material_of(table.material)
         return read_model(
             path, ImportOptions(material=material, fixed=table.fixed, quadratic=table.quadratic), quiet=True

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place, Where
+from slipstick.errors import Fault, Place, Where
 from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.elements import FACES
@@ -23,7 +23,7 @@ from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.fem.unit_systems import NOT_STATED
-from slipstick.importers.findings import Coupling, Findings
+from slipstick.importers.findings import Coupling, Findings, refused
 from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
 from slipstick.typing import Array, IntArray, Matrix
 
@@ -122,7 +122,7 @@ class Deck(Findings):
             found = with_middles(kind, found, label, self.middles, self._made_from, self.source)
         table = self.elements.setdefault(kind, {})
         if table.setdefault(label, found) != found or self._kinds.setdefault(label, kind) != kind:
-            raise InputError(Fault(where, f"element {label} is given twice", remedy=self.flatten))
+            raise refused(where, f"element {label} is given twice", remedy=self.flatten)
         if foreign:
             counts = self.variants.setdefault(kind, {})
             counts[foreign] = counts.get(foreign, 0) + 1

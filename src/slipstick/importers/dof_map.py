@@ -11,6 +11,7 @@ import numpy as np
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import COMPONENTS
 from slipstick.importers.deck import Deck, pairs_table
+from slipstick.importers.findings import DAMAGED, refused
 from slipstick.importers.text_numbers import read_bytes
 from slipstick.typing import Array
 
@@ -54,30 +55,18 @@ def read_dof_map(path: Path) -> Deck:
         try:
             row, node, component, position = _entry(words)
         except ValueError as error:
-            raise InputError(Fault(Place(path.name, f"line {number}"), str(error))) from None
+            raise refused(Place(path.name, f"line {number}"), str(error)) from None
         if abs(node) >= 2**63:
-            raise InputError(
-                Fault(
-                    (path.name, f"line {number}"),
-                    found="a node number beyond 64 bits",
-                    remedy="the map is damaged: write it again",
-                )
-            )
+            raise InputError(Fault((path.name, f"line {number}"), found="a node number beyond 64 bits", remedy=DAMAGED))
         entries.append((node, component))
         rows.append(row or len(entries))
         if position:
             positions[node] = position
     if not entries:
-        raise InputError(Fault(Place(path.name), "holds no line 'node direction'", expected="one for each matrix row"))
+        raise refused(path.name, "holds no line 'node direction'", expected="one for each matrix row")
     order = np.argsort(rows)
     if not np.array_equal(np.asarray(rows)[order], np.arange(1, len(rows) + 1)):
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"row numbers are not 1..{len(rows)}, each once",
-                remedy="the map is damaged or incomplete: write it again",
-            )
-        )
+        raise refused(path.name, f"row numbers are not 1..{len(rows)}, each once", remedy=DAMAGED)
     return Deck(source=path.name, rows=pairs_table(entries)[order], nodes=positions)
 
 

@@ -7,13 +7,23 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeVar
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Fault, InputError, Place, Where
 
 ROUTE = (
     "export the assembled matrices and import those "
     "(CalculiX: *FREQUENCY, SOLVER=MATRIXSTORAGE; Abaqus: *MATRIX OUTPUT; Ansys: .full or HBMAT; "
     "any: K, M, dof_nodes, dof_components in one .npz)"
 )
+
+DAMAGED = "the file is damaged or truncated: write it again"
+
+
+def refused(
+    where: str | Where, statement: str = "", *, found: str = "", expected: str = "", remedy: str = ""
+) -> InputError:
+    """The exception of one fault in a file: where it stands, or the name of the file alone."""
+    place = Place(where) if isinstance(where, str) else where
+    return InputError(Fault(place, statement, found=found, expected=expected, remedy=remedy))
 
 
 class Verdict(Enum):

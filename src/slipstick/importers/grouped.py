@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.importers.deck import Deck, matching_surface
+from slipstick.importers.findings import refused
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.typing import Array, IntArray
 
@@ -78,12 +78,8 @@ def grouped_model(name: str, points: Array, cells: Sequence[Cells], labels: IntA
                 nodes.setdefault(group, []).append(part.nodes[chosen].ravel())
     if not blocks:
         flat = f"; it has {_counted(others)}" if others else ""
-        raise InputError(
-            Fault(
-                Place(name),
-                f"has no solid element{flat}",
-                remedy="mesh the volume, and export it with its physical groups",
-            )
+        raise refused(
+            name, f"has no solid element{flat}", remedy="mesh the volume, and export it with its physical groups"
         )
     mesh = Mesh(
         nodes=points,

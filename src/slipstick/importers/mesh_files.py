@@ -8,18 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
-from slipstick.importers.abaqus.mesh import read_input
-from slipstick.importers.ansys.archive import read_archive
 from slipstick.importers.deck import Deck
 from slipstick.importers.extras import require
-from slipstick.importers.gmsh.mesh_file import read_gmsh
+from slipstick.importers.findings import refused
+from slipstick.importers.formats import FORMATS, format_of
 from slipstick.importers.grouped import KINDS, MARK, Cells, grouped_model
-from slipstick.importers.nastran.mesh import read_bulk_mesh
 from slipstick.importers.text_numbers import read_bytes
 
-BULK_SUFFIXES = (".bdf", ".nas", ".dat", ".blk")
-MESH_SUFFIXES = (".cdb", ".inp", ".msh", ".vtu", ".vtk", ".med", ".xdmf", ".exo", ".e")
 _MESHIO = {
     "tetra": "tet4",
     "tetra10": "tet10",
@@ -45,43 +40,31 @@ def read_mesh(path: Path, constraints: int | None = None) -> Deck:
     InputError
         If the type is not known, the file is damaged or has no solid element.
     """
-    suffix = path.suffix.lower()
-    if suffix == ".cdb":
-        return read_archive(path)
-    if suffix in (".inp", ".msh"):
-        return _by_content(path, suffix)
-    if suffix in BULK_SUFFIXES:
-        return read_bulk_mesh(path, constraints)
-    if suffix not in MESH_SUFFIXES:
-        known = ", ".join((*MESH_SUFFIXES, *BULK_SUFFIXES))
-        raise InputError(
-            Fault(Place(path.name), f"mesh files of type '{suffix}' are not known", remedy=f"known are {known}")
-        )
-    return _from_meshio(path)
+    known = format_of(path)
+    if known is None or known.holds != "mesh":
+        suffixes = ", ".join(suffix for known in FORMATS if known.holds == "mesh" for suffix in known.suffixes)
+        what = f"mesh files of type '{path.suffix.lower()}' are not known"
+        raise refused(path.name, what, remedy=f"known are {suffixes}")
+    return known.reader(path, constraints) if known.supports else known.reader(path)
 
 
-def _by_content(path: Path, suffix: str) -> Deck:
+def read_by_content(path: Path) -> Deck:
     """Several programs use these suffixes: CalculiX GraphiX writes input files as .msh."""
+    suffix = path.suffix.lower()
     begin = read_bytes(path)[:4096]
     if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError(Fault(Place(path.name), "is text in UTF-16", remedy="save it as plain text (ASCII or UTF-8)"))
+        raise refused(path.name, "is text in UTF-16", remedy="save it as plain text (ASCII or UTF-8)")
     kind = _program(begin)
     if kind is None and b"\0" in begin:
-        raise InputError(
-            Fault(Place(path.name), "is no mesh: found a binary file", expected=f"text of {_INPUT}, or Gmsh's .msh")
-        )
+        raise refused(path.name, "is no mesh: found a binary file", expected=f"text of {_INPUT}, or Gmsh's .msh")
     if kind is None:
         kind = _GMSH if suffix == ".msh" else _INPUT
     if kind == _FLUENT:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"is a mesh of {kind}, which is not read",
-                remedy="export it for Abaqus (.inp) or Gmsh",
-            )
+        raise refused(
+            path.name, f"is a mesh of {kind}, which is not read", remedy="export it for Abaqus (.inp) or Gmsh"
         )
     usual = _INPUT if suffix == ".inp" else _GMSH
-    model = read_input(path) if kind == _INPUT else _from_gmsh(path)
+    model = _from_input(path) if kind == _INPUT else _from_gmsh(path)
     if kind != usual:
         model.extra.insert(0, f"{path.name}: is a file of {kind}, and read as that")
     return model
@@ -101,7 +84,15 @@ def _program(begin: bytes) -> str | None:
     return None
 
 
+def _from_input(path: Path) -> Deck:
+    from slipstick.importers.abaqus.mesh import read_input
+
+    return read_input(path)
+
+
 def _from_gmsh(path: Path) -> Deck:
+    from slipstick.importers.gmsh.mesh_file import read_gmsh
+
     file = read_gmsh(path)
     model = grouped_model(path.name, file.points, file.cells, file.labels)
     groups = ", ".join(f"{number} of {_DIMENSIONS[dimension]}" for dimension, number in file.unnamed)
@@ -110,7 +101,8 @@ def _from_gmsh(path: Path) -> Deck:
     return model
 
 
-def _from_meshio(path: Path) -> Deck:
+def read_by_meshio(path: Path) -> Deck:
+    """A mesh of another format that meshio reads."""
     meshio = require("meshio", "meshio")
     read_bytes(path)
     try:
@@ -118,16 +110,12 @@ def _from_meshio(path: Path) -> Deck:
             data = meshio.read(path)
     except (Exception, SystemExit) as error:
         said = " ".join(str(error).split())[:100]
-        raise InputError(Fault(Place(path.name), f"is damaged or not a mesh that meshio reads ({said})")) from None
+        raise refused(path.name, f"is damaged or not a mesh that meshio reads ({said})") from None
     cells = []
     for index, block in enumerate(data.cells):
         if block.type.startswith(_FAMILIES) and block.type not in _MESHIO and block.type not in KINDS:
-            raise InputError(
-                Fault(
-                    Place(path.name),
-                    f"{len(block.data)} solids are of type {block.type}",
-                    remedy="mesh with order 1 or 2",
-                )
+            raise refused(
+                path.name, f"{len(block.data)} solids are of type {block.type}", remedy="mesh with order 1 or 2"
             )
         groups = {
             str(name): np.asarray(sets[index], dtype=np.int64)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Fault, InputError
 from slipstick.fem import refine
 from slipstick.fem.elements import LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import names_dofs
@@ -17,6 +17,7 @@ from slipstick.fem.lumped import with_lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.importers.deck import Deck, pairs_table
+from slipstick.importers.findings import refused
 from slipstick.importers.matrix_model import build_model
 from slipstick.importers.mesh_checks import material_warnings, variant_warnings
 from slipstick.typing import IntArray
@@ -69,9 +70,7 @@ def assemble_mesh(
     fixed = [name for name in fixed if name not in single]
     for name in fixed:
         if not len(deck.mesh.node_set(name)):
-            raise InputError(
-                Fault(Place(source), f"the node set '{name}' is empty: nothing is fixed by it", remedy="give its nodes")
-            )
+            raise refused(source, f"the node set '{name}' is empty: nothing is fixed by it", remedy="give its nodes")
     mesh = _with_held_sets(deck, deck.mesh, source)
     if quadratic:
         mesh = refine.quadratic(mesh)
@@ -159,12 +158,10 @@ def _materials(deck: Deck, mesh: Mesh, material: Material | None, source: str) -
     if material is not None:
         return material
     if not deck.materials:
-        raise InputError(Fault(Place(source), "is a mesh without material", remedy="give young, poisson and density"))
+        raise refused(source, "is a mesh without material", remedy="give young, poisson and density")
     without = [name for name, known in deck.materials.items() if not known.density > 0.0]
     if without:
-        raise InputError(
-            Fault(Place(source), f"{', '.join(without)} has no density", remedy="give young, poisson and density")
-        )
+        raise refused(source, f"{', '.join(without)} has no density", remedy="give young, poisson and density")
     if len(deck.materials) == 1 and next(iter(deck.materials)) not in mesh.element_sets:
         return next(iter(deck.materials.values()))
     return deck.materials

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation
+from slipstick.importers.findings import DAMAGED, refused
 from slipstick.typing import Array, IntArray
 
 Edges = dict[tuple[int, int], int]
@@ -29,9 +29,7 @@ def with_middles(name: str, nodes: Sequence[int], number: int, made: Edges, next
     """
     element = ELEMENTS[name]
     if min(nodes[: element.n_corners]) <= 0 or min(nodes) < 0:
-        raise InputError(
-            Fault(Place(source), f"element {number} lacks a corner node", remedy="the file is damaged: write it again")
-        )
+        raise refused(source, f"element {number} lacks a corner node", remedy=DAMAGED)
     labels = list(nodes)
     for place in (i for i, node in enumerate(nodes) if node == 0):
         a, b = (nodes[i] for i in element.edges[place - element.n_corners])
@@ -47,9 +45,7 @@ def placed(made: Edges, labels: IntArray, nodes: Array, source: str) -> tuple[In
     ends = np.array(list(made), dtype=np.int64)
     at = order[np.searchsorted(labels, ends, sorter=order).clip(max=len(order) - 1)]
     if np.any(labels[at] != ends):
-        raise InputError(
-            Fault(Place(source), f"an element uses node {ends[labels[at] != ends][0]}, which is not in the file")
-        )
+        raise refused(source, f"an element uses node {ends[labels[at] != ends][0]}, which is not in the file")
     new = np.fromiter(made.values(), dtype=np.int64, count=len(made))
     return np.concatenate([labels, new]), np.vstack([nodes, nodes[at].mean(axis=1)])
 

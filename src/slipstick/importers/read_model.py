@@ -13,13 +13,14 @@ from slipstick.fem.materials import Material
 from slipstick.fem.refine import linear_warnings
 from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_doubts
 from slipstick.importers.deck import Deck
+from slipstick.importers.findings import refused
+from slipstick.importers.formats import format_of
 from slipstick.importers.matrix_model import build_model, place_warnings
 from slipstick.importers.mesh_checks import mass_warnings
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.mesh_model import assemble_mesh
 from slipstick.importers.nastran.mesh import holds_solids
-from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
-from slipstick.importers.text_numbers import read_bytes
+from slipstick.importers.roles import MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
 from slipstick.importers.turned import to_global
 from slipstick.io.model_file import load_model
 
@@ -119,25 +120,22 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
     model = replace(model, warnings=(*model.warnings, *place_warnings(model)))
     if mesh:
         model = _with_mesh(model, mesh, options.material)
-    elif roles.nodes is not None and roles.nodes.suffix.lower() in BULK and holds_solids(roles.nodes):
-        model = _weighed(model, roles.nodes, options)
+    elif roles.bulk is not None and holds_solids(roles.bulk):
+        model = _weighed(model, roles.bulk, options)
     return model.fix(list(options.fixed)) if options.fixed else model
 
 
 def _along_global(deck: Deck, mesh: Deck, paths: Sequence[Path], source: str) -> Deck:
     """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; others are unknown."""
-    suffixes = {path.suffix.lower() for path in paths}
-    if suffixes & {".full", ".matrix", ".hb", ".rsa", ".rua"}:
+    rows = {known.rows for path in paths if (known := format_of(path)) is not None and known.holds == "matrices"}
+    if "nodes" in rows:
         return to_global(deck, {node: axes.T for node, axes in mesh.axes.items()}, source)
     rotated = sorted(set(mesh.axes) & set([] if deck.rows is None else deck.rows[:, 0].tolist()))
-    if rotated and ".sti" not in suffixes:
-        raise InputError(
-            Fault(
-                Place(source),
-                f"{len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the "
-                "matrices",
-                remedy="rotate the nodes to the global directions and export again",
-            )
+    if rotated and "global" not in rows:
+        raise refused(
+            source,
+            f"{len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the matrices",
+            remedy="rotate the nodes to the global directions and export again",
         )
     return deck
 
@@ -197,72 +195,25 @@ def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedMo
 
 
 def _read(roles: Roles, options: ImportOptions) -> Deck:
-    first = roles.matrices.get("K") or next(iter(roles.matrices.values()))
-    suffix = first.suffix.lower()
-    others = [path.name for path in roles.matrices.values() if path != first]
-    if others and suffix in (".full", ".sti"):
-        raise InputError(Fault(Place(first.name), "brings its own mass", remedy=f"leave out {', '.join(others)}"))
-    if suffix == ".full":
-        from slipstick.importers.ansys.full import read_full
-
-        return read_full(first)
-    if suffix in (".op4", ".pch"):
-        return _nastran(roles, options, suffix)
-    if suffix == ".sti":
-        from slipstick.importers.abaqus.calculix import read_matrix_storage
-
-        return read_matrix_storage(first)
-    if suffix in (".mtx", ".npz"):
-        return _plain(roles, first)
-    from slipstick.importers.ansys.hbmat import read_hbmat
-
-    return read_hbmat(roles.matrices, roles.dof_map)
-
-
-def _nastran(roles: Roles, options: ImportOptions, suffix: str) -> Deck:
-    from slipstick.importers.nastran.matrices import read_dmig, read_op4_model
-
-    files = list(roles.matrices.values())
-    bulk = roles.nodes if roles.nodes and roles.nodes.suffix.lower() in BULK else None
-    if suffix == ".pch":
-        return read_dmig(files, bulk, names=options.names)
-    return read_op4_model(files, bulk, names=options.names, dof_map=roles.dof_map, constraints=options.constraints)
-
-
-def _plain(roles: Roles, first: Path) -> Deck:
-    from slipstick.importers.plain import matrices
-
-    if first.suffix.lower() == ".npz" and matrices.is_bundle(first):
-        return matrices.read_bundle(first)
-    head = read_bytes(first)[:60].splitlines()[0] if first.suffix.lower() == ".mtx" else b""
-    if head.startswith(b"%%") and head[:14].lower() != b"%%matrixmarket":
-        shown = head.decode("ascii", "replace")
-        raise InputError(
-            Fault(Place(first.name), found=f"the first line '{shown}'", expected="'%%MatrixMarket matrix ...'")
-        )
-    if first.suffix.lower() == ".mtx" and not head.startswith(b"%%"):
-        from slipstick.importers.abaqus.calculix import read_abaqus_matrices
-        from slipstick.importers.dof_map import read_dof_map
-
-        if roles.dof_map is None:
-            return read_abaqus_matrices(roles.matrices)
-        known = read_dof_map(roles.dof_map)
-        deck = read_abaqus_matrices(roles.matrices, known.rows)
-        deck.nodes = known.nodes
-        return deck
-    return matrices.read_plain(roles.matrices, roles.dof_map)
+    known = format_of(roles.first)
+    if known is None or known.holds != "matrices":
+        raise refused(roles.first.name, "is no file of matrices", remedy="give it as a mesh")
+    others = [path.name for path in roles.matrices.values() if path != roles.first]
+    if others and known.whole:
+        raise refused(roles.first.name, "brings its own mass", remedy=f"leave out {', '.join(others)}")
+    return known.reader(roles, options)
 
 
 def _mesh_beside(deck: Deck, roles: Roles) -> Deck | None:
     """The mesh of a file beside the matrices, which with bulk data tells where their nodes are."""
     if roles.nodes is None:
         return None
-    if roles.nodes.suffix.lower() in BULK:
+    if roles.bulk is not None:
         from slipstick.importers.nastran.bulk import read_bulk
         from slipstick.importers.nastran.matrices import tell
 
         if not deck.nodes:
-            data = read_bulk(roles.nodes)
+            data = read_bulk(roles.bulk)
             deck.nodes = dict(data.nodes)
             tell(deck, data)
         return None

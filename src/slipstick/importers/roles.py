@@ -14,12 +14,10 @@ from slipstick.faults import SMALLEST, Gathering, number, one, shown, suggestion
 from slipstick.faults import names as text_list
 from slipstick.faults import path as path_of
 from slipstick.fem.materials import Material
-from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
+from slipstick.importers.formats import holds, is_bulk
 
-MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
 _MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
 MODELS = (".h5", ".hdf5")
-BULK = (*BULK_SUFFIXES, ".pch")
 
 
 _UNREAD = {
@@ -116,6 +114,16 @@ class Roles:
     dof_map: Path | None
     nodes: Path | None
 
+    @property
+    def first(self) -> Path:
+        """The file of the stiffness, or any."""
+        return self.matrices.get("K") or next(iter(self.matrices.values()))
+
+    @property
+    def bulk(self) -> Path | None:
+        """Bulk data beside the matrices."""
+        return self.nodes if self.nodes and is_bulk(self.nodes) else None
+
 
 def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
     """Files by role: by the options, else by suffix and by the words in the name."""
@@ -137,7 +145,7 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
             matrices[role if role not in matrices else f"{role}{len(matrices)}"] = path
         elif suffix in _MAPS and path != dof_map:
             dof_map = path
-        elif suffix in (*BULK, *MESH_SUFFIXES) and matrices_follow(paths):
+        elif (is_bulk(path) or holds(path, "mesh")) and matrices_follow(paths):
             nodes = path
     matrices |= {role: Path(path) for role, path in told.items() if path}
     return Roles(matrices=matrices, dof_map=Path(dof_map) if dof_map else None, nodes=Path(nodes) if nodes else None)
@@ -145,13 +153,13 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
 
 def _holds_matrices(path: Path, paths: Sequence[Path]) -> bool:
     """A punch file beside .op4 tells the rows of a superelement; alone it holds its matrices."""
-    suffix = path.suffix.lower()
-    return suffix in MATRICES and not (suffix == ".pch" and any(p.suffix.lower() == ".op4" for p in paths))
+    beside = path.suffix.lower() == ".pch" and any(p.suffix.lower() == ".op4" for p in paths)
+    return holds(path, "matrices") and not beside
 
 
 def matrices_follow(paths: Sequence[Path]) -> bool:
     """Whether matrix files are among these, so that a mesh among them is there for its positions."""
-    return any(path.suffix.lower() in MATRICES for path in paths)
+    return any(holds(path, "matrices") for path in paths)
 
 
 def _role(path: Path) -> str:
@@ -212,7 +220,7 @@ def _without_effect(path: Path, options: ImportOptions) -> Iterator[Fault]:
         "nodes": options.nodes,
         "names": options.names or None,
     }
-    if path.suffix.lower() not in BULK:
+    if not is_bulk(path):
         of_matrices["constraints"] = options.constraints
     for key, value in of_matrices.items():
         if value is not None:

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import Fault, InputError, Place, Where
+from slipstick.errors import InputError, Where
+from slipstick.importers.findings import DAMAGED, refused
 from slipstick.typing import Array
 
 LARGEST_TEXT_FILE = 16 * 1024**3
@@ -31,16 +32,12 @@ def read_bytes(path: Path) -> bytes:
     except OSError:
         size = -1
     if size < 0:
-        raise InputError(Fault(Place(str(path)), "there is no such file"))
+        raise refused(str(path), "there is no such file")
     if size == 0:
-        raise InputError(Fault(Place(path.name), "the file is empty"))
+        raise refused(path.name, "the file is empty")
     if size > LARGEST_TEXT_FILE:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"the file is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB",
-                remedy="reduce the model first",
-            )
+        raise refused(
+            path.name, f"the file is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB", remedy="reduce the model first"
         )
     return path.read_bytes()
 
@@ -53,7 +50,7 @@ def reading(where: str | Where) -> Iterator[None]:
     except InputError:
         raise
     except (ValueError, IndexError) as error:
-        raise InputError(Fault(where, f"cannot be read ({error})")) from None
+        raise refused(where, f"cannot be read ({error})") from None
 
 
 def number_table(data: bytes, columns: int, path: Path) -> Array:
@@ -70,32 +67,16 @@ def number_table(data: bytes, columns: int, path: Path) -> Array:
         try:
             values = np.fromstring(text.decode("ascii"), dtype=float, sep=" ")
         except (ValueError, UnicodeDecodeError, DeprecationWarning):
-            raise InputError(
-                Fault(
-                    Place(path.name), "holds something else than numbers", remedy="the file is damaged: write it again"
-                )
-            ) from None
+            raise refused(path.name, "holds something else than numbers", remedy=DAMAGED) from None
     if not len(values) or len(values) % columns:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                found=f"{len(values)} numbers, expected rows of {columns}",
-                remedy="the file is damaged or truncated: write it again",
-            )
-        )
+        raise refused(path.name, found=f"{len(values)} numbers, expected rows of {columns}", remedy=DAMAGED)
     return values.reshape(-1, columns)
 
 
 def whole_numbers(values: Array, what: str, path: Path, low: int = 1) -> NDArray[np.int64]:
     """Numbers that must be integers from ``low`` up."""
     if len(values) and not (np.all(values == np.floor(values)) and values.min() >= low and values.max() < 2**53):
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"{what} are not all whole numbers from {low} up",
-                remedy="the file is damaged: write it again",
-            )
-        )
+        raise refused(path.name, f"{what} are not all whole numbers from {low} up", remedy=DAMAGED)
     return values.astype(np.int64)
 
 
@@ -103,13 +84,7 @@ def require_plausible(rows: int, entries: int, path: Path) -> None:
     """Refuse sizes that a file of this length cannot hold, before memory is taken for them."""
     size = path.stat().st_size
     if rows <= 0 or rows > max(2**20, size) or entries < 0 or entries > max(size, 1):
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"claims {rows} rows and {entries} entries in a file of {size} bytes",
-                remedy="it is damaged or truncated: write it again",
-            )
-        )
+        raise refused(path.name, f"claims {rows} rows and {entries} entries in a file of {size} bytes", remedy=DAMAGED)
 
 
 _REAL = re.compile(r"^([+-]?[0-9]*\.?[0-9]*)(?:[eEdD]?([+-][0-9]+)|[eEdD]([0-9]+))?$")

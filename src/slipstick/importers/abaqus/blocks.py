@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from slipstick.errors import Fault, InputError, Place
-from slipstick.importers.findings import Findings
+from slipstick.errors import Place
+from slipstick.importers.findings import Findings, refused
 from slipstick.importers.text_numbers import LARGEST_TEXT_FILE, read_bytes
 
 _DEPTH = 10
@@ -37,9 +37,7 @@ def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -
     text = read_bytes(path)
     read.append(len(text))
     if sum(read) > LARGEST_TEXT_FILE:
-        raise InputError(
-            Fault(Place(path.name), f"with what it includes it is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB")
-        )
+        raise refused(path.name, f"with what it includes it is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB")
     lines: list[tuple[Place, str]] = []
     for number, line in enumerate(text.decode("latin-1").splitlines(), 1):
         match = _INCLUDE.match(line)
@@ -49,9 +47,7 @@ def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -
         where = Place(path.name, f"line {number}", "*INCLUDE")
         inner = _included(match.group(1), folder, where)
         if inner in above or len(above) >= _DEPTH:
-            raise InputError(
-                Fault(where, f"{inner.name} includes itself, or files include each other more than {_DEPTH} deep")
-            )
+            raise refused(where, f"{inner.name} includes itself, or files include each other more than {_DEPTH} deep")
         lines += _lines(inner, folder, (*above, inner), read)
     return lines
 
@@ -60,15 +56,13 @@ def _included(words: str, folder: Path, where: Place) -> Path:
     """The file of "INPUT=name", in the folder of the deck."""
     match = _FILE.match(words)
     if not match or not match.group(1).strip():
-        raise InputError(Fault(where, "lacks INPUT=", expected="the name of a file"))
+        raise refused(where, "lacks INPUT=", expected="the name of a file")
     name = match.group(1).strip()
     inner = (folder / name.replace("\\", "/")).resolve()
     if not inner.is_relative_to(folder):
-        raise InputError(
-            Fault(where, f"{name} does not lie in the folder of the file", remedy="put it there, or merge the two")
-        )
+        raise refused(where, f"{name} does not lie in the folder of the file", remedy="put it there, or merge the two")
     if not inner.is_file():
-        raise InputError(Fault(where, f"there is no file {name} in the folder of the file"))
+        raise refused(where, f"there is no file {name} in the folder of the file")
     return inner
 
 

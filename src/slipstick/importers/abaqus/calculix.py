@@ -12,17 +12,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.dof_map import read_dof_map
+from slipstick.importers.findings import DAMAGED, refused
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
 from slipstick.typing import Array, IntArray, Sparse
 
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
+
 HELD_DIAGONAL = 1e30
 """Abaqus marks a held degree of freedom by 1e36 on the diagonal of the stiffness."""
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of the format."""
+    del options
+    return read_matrix_storage(roles.first)
 
 
 def read_matrix_storage(path: Path) -> Deck:
@@ -46,9 +56,7 @@ def _size(rows: IntArray | None) -> int | None:
 def _sibling(path: Path, suffix: str, what: str) -> Path:
     sibling = path.with_suffix(suffix)
     if not sibling.is_file():
-        raise InputError(
-            Fault(Place(path.name), f"{what}, {sibling.name}, is not beside it", remedy="CalculiX writes both together")
-        )
+        raise refused(path.name, f"{what}, {sibling.name}, is not beside it", remedy="CalculiX writes both together")
     return sibling
 
 
@@ -63,12 +71,8 @@ def _sparse(table: Array, size: int | None, path: Path) -> Sparse:
     rows, columns = (whole_numbers(table[:, i], "row and column numbers", path) - 1 for i in (0, 1))
     largest = int(max(rows.max(), columns.max())) + 1
     if size is not None and largest > size:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"has row or column {largest}, the dof map has {size} entries",
-                remedy="they must agree",
-            )
+        raise refused(
+            path.name, f"has row or column {largest}, the dof map has {size} entries", remedy="they must agree"
         )
     require_plausible(largest, len(table), path)
     return coo_array((table[:, 2], (rows, columns)), shape=(size or largest,) * 2)
@@ -79,17 +83,13 @@ def read_abaqus_matrices(files: dict[str, Path], rows: IntArray | None = None) -
     elements = {name: path for name, path in files.items() if is_user_element(path)}
     if elements:
         if len(elements) < len(files):
-            raise InputError(Fault(", ".join(path.name for path in files.values()), "only some are a *USER ELEMENT"))
+            raise refused(", ".join(path.name for path in files.values()), "only some are a *USER ELEMENT")
         return read_user_elements(elements, rows)
     tables = {name: _lines(path) for name, path in files.items()}
     widths = {table.shape[1] for table in tables.values()}
     if len(widths) > 1:
         names = ", ".join(path.name for path in files.values())
-        raise InputError(
-            Fault(
-                Place(names), "some lines are 'row column value', some name nodes", remedy="export them in one format"
-            )
-        )
+        raise refused(names, "some lines are 'row column value', some name nodes", remedy="export them in one format")
     if widths == {5}:
         return _by_label(tables, files)
     return Deck(matrices={n: _sparse(table, _size(rows), files[n]) for n, table in tables.items()}, rows=rows)
@@ -100,20 +100,14 @@ def _lines(path: Path) -> Array:
     lines = read_bytes(path).decode("latin-1").splitlines()
     data = [line for line in lines if line.strip() and not line.startswith("*")]
     if not data:
-        raise InputError(
-            Fault(
-                Place(path.name), "holds no matrix entries", remedy="the file is damaged or truncated: write it again"
-            )
-        )
+        raise refused(path.name, "holds no matrix entries", remedy=DAMAGED)
     width = len(data[0].replace(",", " ").split())
     if width not in (3, 5):
-        raise InputError(
-            Fault(
-                Place(path.name),
-                found=f"{width} numbers a line",
-                expected="'node, direction, node, direction, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT) or "
-                "'row column value' (FORMAT=COORDINATE)",
-            )
+        raise refused(
+            path.name,
+            found=f"{width} numbers a line",
+            expected="'node, direction, node, direction, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT) or "
+            "'row column value' (FORMAT=COORDINATE)",
         )
     return number_table("\n".join(data).encode("latin-1"), width, path)
 
@@ -152,11 +146,7 @@ def _keys(table: Array, path: Path) -> IntArray:
     nodes = whole_numbers(table[:, [0, 2]], "node labels", path, low=-(2**50))
     directions = whole_numbers(table[:, [1, 3]], "directions", path, low=0)
     if directions.max() > 6 or nodes.max() > 2**50:
-        raise InputError(
-            Fault(
-                Place(path.name), found=f"direction {directions.max()}", expected="1 to 6 (temperatures are no motion)"
-            )
-        )
+        raise refused(path.name, found=f"direction {directions.max()}", expected="1 to 6 (temperatures are no motion)")
     return nodes * 8 + (directions - 1) % 7
 
 
@@ -203,9 +193,7 @@ def read_user_elements(files: dict[str, Path], rows: IntArray | None = None) -> 
         element = _parts(path)
         own = _map(element, path)
         if rows is not None and (len(own) != len(rows)):
-            raise InputError(
-                Fault(Place(path.name), f"has {len(own)} dofs, the other files {len(rows)}", remedy="they must agree")
-            )
+            raise refused(path.name, f"has {len(own)} dofs, the other files {len(rows)}", remedy="they must agree")
         rows = own if rows is None else rows
         for kind, lines in element.matrices.items():
             role = _TYPES.get(kind)
@@ -214,7 +202,7 @@ def read_user_elements(files: dict[str, Path], rows: IntArray | None = None) -> 
                 continue
             role = name if len(element.matrices) == 1 else role
             if role in deck.matrices:
-                raise InputError(Fault(Place(path.name), f"brings {kind} again", remedy="give each matrix once"))
+                raise refused(path.name, f"brings {kind} again", remedy="give each matrix once")
             deck.matrices[role] = _lower_half(lines, len(own), path)
     deck.rows = rows
     return deck
@@ -231,7 +219,7 @@ def _parts(path: Path) -> _Element:
             words = line.upper().replace(" ", "").lstrip("*").split(",")
             section = words[0]
             if section == "USERELEMENT" and element.matrices:
-                raise InputError(Fault(Place(path.name), "holds several *USER ELEMENT", expected="one substructure"))
+                raise refused(path.name, "holds several *USER ELEMENT", expected="one substructure")
             if section == "MATRIX":
                 kind = next((word[5:] for word in words if word.startswith("TYPE=")), "")
                 element.matrices.setdefault(kind, [])
@@ -255,13 +243,7 @@ def _map(element: _Element, path: Path) -> IntArray:
             here = by_position.get(position, here)
             entries += [(label, direction - 1) for direction in here]
     except ValueError:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                "the node list of its *USER ELEMENT cannot be read",
-                remedy="the file is damaged: write it again",
-            )
-        ) from None
+        raise refused(path.name, "the node list of its *USER ELEMENT cannot be read", remedy=DAMAGED) from None
     return pairs_table(entries)
 
 
@@ -270,12 +252,8 @@ def _lower_half(lines: list[str], size: int, path: Path) -> Sparse:
 
     values = number_table("\n".join(lines).encode("latin-1"), 1, path)[:, 0]
     if len(values) != size * (size + 1) // 2:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                found=f"{len(values)} entries, expected {size * (size + 1) // 2} for {size} dofs",
-                remedy="it is truncated: write it again",
-            )
+        raise refused(
+            path.name, found=f"{len(values)} entries, expected {size * (size + 1) // 2} for {size} dofs", remedy=DAMAGED
         )
     rows, columns = np.tril_indices(size)
     return coo_array((values, (rows, columns)), shape=(size, size))

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Fault, Place
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.rigid import Reference
 from slipstick.fem.ties import Sector
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.deck import Deck
-from slipstick.importers.findings import Verdict
+from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import whole_number
 from slipstick.typing import Array, IntArray
 
@@ -111,7 +111,7 @@ def surface_of(mesh: Mesh, name: str, where: Place) -> Surface:
     """The faces of a surface in the mesh; InputError where it has none on solid elements."""
     name = name.strip('"').upper()
     if name not in mesh.surfaces:
-        raise InputError(Fault(where, f"names the surface {name}, which has no faces of solid elements in the file"))
+        raise refused(where, f"names the surface {name}, which has no faces of solid elements in the file")
     return mesh.surfaces[name]
 
 
@@ -121,5 +121,5 @@ def nodes_of(content: Content, mesh: Mesh, name: str, where: Place) -> IntArray:
     if name in content.surfaces:
         return surface_of(mesh, name, where).nodes
     if name not in mesh.node_sets:
-        raise InputError(Fault(where, f"names {name}, which the file does not have"))
+        raise refused(where, f"names {name}, which the file does not have")
     return mesh.node_sets[name]

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import cylindrical, in_global, rectangular
 from slipstick.fem.loads import area_weights
@@ -21,7 +21,7 @@ from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
 from slipstick.importers.abaqus.keywords import KEYWORDS
 from slipstick.importers.deck import Stated
-from slipstick.importers.findings import Verdict
+from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
@@ -161,7 +161,7 @@ def _plane(content: Content, nodes: list[int], where: Place, mesh: Mesh) -> Iter
     a, b, c = (content.position(node) for node in nodes[:3])
     normal = np.cross(b - a, c - a)
     if not np.linalg.norm(normal) > 1e-10 * np.linalg.norm(b - a) * np.linalg.norm(c - a):
-        raise InputError(Fault(where, "its first three nodes lie on a line"))
+        raise refused(where, "its first three nodes lie on a line")
     normal = normal / np.linalg.norm(normal)
     for node in nodes[3:]:
         (s, t), *_ = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), content.position(node) - a, rcond=None)

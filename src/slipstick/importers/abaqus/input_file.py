@@ -18,7 +18,7 @@ from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import read_axes, unfinished_coupling
 from slipstick.importers.abaqus.keywords import KEYWORDS, LAWS, LOADING, OTHER_SECTIONS, ElementType, solid_type
 from slipstick.importers.abaqus.ties import about_diameters
-from slipstick.importers.findings import Entry, Verdict
+from slipstick.importers.findings import Entry, Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
 
@@ -141,9 +141,9 @@ def _handle(content: Content, block: Block) -> None:
         missing = str(error.args[0])
         lacks = missing in (entry.parameters or ())
         fault = f"lacks {missing}=" if lacks else f"names {missing}, which the file does not have"
-        raise InputError(Fault(content.place(block.line, block.shown), fault)) from None
+        raise refused(content.place(block.line, block.shown), fault) from None
     except (ValueError, IndexError) as error:
-        raise InputError(Fault(content.place(block.line, block.shown), f"cannot be read ({error})")) from None
+        raise refused(content.place(block.line, block.shown), f"cannot be read ({error})") from None
 
 
 def _parameters(content: Content, block: Block, entry: Entry) -> None:
@@ -182,9 +182,7 @@ def _node(content: Content, block: Block) -> None:
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
         label = whole_number(row[0])
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
-            raise InputError(
-                Fault(content.place(line), f"node {label} is given again at another place", remedy=_INSTANCES)
-            )
+            raise refused(content.place(line), f"node {label} is given again at another place", remedy=_INSTANCES)
         labels.append(label)
     if "NSET" in block.parameters:
         content.node_sets.setdefault(block.parameters["NSET"], []).extend(labels)

@@ -20,7 +20,7 @@ from slipstick.importers.abaqus.couplings import frames
 from slipstick.importers.abaqus.input_file import read_content
 from slipstick.importers.abaqus.ties import moved_onto, symmetry_of, tie_warnings
 from slipstick.importers.deck import Deck, Stated, matching_surface, with_surfaces
-from slipstick.importers.findings import Verdict
+from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.grouped import with_named_places
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.typing import IntArray
@@ -51,7 +51,7 @@ def read_input(path: Path) -> Deck:
     if not deck.nodes or not deck.elements:
         left = f"; it has {_counts(deck.skipped)}" if deck.skipped else ""
         what = f"has no solid element (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20){left}"
-        raise InputError(Fault(Place(path.name), what, remedy="give the file with the mesh"))
+        raise refused(path.name, what, remedy="give the file with the mesh")
     mesh = moved_onto(deck, _mesh(deck))
     materials, faults = _materials(deck)
     deck.mesh, told = _named_places(deck, mesh)
@@ -184,7 +184,7 @@ def _faces(mesh: Mesh, content: Content, parts: list[tuple[int, list[str]]]) -> 
         try:
             members = named(row[0], content.element_sets)
         except KeyError:
-            raise InputError(Fault(where.at("*SURFACE"), f"names {row[0]}, which the file does not have")) from None
+            raise refused(where.at("*SURFACE"), f"names {row[0]}, which the file does not have") from None
         for kind, chosen in _positions(dict(mesh.element_labels or {}), members).items():
             if len(chosen) and len(row) > 1 and row[1]:
                 shape, local = ELEMENTS[kind].faces[_face_number(row[1], kind, where)]
@@ -202,9 +202,7 @@ def _face_number(word: str, kind: str, where: Place) -> int:
     face = word.upper().removeprefix("S")
     count = len(ELEMENTS[kind].faces)
     if not face.isdigit() or not 1 <= int(face) <= count:
-        raise InputError(
-            Fault(where.at("*SURFACE"), found=f"face {word}", expected=f"S1 to S{count} of {kind} elements")
-        )
+        raise refused(where.at("*SURFACE"), found=f"face {word}", expected=f"S1 to S{count} of {kind} elements")
     return int(face) - 1
 
 
@@ -214,11 +212,9 @@ def _materials(content: Content) -> tuple[dict[str, Material], tuple[Fault, ...]
     faults: list[Fault] = []
     for section in content.sections:
         if section.elements not in content.element_sets:
-            raise InputError(
-                Fault(
-                    content.place(section.line, "*SOLID SECTION"),
-                    f"names the element set {section.elements}, which the file does not have",
-                )
+            raise refused(
+                content.place(section.line, "*SOLID SECTION"),
+                f"names the element set {section.elements}, which the file does not have",
             )
         known = content.properties.get(section.material, {})
         wrong = content.law_faults.get(section.material, [])

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Place
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import NodalEquation
@@ -18,7 +18,7 @@ from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Content, Tie, nodes_of, surface_of
 from slipstick.importers.abaqus.keywords import KEYWORDS
 from slipstick.importers.deck import Stated
-from slipstick.importers.findings import Verdict
+from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
 from slipstick.typing import Array, IntArray
 
@@ -96,12 +96,10 @@ def _near(content: Content, tie: Tie, mesh: Mesh) -> tuple[IntArray, Projection]
 def _tied(content: Content, tie: Tie, mesh: Mesh) -> Iterator[NodalEquation]:
     nodes, projection = _near(content, tie, mesh)
     if not len(nodes):
-        raise InputError(
-            Fault(
-                tie.where,
-                f"no node of {tie.dependent} lies near enough to {tie.independent}",
-                remedy="check the surfaces and POSITION TOLERANCE",
-            )
+        raise refused(
+            tie.where,
+            f"no node of {tie.dependent} lies near enough to {tie.independent}",
+            remedy="check the surfaces and POSITION TOLERANCE",
         )
     yield from tie_equations(mesh, nodes, projection, tie.where)
 

@@ -25,7 +25,7 @@ from slipstick.importers.ansys.lumps import Lumps
 from slipstick.importers.ansys.materials import read_materials
 from slipstick.importers.deck import Deck, with_surfaces
 from slipstick.importers.extras import require
-from slipstick.importers.findings import Coupling
+from slipstick.importers.findings import DAMAGED, Coupling, refused
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.midsides import whole_row
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
@@ -212,9 +212,7 @@ def _parse(reader: Any, path: Path) -> Any:
     except Exception:
         sound = False
     if not sound:
-        raise InputError(
-            Fault(Place(path.name), "has no readable node and element block", remedy="write it with CDWRITE,DB")
-        )
+        raise refused(path.name, "has no readable node and element block", remedy="write it with CDWRITE,DB")
     return archive
 
 
@@ -230,24 +228,19 @@ def _check_counts(text: str, path: Path) -> None:
             end = re.search(r"^(?:N,R5\.\d,LOC,\s*-1|\s*-1\s*,?)", body, re.MULTILINE)
         lines = body[: end.start()].count("\n") if end else 0
         if end is None or (numbers and numbers[-1] > lines):
-            raise InputError(
-                Fault(
-                    Place(path.name),
-                    f"its {block.group(1).upper()} claims {numbers[-1] if numbers else 0} entries, "
-                    f"the file has {lines} lines there",
-                    remedy="it is damaged or truncated: write it again",
-                )
+            raise refused(
+                path.name,
+                f"its {block.group(1).upper()} claims {numbers[-1] if numbers else 0} entries, "
+                f"the file has {lines} lines there",
+                remedy=DAMAGED,
             )
     for block in re.finditer(
         r"^CMBLOCK,([^,\r\n]*),[^,\r\n]*,\s*(\d+)[^\r\n]*\r?\n\([^\r\n]*\r?\n([-\s\d]*)", text, re.MULTILINE
     ):
         count = len(block.group(3).split())
         if count != int(block.group(2)):
-            raise InputError(
-                Fault(
-                    Place(path.name),
-                    f"component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {count}",
-                )
+            raise refused(
+                path.name, f"component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {count}"
             )
 
 
@@ -274,7 +267,7 @@ def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
         deck.element_sets.setdefault(f"material {material}", []).append(number)
     if not deck.elements:
         solids = sorted(number for number, known in ELEMENT_TYPES.items() if known.solid)
-        raise InputError(Fault(Place(path.name), f"has no solid element (types {solids} or MESH200 solids)"))
+        raise refused(path.name, f"has no solid element (types {solids} or MESH200 solids)")
     deck.element_sets = dict(sorted(deck.element_sets.items(), key=lambda item: int(item[0].split()[1])))
     return skipped
 
@@ -303,9 +296,7 @@ def _shape(nodes: Sequence[int], number: int, path: Path) -> tuple[str, Sequence
         name, local = next((s, list(at)) for s, at in _SHAPES[len(nodes)].items() if s.startswith(family))
         nodes = [nodes[at] for at in local]
     else:
-        raise InputError(
-            Fault(Place(path.name), f"element {number} has {len(nodes)} nodes", expected="a solid with 4, 8, 10 or 20")
-        )
+        raise refused(path.name, f"element {number} has {len(nodes)} nodes", expected="a solid with 4, 8, 10 or 20")
     return name, nodes
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.importers.ansys.commands import COMMANDS, LABELS, commands
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.findings import DAMAGED, Findings, Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
 
@@ -90,13 +90,7 @@ def _equations(findings: Findings, name: str, entry: _Set) -> list[NodalEquation
     where = Place(findings.source, f"line {entry.line}", name)
     count = len(entry.terms)
     if entry.announced and count != entry.announced[0] and (name == "CE" or count not in entry.announced):
-        raise InputError(
-            Fault(
-                where,
-                f"announces {entry.announced[0]} terms, {len(entry.terms)} are there",
-                remedy="it is truncated: write it again",
-            )
-        )
+        raise refused(where, f"announces {entry.announced[0]} terms, {len(entry.terms)} are there", remedy=DAMAGED)
     if name == "CP" and entry.label == "ALL":
         moving = [label for label, axis in LABELS.items() if axis < 3]
         nodes = [node for node, _, _ in entry.terms]

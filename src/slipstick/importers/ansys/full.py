@@ -9,13 +9,17 @@ ansys-mapdl-reader agrees (a test) but ends the process on a damaged file; here 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.deck import Deck
+from slipstick.importers.findings import refused
 from slipstick.typing import IntArray, Sparse
+
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
 
 Words = NDArray[np.int32]
 
@@ -32,6 +36,12 @@ class _Damaged(Exception):
     """The records do not fit together."""
 
 
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of the format."""
+    del options
+    return read_full(roles.first)
+
+
 def read_full(path: Path) -> Deck:
     """Stiffness, mass, map and held degrees of freedom of a .full file from a modal analysis.
 
@@ -45,7 +55,7 @@ def read_full(path: Path) -> Deck:
         return _read(words, path)
     except _Damaged:
         release = _release(path)
-        raise InputError(Fault(Place(path.name), _newer(release) if release else _DAMAGED)) from None
+        raise refused(path.name, _newer(release) if release else _DAMAGED) from None
 
 
 def _release(path: Path) -> str:
@@ -78,9 +88,7 @@ def _read(words: Words, path: Path) -> Deck:
     for name, pointer, what in (("K", _STIFFNESS, "stiffness"), ("M", _MASS, "mass")):
         start = _pointer(header, pointer)
         if start <= 0:
-            raise InputError(
-                Fault(Place(path.name), f"holds no {what} matrix", remedy="write it from a modal analysis")
-            )
+            raise refused(path.name, f"holds no {what} matrix", remedy="write it from a modal analysis")
         deck.matrices[name] = _matrix(words, start, equations)
     if _pointer(header, _DAMPING) > 0:
         deck.extra.append("the damping matrix in the file was left out")
@@ -112,26 +120,20 @@ def _pointer(header: Words, low_high: tuple[int, int]) -> int:
 
 def _refuse(header: Words, directions: Words, path: Path) -> None:
     if len(header) < 40 or int(header[0]) != _SYMBOLIC:
-        raise InputError(Fault(Place(path.name), f"{_DAMAGED}, or of an old frontal solver: export with HBMAT instead"))
+        raise refused(path.name, f"{_DAMAGED}, or of an old frontal solver: export with HBMAT instead")
     if header[_LUMPED] or header[_UNSYMMETRIC]:
         what = "a lumped mass matrix" if header[_LUMPED] else "unsymmetric matrices"
-        raise InputError(
-            Fault(
-                Place(path.name), f"holds {what}", remedy="solve a modal analysis with LUMPM,OFF and symmetric matrices"
-            )
-        )
+        raise refused(path.name, f"holds {what}", remedy="solve a modal analysis with LUMPM,OFF and symmetric matrices")
     if header[_CONSTRAINT_EQUATIONS] > 0:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart from its "
-                "matrices",
-                remedy="join the parts by shared nodes, or export a superelement with HBMAT",
-            )
+        raise refused(
+            path.name,
+            f"keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart from its "
+            "matrices",
+            remedy="join the parts by shared nodes, or export a superelement with HBMAT",
         )
     strange = sorted(set(directions.tolist()) - set(_COMPONENTS))
     if strange:
-        raise InputError(Fault(Place(path.name), f"has dofs {strange}, no motions", remedy="export a structural model"))
+        raise refused(path.name, f"has dofs {strange}, no motions", remedy="export a structural model")
 
 
 def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple[IntArray, NDArray[np.bool_]]:

@@ -8,17 +8,27 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.deck import Deck
 from slipstick.importers.dof_map import read_dof_map
+from slipstick.importers.findings import DAMAGED, refused
 from slipstick.importers.text_numbers import read_bytes, require_plausible
 from slipstick.typing import Matrix, Sparse
 
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
+
 _FORMAT = re.compile(r"\(?\s*(?:\d+\s*P\s*,?\s*)?(\d*)\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of the format."""
+    del options
+    return read_hbmat(roles.matrices, roles.dof_map)
 
 
 def read_hbmat(files: dict[str, Path], mapping: Path | None) -> Deck:
@@ -57,13 +67,9 @@ def read_harwell_boeing(path: Path) -> Sparse:
         widths = [_layout(text) for text in lines[3].decode("ascii").split(")")[:3]]
         has_right_side = len(lines[1].split()) > 4 and int(lines[1].split()[4]) > 0
     except (ValueError, IndexError, UnicodeDecodeError):
-        raise InputError(
-            Fault(Place(path.name), "not a Harwell-Boeing text file", remedy="export with HBMAT,...,ASCII")
-        ) from None
+        raise refused(path.name, "not a Harwell-Boeing text file", remedy="export with HBMAT,...,ASCII") from None
     if kind[0] not in "RI" or kind[1] not in "SU" or kind[2] != "A":
-        raise InputError(
-            Fault(Place(path.name), f"holds a matrix of type {kind}", expected="a real assembled one (RSA or RUA)")
-        )
+        raise refused(path.name, f"holds a matrix of type {kind}", expected="a real assembled one (RSA or RUA)")
     require_plausible(rows, entries, path)
     require_plausible(columns, entries, path)
     start = 5 if has_right_side else 4
@@ -93,20 +99,12 @@ def _fields(lines: list[bytes], start: int, total: int, layout: tuple[int, int],
         padded = padded[: total * width].translate(bytes.maketrans(b"Dd", b"Ee"))
         words = [padded[at : at + width] for at in range(0, len(padded), max(width, 1))]
     if len(block) < needed or len(words) != total:
-        raise InputError(
-            Fault(Place(path.name), f"ends before its {total} numbers", remedy="the file is truncated: write it again")
-        )
+        raise refused(path.name, f"ends before its {total} numbers", remedy=DAMAGED)
     texts = np.array(words)
     try:
         return texts.astype(np.float64)
     except ValueError:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"holds something else than numbers near line {start + 1}",
-                remedy="it is damaged: write it again",
-            )
-        ) from None
+        raise refused(path.name, f"holds something else than numbers near line {start + 1}", remedy=DAMAGED) from None
 
 
 def _compressed(
@@ -122,5 +120,5 @@ def _compressed(
         matrix = csc_array((values, indices.astype(np.int64) - 1, pointers.astype(np.int64) - 1), shape=shape)
         matrix.check_format(full_check=True)
     except ValueError as error:
-        raise InputError(Fault(Place(path.name), f"its column pointers or row numbers are damaged ({error})")) from None
+        raise refused(path.name, f"its column pointers or row numbers are damaged ({error})") from None
     return matrix

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Place
 from slipstick.fem.equations import Pair
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.deck import Deck
-from slipstick.importers.findings import Verdict
+from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
 LUMP_TYPES = {21: "MASS21", 14: "COMBIN14"}
@@ -75,7 +75,7 @@ class Lumps:
             missing = [node for node in nodes if node not in self.places]
             if reals is None or missing or not nodes:
                 what = f"real constants {row[_REAL]}" if reals is None else f"node {[*missing, '?'][0]}"
-                raise InputError(Fault(where, f"needs {what}, which the file does not have"))
+                raise refused(where, f"needs {what}, which the file does not have")
             yield from (
                 self._mass(where, nodes[0], reals, options)
                 if kind == 21

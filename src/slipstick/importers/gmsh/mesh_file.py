@@ -12,9 +12,9 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.mesh import node_indices
+from slipstick.importers.findings import refused
 from slipstick.importers.grouped import Cells
 from slipstick.importers.text_numbers import read_bytes
 from slipstick.typing import AnyArray, Array, IntArray
@@ -84,10 +84,8 @@ def read_gmsh(path: Path) -> GmshFile:
     try:
         return _read(data, path)
     except _Ends as error:
-        raise InputError(
-            Fault(
-                Place(path.name), f"is damaged or truncated: {error}", expected="a mesh file of Gmsh, format 4.1 or 2.2"
-            )
+        raise refused(
+            path.name, f"is damaged or truncated: {error}", expected="a mesh file of Gmsh, format 4.1 or 2.2"
         ) from None
 
 
@@ -180,7 +178,7 @@ def _read(data: bytes, path: Path) -> GmshFile:
         raise _Ends("it has no nodes or no elements")
     order, counts = np.unique(labels, return_counts=True)
     if len(order) != len(labels):
-        raise InputError(Fault(Place(path.name), f"node {order[counts > 1][0]} is given twice"))
+        raise refused(path.name, f"node {order[counts > 1][0]} is given twice")
     unnamed = sorted({key for part in cells for key in part.groups} - names.keys())
     indexed = [_indexed(part, labels, names, path) for part in cells]
     return GmshFile(labels=labels, points=points, cells=indexed, unnamed=unnamed)
@@ -194,12 +192,10 @@ def _sections(data: bytes, path: Path) -> _Sections:
     at = _line(data, at)[1]
     version = words[0].decode("ascii", "replace") if words else ""
     if len(words) < 3 or not version.startswith(("2", "4.1")):
-        raise InputError(
-            Fault(
-                Place(path.name),
-                found=f"format '{version}' of Gmsh",
-                expected="4.1 or 2.2 (in Gmsh: option Mesh.MshFileVersion, or File, Export)",
-            )
+        raise refused(
+            path.name,
+            found=f"format '{version}' of Gmsh",
+            expected="4.1 or 2.2 (in Gmsh: option Mesh.MshFileVersion, or File, Export)",
         )
     order: _Order | None = None
     if words[1] != b"0":
@@ -261,12 +257,8 @@ def _names(sections: _Sections) -> dict[tuple[int, int], str]:
 
 def _type(number: int, path: Path) -> tuple[str, int]:
     if number not in _TYPES:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"has elements of Gmsh type {number}, which are not read",
-                remedy="mesh with order 1 or 2",
-            )
+        raise refused(
+            path.name, f"has elements of Gmsh type {number}, which are not read", remedy="mesh with order 1 or 2"
         )
     return _TYPES[number]
 

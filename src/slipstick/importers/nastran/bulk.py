@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.errors import Place
+from slipstick.importers.findings import Findings, Verdict, refused
 from slipstick.importers.nastran.cards import CARDS, MATRIX_CARDS, SETS, SYSTEMS, cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
 from slipstick.importers.nastran.frames import Definition, Frames
@@ -98,9 +98,7 @@ class _Reader:
         x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
         point = (_system(fields[1]), _system(fields[5]), (x, y, z))
         if self.grids.setdefault(node, point) != point:
-            raise InputError(
-                Fault(Place(self.path.name, f"line {self.line}", f"GRID {node}"), "is given again at another place")
-            )
+            raise refused(Place(self.path.name, f"line {self.line}", f"GRID {node}"), "is given again at another place")
         self._hold(node, fields[6])
         if not fields[6]:
             self.free_grids.append(node)
@@ -115,7 +113,7 @@ class _Reader:
     @CARDS.reads(SYSTEMS)
     def on_system(self, fields: list[str]) -> None:
         """CORD1: a number and three grid points, twice at most; CORD2: a number, its system and three points."""
-        form, kind = self.name[4:6]
+        form, kind = self.name[4], self.name[5]
         if form == "1":
             for part in (fields[:4], fields[4:8]):
                 if any(part):
@@ -193,11 +191,7 @@ class _Reader:
                 return
             if kind in (3, 4) or form not in (1, 6):
                 described = "complex" if kind in (3, 4) else f"of form {form}"
-                raise InputError(
-                    Fault(
-                        Place(self.path.name), f"DMIG {name} is {described}", expected="a real square or symmetric one"
-                    )
-                )
+                raise refused(self.path.name, f"DMIG {name} is {described}", expected="a real square or symmetric one")
             self.matrices[name] = DirectMatrix(name=name, symmetric=form == 6)
             return
         if name in self.loads:
@@ -250,11 +244,7 @@ class _Reader:
         numbers = {node: displacement if number is None else number for node, number in stated.items()}
         fluid = [node for node, number in numbers.items() if number < 0]
         if fluid:
-            raise InputError(
-                Fault(
-                    Place(self.path.name), f"GRID {fluid[0]} is a point of a fluid", remedy="only structures are read"
-                )
-            )
+            raise refused(self.path.name, f"GRID {fluid[0]} is a point of a fluid", remedy="only structures are read")
         turned = {
             node: frames.frame(number).directions(coordinates[node]) for node, number in numbers.items() if number > 0
         }

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
-from slipstick.importers.findings import Coupling
+from slipstick.importers.findings import Coupling, refused
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
@@ -49,7 +49,7 @@ class Points:
     def place(self, node: int, where: Place) -> Array:
         """Position (3,) of a point; InputError where it is not in the file."""
         if node not in self.places:
-            raise InputError(Fault(where, f"grid point {node} is not in the file"))
+            raise refused(where, f"grid point {node} is not in the file")
         return np.asarray(self.places[node])
 
     def axis(self, node: int, component: int) -> list[tuple[int, int, float]]:
@@ -108,7 +108,7 @@ def _mpc_sets(cards: Sequence[CoupledCard], chosen: int | None, source: str) -> 
         heads = {*sums, *others}
         if len(heads) > 1:
             remedy = "say which is in force (MPC = n before BEGIN BULK)"
-            raise InputError(Fault(Place(source), f"holds the MPC sets {sorted(heads)}", remedy=remedy))
+            raise refused(source, f"holds the MPC sets {sorted(heads)}", remedy=remedy)
         chosen = next(iter(heads), 0)
     return sums.get(chosen, set()) | {chosen}
 
@@ -185,9 +185,7 @@ def _bar(fields: Sequence[str], points: Points, where: Place) -> Iterator[NodalE
     elif free_b == "123456" and not free_a:
         first, second, components = b, a, tied_a
     else:
-        raise InputError(
-            Fault(where, "has independent directions at both ends, which is not read", remedy="write it as RBE2")
-        )
+        raise refused(where, "has independent directions at both ends, which is not read", remedy="write it as RBE2")
     reference = points.reference(whole_number(first), where)
     yield from followers(reference, whole_number(second), _digits(components or "123456"), points, where)
 
@@ -200,24 +198,20 @@ def _mean(fields: Sequence[str], points: Points, where: Place) -> Iterator[Nodal
     while i < len(words) and words[i].upper() not in ("UM", "ALPHA"):
         weight, components = fortran_real(words[i]), _digits(words[i + 1])
         if max(components) > 2:
-            raise InputError(
-                Fault(where, "takes rotations into the mean, which is not read", remedy="leave out 4, 5 and 6")
-            )
+            raise refused(where, "takes rotations into the mean, which is not read", remedy="leave out 4, 5 and 6")
         i += 2
         while i < len(words) and words[i].isdigit():
             node = whole_number(words[i])
             nodes[node] = (points.place(node, where), weight, components)
             i += 1
     if "UM" in (word.upper() for word in words):
-        raise InputError(
-            Fault(where, "has dependent directions of its own (UM), which are not read", remedy="leave them out")
-        )
+        raise refused(where, "has dependent directions of its own (UM), which are not read", remedy="leave them out")
     turned = [node for node in (whole_number(fields[2]), *nodes) if node in points.directions]
     if turned and any(len(components) < 3 for _, _, components in nodes.values()):
-        raise InputError(
-            Fault(where, f"some directions of point {turned[0]} count, and they are its own", remedy="name all three")
+        raise refused(
+            where, f"some directions of point {turned[0]} count, and they are its own", remedy="name all three"
         )
     reference = points.reference(whole_number(fields[2]), where)
     if reference.node in points.directions:
-        raise InputError(Fault(where, f"its reference point {reference.node} has own directions, which is not read"))
+        raise refused(where, f"its reference point {reference.node} has own directions, which is not read")
     yield from mean_equations(reference, nodes, where, _digits(fields[3]))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.findings import refused
 from slipstick.typing import Array
 
 _DEEPEST = 100
@@ -99,11 +99,9 @@ class Frames:
         if number in self._known:
             return self._known[number]
         if number not in self.definitions:
-            raise InputError(
-                Fault(Place(self.source), f"coordinate system {number} is used, but no CORD card defines it")
-            )
+            raise refused(self.source, f"coordinate system {number} is used, but no CORD card defines it")
         if number in self._open or len(self._open) >= _DEEPEST:
-            raise InputError(Fault(Place(self.source), f"coordinate system {number} is defined by itself"))
+            raise refused(self.source, f"coordinate system {number} is defined by itself")
         self._open.append(number)
         self._known[number] = self._made(number, self.definitions[number])
         self._open.pop()
@@ -112,9 +110,7 @@ class Frames:
     def position(self, grid: int) -> Array:
         """Position of a grid point in the basic system, (3,)."""
         if grid not in self.grids:
-            raise InputError(
-                Fault(Place(self.source), f"a coordinate system uses grid point {grid}, which is not in the file")
-            )
+            raise refused(self.source, f"a coordinate system uses grid point {grid}, which is not in the file")
         number, coordinates = self.grids[grid]
         point = np.asarray(coordinates, dtype=float)
         return self.frame(number).position(point) if number else point
@@ -129,6 +125,6 @@ class Frames:
         second = np.cross(third, across)
         size = np.linalg.norm(third) * np.linalg.norm(across)
         if not (np.isfinite(size) and np.linalg.norm(second) > 1e-12 * size):
-            raise InputError(Fault(Place(self.source), f"the three points of coordinate system {number} lie on a line"))
+            raise refused(self.source, f"the three points of coordinate system {number} lie on a line")
         third, second = third / np.linalg.norm(third), second / np.linalg.norm(second)
         return Frame(kind=card.kind, origin=origin, axes=np.stack([np.cross(second, third), second, third], axis=1))

@@ -5,17 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.equations import NodalEquation
 from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.dof_map import read_dof_map
+from slipstick.importers.findings import refused
 from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
 from slipstick.importers.nastran.couplings import Points, coupled_equations
 from slipstick.importers.nastran.op4 import read_op4
 from slipstick.importers.turned import to_global
 from slipstick.typing import Matrix, Sparse
+
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
 
 _INITIAL = {"K": "K", "M": "M", "C": "B"}
 _WORD = {"K": "stiffness", "M": "mass", "C": "damping"}
@@ -54,6 +58,14 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
     if faults:
         raise InputError(faults)
     return chosen
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of both formats."""
+    files, names = list(roles.matrices.values()), options.names
+    if roles.first.suffix.lower() == ".pch":
+        return read_dmig(files, roles.bulk, names=names)
+    return read_op4_model(files, roles.bulk, names=names, dof_map=roles.dof_map, constraints=options.constraints)
 
 
 def read_op4_model(
@@ -125,12 +137,10 @@ def _tell_rows(deck: Deck, data: BulkData, size: int, what: Place, bulk: Path, c
     fitting = next((pairs for pairs in sets.values() if len(pairs) == size), None)
     if fitting is None:
         sizes = ", ".join(f"the {name} {len(pairs)}" for name, pairs in sets.items() if pairs)
-        raise InputError(
-            Fault(
-                what,
-                f"has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints)",
-                remedy="export KGG and MGG, or give a map file",
-            )
+        raise refused(
+            what,
+            f"has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints)",
+            remedy="export KGG and MGG, or give a map file",
         )
     couplings, whole = data.findings.couplings, fitting is every
     if couplings and fitting not in (sets["analysis set"], data.external):
@@ -160,12 +170,10 @@ def _refuse_turned(
     named = {node for equation in equations for node, _ in equation.pairs} & set(data.directions)
     partly = [n for n in sorted(named) if 0 < sum((n, axis) in held for axis in range(3)) < 3]
     if partly:
-        raise InputError(
-            Fault(
-                Place(bulk.name),
-                f"point {partly[0]} is held in part along its own directions and stands in MPC, RBE or RBAR cards",
-                remedy="export KAA and MAA",
-            )
+        raise refused(
+            bulk.name,
+            f"point {partly[0]} is held in part along its own directions and stands in MPC, RBE or RBAR cards",
+            remedy="export KAA and MAA",
         )
 
 
@@ -181,17 +189,11 @@ def chosen_supports(data: BulkData, constraints: int | None, bulk: Path) -> set[
     """What the set in force holds, and what the points hold themselves."""
     chosen = sorted(number for number in data.held if number and number not in data.combined)
     if constraints is None and len(chosen) > 1:
-        raise InputError(
-            Fault(
-                Place(bulk.name),
-                f"holds the constraint sets {chosen}",
-                remedy="say which one is in force (constraints=...)",
-            )
+        raise refused(
+            bulk.name, f"holds the constraint sets {chosen}", remedy="say which one is in force (constraints=...)"
         )
     if constraints is not None and constraints not in data.held:
-        raise InputError(
-            Fault(Place(bulk.name), f"has no constraint set {constraints}", remedy=f"it has {chosen or 'none'}")
-        )
+        raise refused(bulk.name, f"has no constraint set {constraints}", remedy=f"it has {chosen or 'none'}")
     number = constraints if constraints is not None else (chosen[0] if chosen else 0)
     return data.held.get(0, set()) | data.held.get(number, set())
 
@@ -211,12 +213,8 @@ def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mappi
         stored |= part.matrices
     source = ", ".join(path.name for path in files)
     if not stored:
-        raise InputError(
-            Fault(
-                Place(source),
-                "holds no DMIG matrix",
-                remedy="punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)",
-            )
+        raise refused(
+            source, "holds no DMIG matrix", remedy="punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)"
         )
     chosen = choose(list(stored), source, names)
     keys = sorted({pair for matrix in stored.values() for pair in (*matrix.rows, *matrix.columns)})

@@ -16,7 +16,7 @@ from slipstick.fem.frames import supports
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.importers.deck import Deck
-from slipstick.importers.findings import Findings, Table, Verdict
+from slipstick.importers.findings import Findings, Table, Verdict, refused
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
 from slipstick.importers.nastran.cards import CARDS, cards
@@ -115,7 +115,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     deck = _cards(path, text, data.nodes)
     if not deck.elements:
         what = "has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM)"
-        raise InputError(Fault(Place(path.name), what, remedy="give the file with the mesh"))
+        raise refused(path.name, what, remedy="give the file with the mesh")
     deck.materials, faults = _materials(deck, path)
     deck.material_faults += faults
     points = points_of(data, path.name)
@@ -297,7 +297,7 @@ def _scalar(
     if name == "CELAS1":
         number = whole_number(fields[1] or fields[0])
         if number not in stiffness:
-            raise InputError(Fault(where, f"names the property PELAS {number}, which is not in the file"))
+            raise refused(where, f"names the property PELAS {number}, which is not in the file")
         value = stiffness[number]
     else:
         value = fortran_real(fields[1]) * (factor if name == "CMASS2" else 1.0)
@@ -309,7 +309,7 @@ def _scalar(
             axis_terms = points.axis(whole_number(node), whole_number(direction) - 1)
             terms += [(n, c, sign * cosine) for n, c, cosine in axis_terms]
         elif node and node != "0":
-            raise InputError(Fault(where, f"joins the scalar point {node}, which is not read"))
+            raise refused(where, f"joins the scalar point {node}, which is not read")
     along = np.array([cosine for _, _, cosine in terms])
     pairs = tuple((n, c) for n, c, _ in terms)
     yield Lumped(matrix="M" if name == "CMASS2" else "K", pairs=pairs, values=value * np.outer(along, along))

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import InputError
+from slipstick.importers.findings import DAMAGED, refused
 from slipstick.importers.text_numbers import read_bytes, require_plausible
 from slipstick.structure.checks import DAMPING_ELSEWHERE
 from slipstick.typing import Array, Sparse
@@ -35,13 +36,11 @@ class _Matrix:
 
     def add(self, column: int, row: int, values: Array) -> None:
         if not (1 <= column <= self.columns and row >= 1 and row + len(values) - 1 <= self.rows):
-            raise InputError(
-                Fault(
-                    Place(self.path.name),
-                    f"matrix {self.name} has an entry at row {row}, column {column}, outside its {self.rows} x "
-                    f"{self.columns}",
-                    remedy="the file is damaged: write it again",
-                )
+            raise refused(
+                self.path.name,
+                f"matrix {self.name} has an entry at row {row}, column {column}, outside its {self.rows} x "
+                f"{self.columns}",
+                remedy=DAMAGED,
             )
         self.runs.append((column, row, values))
 
@@ -73,11 +72,9 @@ def read_op4(path: Path) -> dict[str, Sparse]:
     except (struct.error, ValueError, IndexError, RuntimeError) as error:  # RuntimeError: lines ended in a generator
         if isinstance(error, InputError):
             raise
-        raise InputError(
-            Fault(Place(path.name), "not a readable op4 file", remedy="it is damaged or truncated: write it again")
-        ) from None
+        raise refused(path.name, "not a readable op4 file", remedy=DAMAGED) from None
     if not matrices:
-        raise InputError(Fault(Place(path.name), "holds no matrix", expected="an op4 file from OUTPUT4"))
+        raise refused(path.name, "holds no matrix", expected="an op4 file from OUTPUT4")
     return matrices
 
 
@@ -89,7 +86,7 @@ def _start(name: str, columns: int, rows: int, kind: int, path: Path) -> _Matrix
     if kind not in (1, 2):
         described = "complex" if kind in (3, 4) else f"of unknown type {kind}"
         remedy = f": {DAMPING_ELSEWHERE}" if kind in (3, 4) else ""
-        raise InputError(Fault(Place(path.name), f"matrix {name} is {described}", expected=f"a real one{remedy}"))
+        raise refused(path.name, f"matrix {name} is {described}", expected=f"a real one{remedy}")
     require_plausible(abs(rows), 0, path)
     require_plausible(columns, 0, path)
     return _Matrix(name=name, rows=abs(rows), columns=columns, path=path)

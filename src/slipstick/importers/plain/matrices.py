@@ -4,14 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.importers.deck import Deck
 from slipstick.importers.dof_map import direction, read_dof_map
+from slipstick.importers.findings import refused
 from slipstick.importers.plain.matrix_file import read_matrix
+from slipstick.importers.text_numbers import read_bytes
 from slipstick.structure.npz import array_shapes, read_any
+
+if TYPE_CHECKING:
+    from slipstick.importers.roles import ImportOptions, Roles
+
+
+def read_matrices(roles: Roles, options: ImportOptions) -> Deck:
+    """The reader of both formats: .mtx may be of Abaqus."""
+    del options
+    first = roles.first
+    if is_bundle(first):
+        return read_bundle(first)
+    head = read_bytes(first)[:60].splitlines()[0] if first.suffix.lower() == ".mtx" else b""
+    if head.startswith(b"%%") and head[:14].lower() != b"%%matrixmarket":
+        found = f"the first line '{head.decode('ascii', 'replace')}'"
+        raise refused(first.name, found=found, expected="'%%MatrixMarket matrix ...'")
+    if first.suffix.lower() == ".mtx" and not head.startswith(b"%%"):
+        from slipstick.importers.abaqus.calculix import read_abaqus_matrices
+
+        known = Deck() if roles.dof_map is None else read_dof_map(roles.dof_map)
+        deck = read_abaqus_matrices(roles.matrices, known.rows)
+        deck.nodes = known.nodes
+        return deck
+    return read_plain(roles.matrices, roles.dof_map)
 
 
 def read_plain(files: Mapping[str, Path], dof_map: Path | None) -> Deck:
@@ -52,16 +78,16 @@ def read_bundle(path: Path) -> Deck:
         components = np.array([direction(str(value)) for value in arrays["dof_components"].tolist()], dtype=np.int64)
         nodes = arrays["dof_nodes"].astype(np.int64)
     except (ValueError, TypeError, OverflowError) as error:
-        raise InputError(Fault(Place(path.name), str(error))) from None
+        raise refused(path.name, str(error)) from None
     if nodes.shape != components.shape or nodes.ndim != 1:
         what = f"has {nodes.size} dof_nodes and {components.size} dof_components"
-        raise InputError(Fault(Place(path.name), what, expected="one of each for a row"))
+        raise refused(path.name, what, expected="one of each for a row")
     deck = Deck(source=path.name, rows=np.stack([nodes, components], axis=1))
     if {"nodes", "coordinates"} <= set(shapes):
         places = arrays["coordinates"].astype(float)
         if places.shape != (arrays["nodes"].size, 3):
             what = f"coordinates have shape {places.shape}"
-            raise InputError(Fault(Place(path.name), what, expected=f"({arrays['nodes'].size}, 3)"))
+            raise refused(path.name, what, expected=f"({arrays['nodes'].size}, 3)")
         deck.nodes = dict(zip(arrays["nodes"].astype(np.int64).tolist(), places.tolist(), strict=True))
     deck.matrices = {name: arrays[name] for name in "KMC" if name in arrays}
     return deck

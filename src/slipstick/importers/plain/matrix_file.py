@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Place
+from slipstick.errors import InputError
+from slipstick.importers.findings import DAMAGED, refused
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 from slipstick.structure.npz import LARGEST_ARCHIVE, array_shapes, read_any, read_arrays
@@ -30,11 +31,11 @@ def read_matrix(path: Path, *, limit: int = LARGEST_ARCHIVE) -> Matrix:
     """
     readers = {".npz": _from_npz, ".mtx": _from_matrix_market}
     if path.suffix.lower() not in readers:
-        raise InputError(Fault(Place(path.name), found=f"a file of type '{path.suffix}'", expected=".npz or .mtx"))
+        raise refused(path.name, found=f"a file of type '{path.suffix}'", expected=".npz or .mtx")
     matrix = readers[path.suffix.lower()](path, limit)
     values = matrix.data if hasattr(matrix, "tocsr") else matrix
     if not np.all(np.isfinite(values)):
-        raise InputError(Fault(Place(path.name), "holds values that are not finite", expected="finite real numbers"))
+        raise refused(path.name, "holds values that are not finite", expected="finite real numbers")
     return matrix
 
 
@@ -43,9 +44,7 @@ def _from_npz(path: Path, limit: int) -> Matrix:
     if set(shapes) >= _SPARSE:
         return _sparse_npz(path, limit)
     if len(shapes) != 1:
-        raise InputError(
-            Fault(Place(path.name), f"holds the arrays {', '.join(shapes) or '(none)'}", expected="one matrix alone")
-        )
+        raise refused(path.name, f"holds the arrays {', '.join(shapes) or '(none)'}", expected="one matrix alone")
     name = next(iter(shapes))
     return read_arrays(path, {name: 2}, limit=limit, remedy=DAMPING_ELSEWHERE)[name]
 
@@ -64,17 +63,15 @@ def _sparse_npz(path: Path, limit: int) -> Matrix:
         matrix = csr_array(kind((arrays["data"], arrays["indices"], arrays["indptr"]), shape=shape))
         matrix.check_format(full_check=True)
     except (ValueError, TypeError, KeyError, OverflowError, UnicodeError) as error:
-        raise InputError(
-            Fault(Place(path.name), f"not a sound sparse matrix ({error})", remedy="write it with scipy's save_npz")
+        raise refused(
+            path.name, f"not a sound sparse matrix ({error})", remedy="write it with scipy's save_npz"
         ) from None
     return _real(path, matrix)
 
 
 def _from_matrix_market(path: Path, limit: int) -> Matrix:
     if path.is_file() and path.stat().st_size > limit:
-        raise InputError(
-            Fault(Place(path.name), f"needs more than {limit / 1e9:.3g} GB", remedy="reduce the model first")
-        )
+        raise refused(path.name, f"needs more than {limit / 1e9:.3g} GB", remedy="reduce the model first")
     return read_matrix_market(path)
 
 
@@ -97,15 +94,11 @@ def read_matrix_market(path: Path) -> Matrix:
     head, _, rest = data.partition(b"\n")
     words = head.decode("latin-1").lower().split()
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"] or words[2] not in ("coordinate", "array"):
-        raise InputError(
-            Fault(Place(path.name), "not a readable MatrixMarket file", remedy="its first line names no matrix")
-        )
+        raise refused(path.name, "not a readable MatrixMarket file", remedy="its first line names no matrix")
     if words[3] not in ("real", "integer", "double"):
-        raise InputError(
-            Fault(Place(path.name), f"holds {words[3]} values", expected=f"real numbers: {DAMPING_ELSEWHERE}")
-        )
+        raise refused(path.name, f"holds {words[3]} values", expected=f"real numbers: {DAMPING_ELSEWHERE}")
     if words[4] not in ("general", "symmetric"):
-        raise InputError(Fault(Place(path.name), f"holds a {words[4]} matrix", expected="a general or symmetric one"))
+        raise refused(path.name, f"holds a {words[4]} matrix", expected="a general or symmetric one")
     while rest.startswith((b"%", b"\n", b"\r")):
         rest = rest.partition(b"\n")[2]
     sizes, _, body = rest.partition(b"\n")
@@ -116,13 +109,7 @@ def read_matrix_market(path: Path) -> Matrix:
 def _sizes(line: bytes, count: int, path: Path) -> list[int]:
     words = line.split()
     if len(words) != count or not all(word.isdigit() for word in words):
-        raise InputError(
-            Fault(
-                Place(path.name),
-                "its line of sizes cannot be read",
-                remedy="the MatrixMarket file is damaged: write it again",
-            )
-        )
+        raise refused(path.name, "its line of sizes cannot be read", remedy=DAMAGED)
     return [int(word) for word in words]
 
 
@@ -134,22 +121,10 @@ def _coordinates(sizes: bytes, body: bytes, symmetric: bool, path: Path) -> Spar
     require_plausible(columns, entries, path)
     table = number_table(body, 3, path) if entries else np.empty((0, 3))
     if len(table) != entries:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"claims {entries} entries, holds {len(table)}",
-                remedy="it is damaged or truncated: write it again",
-            )
-        )
+        raise refused(path.name, f"claims {entries} entries, holds {len(table)}", remedy=DAMAGED)
     i, j = (whole_numbers(table[:, k], "row and column numbers", path) - 1 for k in (0, 1))
     if entries and (i.max() >= rows or j.max() >= columns):
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"has an entry outside its {rows} x {columns}",
-                remedy="the file is damaged: write it again",
-            )
-        )
+        raise refused(path.name, f"has an entry outside its {rows} x {columns}", remedy=DAMAGED)
     matrix = csr_array(coo_array((table[:, 2], (i, j)), shape=(rows, columns)))
     if not symmetric:
         return matrix
@@ -164,13 +139,7 @@ def _dense(sizes: bytes, body: bytes, symmetric: bool, path: Path) -> Array:
     require_plausible(max(rows, columns), expected, path)
     values = number_table(body, 1, path).ravel()
     if len(values) != expected:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"claims {expected} values, holds {len(values)}",
-                remedy="it is damaged or truncated: write it again",
-            )
-        )
+        raise refused(path.name, f"claims {expected} values, holds {len(values)}", remedy=DAMAGED)
     if not symmetric:
         return values.reshape(columns, rows).T.copy()
     full = np.zeros((_square(rows, columns, path),) * 2)
@@ -180,11 +149,5 @@ def _dense(sizes: bytes, body: bytes, symmetric: bool, path: Path) -> Array:
 
 def _square(rows: int, columns: int, path: Path) -> int:
     if rows != columns:
-        raise InputError(
-            Fault(
-                Place(path.name),
-                f"says symmetric but is {rows} x {columns}",
-                remedy="the file is damaged: write it again",
-            )
-        )
+        raise refused(path.name, f"says symmetric but is {rows} x {columns}", remedy=DAMAGED)
     return rows
