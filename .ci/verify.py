@@ -38,17 +38,21 @@ VENV = os.environ.get("VENV", ".venv")
 LOWEST = os.environ.get("LOWEST", ".venv-lowest")
 SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 
-PARTS: dict[str, int] = {"tests/test_wrong_values.py": 3, "tests/consistency/test_peaks_found.py": 3}
+PARTS = {
+    "tests/consistency/test_every_point.py": 2,
+    "tests/consistency/test_many_contacts.py": 3,
+    "tests/consistency/test_peaks_found.py": 3,
+    "tests/consistency/test_report_in_browser.py": 2,
+    "tests/hostile/test_mutations.py": 3,
+    "tests/test_wrong_values.py": 3,
+}
 """Files whose long tests take more than about three minutes of a processor, and in how many pieces they run."""
 
 AFTER = {"tests/consistency/test_site_in_browser.py": "docs"}
 """Files that look at what another piece makes."""
 
-FAST = {"analysis": 4, "consistency": 4, "tests": 4}
+FAST = {"analysis": 6, "consistency": 6, "tests": 4, "structure": 2, "contact": 2, "fem": 2}
 """Folders of tests, "tests" for the files beside them, whose fast tests run in several pieces."""
-
-LOWEST_PARTS = 4
-"""Pieces of the fast tests at the lowest versions."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,15 +87,11 @@ def pieces(files: Iterable[str]) -> list[Piece]:
     ]
     for file in files:
         made += _tests(file, [file], PARTS.get(file, 1), "-m", "verify", after=AFTER.get(file, ""))
+    old = str(ROOT / LOWEST / SCRIPTS / "python")
     for place, paths in _folders().items():
-        made += _tests(f"fast: {place}", paths, FAST.get(place, 1))
-    made += _tests(
-        "lowest: tests",
-        ["tests", "src"],
-        LOWEST_PARTS,
-        python=str(ROOT / LOWEST / SCRIPTS / "python"),
-        after="lowest: install",
-    )
+        parts = FAST.get(place, 1)
+        made += _tests(f"fast: {place}", paths, parts)
+        made += _tests(f"lowest: {place}", paths, parts, python=old, after="lowest: install")
     return made
 
 
