@@ -97,6 +97,14 @@ def test_a_piece_that_exceeds_the_limit_is_killed(
     assert "killed slow: 0 s (more than 0.2 s)" in capfd.readouterr().out
 
 
+def test_a_piece_that_cannot_be_started_has_failed(
+    runner: ModuleType, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(runner, "pieces", lambda files: [runner.Piece(name="none", command=("/nowhere/python",))])
+    assert runner.main() == 1
+    assert "No such file" in capfd.readouterr().out
+
+
 def test_a_line_that_a_crash_cut_off_is_no_record(runner: ModuleType) -> None:
     runner.remember({"piece": "a"})
     with runner.RECORDS.open("a") as stream:

@@ -10,7 +10,7 @@ from slipstick.errors import InputError
 from slipstick.io.lock import NAME, FolderLock
 
 HOLDER = "import sys, time; from pathlib import Path; from slipstick.io.lock import FolderLock\n"
-HOLDER += "lock = FolderLock(Path(sys.argv[1])); print('held', flush=True); time.sleep(60)"
+HOLDER += "lock = FolderLock(Path(sys.argv[1])); print('held', flush=True); time.sleep(1000)"
 
 
 def test_the_second_one_is_told_who_holds_it(tmp_path):

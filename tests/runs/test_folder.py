@@ -63,7 +63,7 @@ def test_a_lock_removed_under_ones_feet_is_taken_anew(tmp_path: Path, monkeypatc
 
 
 HOLDER = "import sys, time; from pathlib import Path; from slipstick.io.lock import FolderLock\n"
-HOLDER += "lock = FolderLock(Path(sys.argv[1])); print('held', flush=True); time.sleep(60)"
+HOLDER += "lock = FolderLock(Path(sys.argv[1])); print('held', flush=True); time.sleep(1000)"
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs SIGKILL")

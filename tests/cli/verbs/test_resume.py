@@ -14,13 +14,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from helpers.counting import ticking
 from typer.testing import CliRunner, Result
 
 import slipstick as ss
+from slipstick.cli import options
 from slipstick.cli.main import app
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
+from slipstick.runs import run
 from slipstick.runs.run import UNFINISHED
 
 CASE = """
@@ -161,13 +164,18 @@ def test_a_run_that_ended_by_itself_says_how(case: Path) -> None:
     assert "largest number of points was reached" in told(result)
 
 
-def test_the_time_limit_ends_a_run_with_what_was_found(case: Path) -> None:
-    case.write_text(CASE.replace("0.04", "1e-4"))
-    result = slipstick("run", case, "-o", case.parent / "out", *BARE, "--time-limit", "0.3 s")
+def test_the_time_limit_ends_a_run_with_what_was_found(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on a second with every point and whatever else is found."""
+    ticking(monkeypatch, options, run)
+    result = slipstick("run", case, "-o", case.parent / "out", *BARE, "--time-limit", "15 s")
     assert result.exit_code == 1
     assert "stopped at the time limit; every point found is kept" in told(result)
-    assert load_dataset(case.parent / "out" / "results.nc").attrs["outcome"] == "TIME_LIMIT"
-    assert slipstick("resume", case.parent / "out", *BARE, "--time-limit", "0.2").exit_code == 1
+    found = load_dataset(case.parent / "out" / "results.nc")
+    assert found.attrs["outcome"] == "TIME_LIMIT"
+    assert 0 < found.sizes["point"] < 15
+    assert slipstick("resume", case.parent / "out", *BARE, "--time-limit", "5").exit_code == 1
+    more = load_dataset(case.parent / "out" / "results.nc").sizes["point"]
+    assert found.sizes["point"] < more < found.sizes["point"] + 5
 
 
 @pytest.mark.parametrize("text", ["soon", "0", "-1 h", "3 weeks"])

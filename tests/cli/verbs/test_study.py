@@ -93,7 +93,7 @@ def test_an_interrupted_study_keeps_its_cases_and_goes_on(
 
 
 def test_the_time_limit(case: Path) -> None:
-    result = slipstick("study", case, "-o", case.parent / "out", "--time-limit", "0.001 s", *BARE)
+    result = slipstick("study", case, "-o", case.parent / "out", "--time-limit", "1e-6 s", *BARE)
     assert result.exit_code == 1
     assert "stopped at the time limit" in told(result)
     assert load_dataset(case.parent / "out" / "study.nc").attrs["outcome_text"] == "1 of 3 cases are computed"
