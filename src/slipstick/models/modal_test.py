@@ -12,7 +12,8 @@ import numpy as np
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, frequency, numbers, one, path, shown, warn, whole, wrong
 from slipstick.results.foreign import foreign_dataset
-from slipstick.structure.modal_fit import ModalFit, Receptances, fit_modes, reciprocal
+from slipstick.structure.measured import Receptances, reciprocal
+from slipstick.structure.modal_fit import ModalFit, fit_modes
 from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_of, smoothed
 from slipstick.typing import Array, ComplexArray, FrequencyRange
 

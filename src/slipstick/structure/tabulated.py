@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
 from slipstick.structure.checks import array_faults, checked_names, known_shapes, number_faults
-from slipstick.structure.modal_fit import FLOOR, resonances
+from slipstick.structure.measured import FLOOR, resonances
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array, ComplexArray, IntArray
 
