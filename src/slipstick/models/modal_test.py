@@ -14,7 +14,7 @@ from slipstick.faults import Gathering, frequency, numbers, one, path, shown, wa
 from slipstick.results.foreign import foreign_dataset
 from slipstick.structure.measured import Receptances, reciprocal
 from slipstick.structure.modal_fit import ModalFit, fit_modes
-from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_of, smoothed
+from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_share, smoothed
 from slipstick.typing import Array, ComplexArray, FrequencyRange
 
 QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -181,7 +181,8 @@ def tabulated_structure(
     noise = 0.0
     if smooth:
         values = smoothed(mean.omega, mean.values)
-        noise = 0.0 if np.array_equal(values, mean.values) else float(np.median(noise_of(mean.values)))
+        if not np.array_equal(values, mean.values):
+            noise = float(np.median(noise_share(mean.omega, mean.values)))
         mean = replace(mean, values=values)
     whole_table = full_table(mean.values, mean.rows, mean.columns, len(table.dofs))
     found = TabulatedStructure(

@@ -24,6 +24,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
 from slipstick.structure.checks import array_faults, checked_names, known_shapes, number_faults
 from slipstick.structure.measured import FLOOR, resonances
+from slipstick.structure.measurement_noise import FEW, deviation, seen
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array, ComplexArray, IntArray
 
@@ -403,11 +404,24 @@ def relative_to(table: ComplexArray) -> Array:
 def noise_of(values: ComplexArray) -> Array:
     """Standard deviation of the noise of receptances (n, n_pairs), real and imaginary part each, relative, (n_pairs,).
 
-    From fourth differences, in which little of a smooth function is left; the median does not see resonances.
+    That of the median line, of those at which fourth differences show noise; 0 where hardly any do.
     """
-    size = np.abs(values[2:-2])
-    differences = np.abs(np.diff(values, 4, axis=0)) / np.where(size > 0.0, size, np.inf)
-    return np.asarray(np.median(differences, axis=0) / np.sqrt(70.0 * 2.0 * np.log(2.0)))
+    squares, used = seen(values)
+    size = np.abs(values)
+    share = np.sqrt(squares) / np.where(size > 0.0, size, np.inf)
+    out = np.zeros(values.shape[1])
+    for pair in np.flatnonzero(used.mean(axis=0) > FEW):
+        out[pair] = np.median(share[used[:, pair], pair]) / np.sqrt(2.0 * np.log(2.0))
+    return out
+
+
+def noise_share(omega: Array, values: ComplexArray) -> Array:
+    """Root mean square of the noise of receptances (n, n_pairs) as a share of theirs, (n_pairs,).
+
+    Of real and imaginary part each, as ``noise_of``; lines where resonances are large count most.
+    """
+    size = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
+    return np.asarray(np.sqrt(np.mean(deviation(omega, values) ** 2, axis=0)) / np.where(size > 0.0, size, np.inf))
 
 
 def smoothed(omega: Array, values: ComplexArray) -> ComplexArray:
@@ -419,10 +433,9 @@ def smoothed(omega: Array, values: ComplexArray) -> ComplexArray:
     from scipy.interpolate import splev, splrep
 
     out, n = values.copy(), omega.size
-    for pair, noise in enumerate(noise_of(values)):
-        if noise < _CLEAN:
-            continue
-        weight = 1.0 / (noise * np.maximum(np.abs(values[:, pair]), np.finfo(float).tiny))
+    noise = deviation(omega, values)
+    for pair in np.flatnonzero(noise_of(values) >= _CLEAN):
+        weight = 1.0 / noise[:, pair]
         parts = [
             splev(omega, splrep(omega, part, w=weight, s=n - np.sqrt(2.0 * n), full_output=True, quiet=True)[0])
             for part in (values[:, pair].real, values[:, pair].imag)
