@@ -1,8 +1,8 @@
 """Measured receptances between points of a structure, and whether they are what they are taken for.
 
 A driving point of a passive structure is ``A(w) = sum_r R_r / (w_r^2 + 2 i zeta_r w_r w - w^2) + S - m / w^2`` with
-``R_r, S, m >= 0``; accelerance is ``-w^2 A``, mobility ``i w A``, and in the other sign of time all is conjugated. Which of
-these it is follows from fits with such coefficients (non-negative least squares), with the poles of the table.
+``R_r, S, m >= 0``; accelerance is ``-w^2 A``, mobility ``i w A``, and in the other sign of time all is conjugated.
+Which of these it is follows from fits with such coefficients (non-negative least squares), with the poles of the table.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _RECIPROCAL = 0.05
 CLEAR = 1.5
 """As many times what noise explains is more than noise."""
 _ACTIVE, _SURE = 0.02, 4.0
-"""What is suspicious: of reciprocity, of power that comes out of a driving point, and that in deviations of the noise."""
+"""What is suspicious: of reciprocity, of power out of a driving point, and this in deviations of the noise."""
 _SHARE = 0.05
 """Accuracy that is asked of a fit that tells what functions are, relative."""
 _UNFIT, _BETTER = 0.01, 0.25
@@ -37,7 +37,7 @@ _TOLD = 6
 """Driving points that are looked at: the strongest."""
 _QUANTITIES = ("receptances", "mobilities", "accelerances")
 _CHOICES = tuple((order, sign) for order in range(3) for sign in (1.0, -1.0))
-"""What functions may be: how often differentiated, with which sign; first what they are taken for, then its negative."""
+"""What functions may be: how often differentiated, with which sign; first what they are taken for and its negative."""
 _MOVES = ("displacement", "velocity", "acceleration")
 
 
@@ -81,15 +81,15 @@ class Receptances:
 
     def warnings(self, unit: str) -> Iterator[str]:
         """What is suspicious in what was measured."""
-        for k, j, off, noise in self._differences():
+        for k, _, off, noise in self._differences():
             if off > max(_RECIPROCAL, CLEAR * noise):
                 yield (
                     f"reciprocity: {self.name(k)} and the other way round differ by {100 * off:.2g} %; "
                     "their mean is taken"
                 )
         points = np.flatnonzero(self.driving)
-        noise = deviation(self.omega, self.values[:, points]) if points.size else np.zeros((self.omega.size, 0))
-        for k, uncertain in zip(points.tolist(), noise.T, strict=True):
+        deviations = deviation(self.omega, self.values[:, points])
+        for k, uncertain in zip(points.tolist(), deviations.T, strict=True):
             active = self.values[:, k].imag > np.maximum(_ACTIVE * np.abs(self.values[:, k]), _SURE * uncertain)
             if active.any():
                 low, high = self.omega[active][[0, -1]]
@@ -145,8 +145,8 @@ def checked(measured: Receptances) -> Poles:
             raise InputError(
                 Fault(
                     "receptances",
-                    f"their residue at the driving point '{measured.dofs[measured.rows[point]]}' is negative: energy would "
-                    "come out of it",
+                    f"their residue at the driving point '{measured.dofs[measured.rows[point]]}' is negative: energy "
+                    "would come out of it",
                     remedy="check the sign and direction of force and sensor",
                 )
             )

@@ -28,8 +28,8 @@ FEW = 0.2
 def seen(values: ComplexArray) -> tuple[Array, NDArray[np.bool_]]:
     """Squares of what functions (n, n_pairs) deviate from smooth ones, by fourth differences, and where this is noise.
 
-    In the mean the squares are the variance of the noise. Where lines are too coarse for the function they are not: then
-    they are many times larger with every second line, while those of noise stay.
+    In the mean the squares are the variance of the noise. Where lines are too coarse for the function they are not:
+    then they are many times larger with every second line, while those of noise stay.
     """
     from scipy.ndimage import convolve1d, maximum_filter1d
 
@@ -85,8 +85,9 @@ def _likeliest(terms: Array, squares: Array) -> Array:
     Multiplicative steps that never lose likelihood (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation 21, 2009).
     """
     factors = np.full(terms.shape[1], float(np.mean(squares))) / np.mean(terms, axis=0) / terms.shape[1]
-    single = [float(np.mean(squares / np.maximum(term, 1e-300))) for term in terms.T]
-    unlikely = [_unlikely(np.maximum(term, 1e-300) * factor, squares) for term, factor in zip(terms.T, single, strict=True)]
+    alone = np.maximum(terms, 1e-300)
+    single = np.mean(squares[:, None] / alone, axis=0)
+    unlikely = [_unlikely(alone[:, k] * factor, squares) for k, factor in enumerate(single)]
     for _ in range(_STEPS):
         inverse = 1.0 / (terms @ factors)
         step = np.sqrt(((squares * inverse**2) @ terms) / (inverse @ terms))

@@ -2,8 +2,8 @@
 
 ``A_ij(w) = sum_r phi_ir phi_jr / (w_r^2 + 2 i zeta_r w_r w - w^2) + S_ij`` (D. J. Ewins, Modal Testing, 2000,
 chapter 4). Poles that many orders of a common denominator agree on are the start; those that do not stand out of the
-noise or have no physics are left out, and where more is left than noise a further mode is sought. Least squares in units
-of the noise, which the table shows itself, make poles and shapes those of greatest likelihood.
+noise or have no physics are left out, and where more is left than noise a further mode is sought. Least squares in
+units of the noise, which the table shows itself, make poles and shapes those of greatest likelihood.
 """
 
 from __future__ import annotations
@@ -89,7 +89,8 @@ class ModalFit:
         ]
         both = "" if np.isnan(self.reciprocity) else f", reciprocity {100 * self.reciprocity:.2g} %"
         lines.append(
-            f"error {100 * self.error:.2g} % (noise {100 * self.noise:.2g} %), of the worst receptance {100 * self.worst:.2g} %{both}"
+            f"error {100 * self.error:.2g} % (noise {100 * self.noise:.2g} %), of the worst receptance "
+            f"{100 * self.worst:.2g} %{both}"
         )
         return "\n".join([*lines, *self.warnings])
 
@@ -134,7 +135,8 @@ def fit_modes(
         notes.append(f"the modes fit {worst} to {100 * unfit.max():.0f} % only: more modes, or a smaller range")
     return ModalFit(
         structure=structure, error=float(np.sqrt(np.mean(wrong**2))), worst=float(wrong.max()),
-        noise=float(np.sqrt(np.mean(np.minimum(hidden, wrong) ** 2))), omega_error=shaped.uncertain[0], damping_error=shaped.uncertain[1],
+        noise=float(np.sqrt(np.mean(np.minimum(hidden, wrong) ** 2))), omega_error=shaped.uncertain[0],
+        damping_error=shaped.uncertain[1],
         reciprocity=measured.reciprocity, warnings=tuple(notes),
     )  # fmt: skip
 
@@ -142,7 +144,7 @@ def fit_modes(
 def _hopeless(problem: LeastSquares, start: Poles) -> Fault:
     """Why there is no mode."""
     driving, n = problem.measured.driving, len(start[0])
-    c, gains, _ = problem.coefficients(start)
+    gains = problem.coefficients(start)[1]
     if (gains[:n].sum(axis=1) > problem.worth).any():
         seen = ", ".join(f"{w:.4g}" for w in start[0])
         return Fault(
@@ -158,7 +160,7 @@ def _hopeless(problem: LeastSquares, start: Poles) -> Fault:
 
 
 def _poles(problem: LeastSquares, poles: Poles, until: float) -> tuple[LeastSquares, Poles, bool]:
-    """Poles of all modes that stand out of the noise, with this noise, and whether none was left out for want of time."""
+    """Poles of all modes that stand out of the noise, with this noise, and whether there was time for all."""
     for _ in range(_MOST_MODES):
         poles = _pruned(problem, problem.refined(_pruned(problem, poles)))
         problem = problem.again(poles)
@@ -203,9 +205,8 @@ def _shaped(problem: LeastSquares, poles: Poles, until: float, notes: list[str],
     above, below = (bool(gains[k].sum() > problem.worth) for k in (n, n + 1))
     below &= bool(np.all(c[n + 1][measured.driving] < 0.0))
     residues = c[:n] * poles[0][:, None] ** 2
-    shapes = np.column_stack(
-        [_shape(measured, residue, w) for w, residue in zip(poles[0], residues, strict=True)]
-    )
+    shapes = np.column_stack([_shape(measured, residue, w) for w, residue in zip(poles[0], residues, strict=True)])
+
     def fitted(poles: Poles, shapes: Array, held: int) -> Shaped:
         if measured.rows.size > len(measured.dofs) and shapes.size + 2 * shapes.shape[1] <= _JOINT:
             return problem.shaped(poles, shapes, held, above)
@@ -220,7 +221,8 @@ def _shaped(problem: LeastSquares, poles: Poles, until: float, notes: list[str],
     if below:
         far = _roots(_whole(measured, -c[n + 1] * problem.low**2))
         held = far.shape[1]
-        w, z = (np.append(np.full(held, far_away), part) for far_away, part in zip((_FAR * problem.low, _FAR_DAMPING), poles, strict=True))
+        w = np.append(np.full(held, _FAR * problem.low), poles[0])
+        z = np.append(np.full(held, _FAR_DAMPING), poles[1])
         more = fitted((w, z), np.hstack([far, shapes]), held)
         if held and more.squares < _WORTH * found.squares:
             found, poles, shapes = more, (w, z), np.hstack([far, shapes])
@@ -236,8 +238,8 @@ def _shaped(problem: LeastSquares, poles: Poles, until: float, notes: list[str],
     if doubled and shapes.size + 2 * shapes.shape[1] <= _JOINT and monotonic() < until:
         found, doubled = _with_doubles(problem, found, doubled, above)
     notes += [
-        f"the residues of the mode at {poles[0][r]:.6g} {unit} are no products of one shape: two close modes, a complex "
-        "one, or directions that do not belong together"
+        f"the residues of the mode at {poles[0][r]:.6g} {unit} are no products of one shape: two close modes, a "
+        "complex one, or directions that do not belong together"
         for r in doubled
     ]
     order = np.argsort(found.poles[0])
@@ -317,7 +319,8 @@ def _doubts(problem: LeastSquares, found: Shaped, unit: str) -> Iterator[str]:
     for w, (_, unsure) in zip(found.poles[0], found.uncertain.T, strict=True):
         if w >= problem.low and unsure > _KNOWN:
             where = "" if w <= problem.high else "lies above the range and "
-            yield f"the mode at {w:.5g} {unit} {where}is not to be trusted: its damping ratio is known to {100 * unsure:.0f} % only"
+            known = "not known" if np.isinf(unsure) else f"known to {100 * unsure:.0f} % only"
+            yield f"the mode at {w:.5g} {unit} {where}is not to be trusted: its damping ratio is {known}"
 
 
 def _shape(measured: Receptances, residues: Array, omega: float, unit: str = "rad/s") -> Array:

@@ -20,12 +20,12 @@ from slipstick.structure.modal_poles import Poles
 from slipstick.typing import Array, ComplexArray, IntArray
 
 BELOW, BEYOND = 0.3, 1.5
-"""Modes lie between this share of the lowest and so many times the highest frequency: they are seen by what they add."""
+"""Modes lie between this share of the lowest and so many times the highest frequency, seen by what they add."""
 LEAST_DAMPING, MOST_DAMPING = 1e-6, 0.5
 _RARE = 5.0
 """Noise that looks like a mode is as rare as exp(-5) in a whole table."""
-_ABOVE = np.array([0.02, 0.05, 0.1, 0.2])
-"""Where modes above the range are sought, in ranges beyond its end."""
+_UNDER, _ABOVE = np.array([0.2, 0.1]), np.array([0.02, 0.05, 0.1, 0.2])
+"""Where modes below and above the range are sought, in ranges beyond its ends."""
 _SEARCHED = 16
 """Pairs in which a further mode is sought: those of which most is left."""
 _WIDTHS = (0.003, 0.01, 0.03)
@@ -77,7 +77,7 @@ class LeastSquares:
         return self._chance(self.measured.values.shape[1])
 
     def _chance(self, pairs: int) -> float:
-        """What one of so many places takes off by chance (B. Laurent, P. Massart, Annals of Statistics 28, 2000, (4.3))."""
+        """What a mode takes off by chance at most (B. Laurent, P. Massart, Annals of Statistics 28, 2000, (4.3))."""
         free, rare = pairs + 2, float(np.log(self.size)) + _RARE
         return free + 2.0 * np.sqrt(free * rare) + 2.0 * rare
 
@@ -97,7 +97,8 @@ class LeastSquares:
         """Columns of modes, and their derivatives by frequency and by damping ratio, (n, n_modes) each."""
         w, (wr, zr) = self.measured.omega[:, None], poles
         D = wr**2 / (wr**2 + 2j * zr * wr * w - w**2)
-        return D, D * (2.0 / wr - D * (2.0 * wr + 2j * zr * w) / wr**2), -(D**2) * 2j * w / wr
+        by_w, by_z = D * (2.0 / wr - D * (2.0 * wr + 2j * zr * w) / wr**2), -(D**2) * 2j * w / wr
+        return np.asarray(D, dtype=complex), np.asarray(by_w, dtype=complex), np.asarray(by_z, dtype=complex)
 
     def _columns(self, poles: Poles) -> ComplexArray:
         w = self.measured.omega[:, None]
@@ -133,15 +134,17 @@ class LeastSquares:
         return LeastSquares(self.measured, deviation(self.measured.omega, self.measured.values, squares, np.abs(model)))
 
     def _triangles(self, poles: Poles) -> tuple[Array, Array]:
-        """What is left, and its derivatives by ``w / w_n`` and damping ratios; rows as the QR decompositions have them."""
+        """What is left, and its derivatives by ``w / w_n`` and damping ratios, in the rows of QR decompositions."""
         n, (_, by_w, by_z) = len(poles[0]), self._modal(poles)
         rows, left = [], []
         for pair, Q, R, b in self._decomposed(self._columns(poles)):
             along = Q.T @ b
             c = np.linalg.lstsq(R, along, rcond=None)[0][:n]
-            J = parts(np.hstack([by_w * self.high * c, by_z * c]) * self.weight[:, pair, None])
+            J = parts(
+                np.asarray(np.hstack([by_w * self.high * c, by_z * c]) * self.weight[:, pair, None], dtype=complex)
+            )
             J -= Q @ (Q.T @ J)
-            T = np.linalg.qr(np.column_stack([J, Q @ along - b]), mode="r")
+            T = _triangle(np.column_stack([J, Q @ along - b]))
             rows.append(T[:, :-1])
             left.append(T[:, -1])
         return np.concatenate(left), np.vstack(rows)
@@ -183,7 +186,7 @@ class LeastSquares:
 
         span = self.high - self.low
         inside = np.linspace(self.low, self.high, int(np.clip(self.measured.omega.size, 100, 400)))
-        outside = np.concatenate([self.low - 0.1 * np.arange(2, 0, -1) * min(self.low, span), self.high + span * _ABOVE])
+        outside = np.concatenate([self.low - _UNDER * min(self.low, span), self.high + span * _ABOVE])
         outside = outside[(outside > BELOW * self.low) & (outside < BEYOND * self.high)]
         left = np.array([one.left for one in self.solved(poles)])
         pairs = np.argsort(-np.sum(left**2, axis=1))[:_SEARCHED]
@@ -200,7 +203,7 @@ class LeastSquares:
         return w, z
 
     def _gains(self, poles: Poles, left: Array, pairs: IntArray, beside: ComplexArray | None = None) -> Array:
-        """What single further modes take off what is left (n_pairs, 2 n) of some pairs; at least, without ``beside``."""
+        """What single further modes take off what is left (n_pairs, 2 n) of pairs; at least so, without ``beside``."""
         modes, g, n = self._modal(poles)[0], self.weight[:, pairs], self.measured.omega.size
         along = (modes.conj().T @ (g * (left[pairs, :n] + 1j * left[pairs, n:]).T)).real
         size = (np.abs(modes) ** 2).T @ g**2
@@ -248,14 +251,14 @@ class LeastSquares:
                     share = one @ J / norm
                     stands[pair] = -share[-1]
                     J -= np.outer(one, share)
-                T = np.linalg.qr(J, mode="r")
+                T = _triangle(J)
                 row = np.zeros((T.shape[0], z.size + 1))
                 row[:, np.concatenate([np.arange(2 * m), *places])] = T[:, :-1]
                 row[:, -1] = T[:, -1]
                 blocks.append(row)
             T = np.vstack(blocks)
             if len(T) > 2 * T.shape[1]:
-                T = np.linalg.qr(T, mode="r")
+                T = _triangle(T)
             return T[:, -1], T[:, :-1], stands
 
         last: list[tuple[Array, tuple[Array, Array, Array]]] = []
@@ -283,6 +286,11 @@ class LeastSquares:
         return Shaped(
             poles=at, shapes=phi, above=known(found.x)[2], squares=2.0 * float(found.cost), uncertain=uncertain
         )
+
+
+def _triangle(matrix: Array) -> Array:
+    """Of its QR decomposition: the same sums of squares and products of columns in fewer rows."""
+    return np.asarray(np.linalg.qr(matrix, mode="r"), dtype=float)
 
 
 def _deviations(J: Array) -> Array:

@@ -36,6 +36,8 @@ _LOW, _HIGH = 2.0, 0.8
 """Lines up to twice the lowest frequency tell the static compliance, those above 0.8 of the highest the mass line."""
 _CLEAR = 0.9
 """As far from a resonance, damping does not show in the real part."""
+_ABOVE_NOISE = 4.0
+"""Resonances are seen from so many times the noise on."""
 _CLEAN = 1e-5
 """Noise below which nothing is smoothed."""
 _COARSE, _DOUBTFUL, _UNKNOWN = 0.02, 0.02, 0.2
@@ -144,7 +146,7 @@ class TabulatedStructure:
     beyond
         "refuse" frequencies outside the table, or go on with a "line", see :class:`Lines`.
     noise
-        What smoothing took off before, relative; 0 where the table is as measured.
+        What smoothing took off before, root mean square, as a share of the receptances; 0 where it is as measured.
     notes
         What was suspicious in the measurement.
 
@@ -239,8 +241,9 @@ class TabulatedStructure:
 
     @property
     def natural_frequencies(self) -> Array:
-        """Where the table shows resonances, ascending, rad/s: to a line, no better."""
-        size = np.sqrt(np.sum(np.abs(self.values[:, self.known]) ** 2, axis=1))
+        """Where the table shows resonances above its noise, ascending, rad/s: to a line, no better."""
+        squares = np.sum(np.abs(self.values[:, self.known]) ** 2, axis=1)
+        size = np.sqrt(squares + (_ABOVE_NOISE * self.noise) ** 2 * np.mean(squares))
         return np.array([peak[0] for peak in resonances(self.omega, size)])
 
     @cached_property
