@@ -11,8 +11,8 @@ from slipstick.structure.measured import Receptances, checked
 from slipstick.structure.measurement_noise import deviation
 from slipstick.structure.modal_fit import ModalFit, fit_modes
 
-FEW, MANY = 1, 12
-"""Seeds of the fast tests and of the long ones."""
+MANY = 12
+"""Seeds of the long tests; the fast ones have one."""
 
 
 def receptances(w, zeta, shapes, omega, inputs=(0, 3), flat=0.0, share=0.0, seed=0) -> Receptances:
@@ -20,8 +20,8 @@ def receptances(w, zeta, shapes, omega, inputs=(0, 3), flat=0.0, share=0.0, seed
     rng, w = np.random.default_rng(seed), np.asarray(w, dtype=float)
     inputs, D = list(inputs), 1.0 / (w**2 + 2j * zeta * w * omega[:, None] - omega[:, None] ** 2)
     H = np.einsum("kr,ir,jr->kij", D, shapes, shapes[inputs])
-    noise = [rng.standard_normal((2, *H.shape)) @ np.ones(()) for _ in range(2)]
-    of_all, of_each = (np.sqrt(0.5) * (part[0] + 1j * part[1]) for part in noise)
+    parts = np.sqrt(0.5) * rng.standard_normal((2, 2, *H.shape))
+    of_all, of_each = parts[:, 0] + 1j * parts[:, 1]
     H = H * (1.0 + share * of_each) + flat * np.abs(H).max() * of_all
     rows, columns = np.meshgrid(np.arange(len(shapes)), inputs, indexing="ij")
     names = tuple(f"d{k}" for k in range(len(shapes)))
@@ -76,7 +76,7 @@ CASES = {
         lambda s: plate([4.0, 6.0, 6.03, 9.0], flat=3e-3, seed=s), 5e-4, 0.05,
     ),
     "modes below and above the range": (
-        lambda s: plate(np.arange(1.0, 15.0) + 0.2, low=4.7, high=8.7, flat=3e-3, seed=s), 5e-4, 0.03,
+        lambda s: plate(np.arange(1.0, 15.0) + 0.2, low=4.7, high=8.7, lines=300, flat=3e-3, seed=s), 5e-4, 0.03,
     ),
 }  # fmt: skip
 """Table by seed, tolerances of frequency and damping ratio: about five standard deviations of the best estimate."""
@@ -102,14 +102,14 @@ def test_modes_come_back_out_of_noise_of_many_seeds(case):
 
 
 def test_standard_deviations_are_those_of_many_measurements():
-    """Errors of 20 measurements over what is stated: 1 in the mean, within what 120 numbers scatter."""
+    """Errors of 8 measurements over what is stated: 1 in the mean, within what 48 numbers scatter."""
     off = []
-    for seed in range(20):
-        w, zeta, _, measured = chain(lines=200, flat=1e-2, seed=seed)
+    for seed in range(8):
+        w, zeta, _, measured = chain(lines=100, flat=1e-2, seed=seed)
         fit = fit_modes(measured)
         off.append((fit.structure.omega[:3] / w[:3] - 1.0) / fit.omega_error[:3])
         off.append((fit.structure.damping_ratio[:3] / zeta[:3] - 1.0) / fit.damping_error[:3])
-    assert 0.75 < np.sqrt(np.mean(np.square(off))) < 1.3
+    assert 0.65 < np.sqrt(np.mean(np.square(off))) < 1.4
 
 
 def test_strong_modes_stand_out_of_a_floor_of_a_tenth():
@@ -122,7 +122,8 @@ def test_strong_modes_stand_out_of_a_floor_of_a_tenth():
 
 
 def test_a_mode_that_is_hardly_seen_is_not_trusted():
-    _, _, _, measured = chain(flat=0.03, lines=120)
+    """Of the fourth mode, above the range, the damping hardly shows."""
+    _, _, _, measured = chain(flat=0.03)
     fit = fit_modes(measured)
     unsure = fit.damping_error > 0.2
     assert unsure.any()

@@ -164,7 +164,7 @@ def _poles(problem: LeastSquares, poles: Poles, until: float) -> tuple[LeastSqua
     for _ in range(_MOST_MODES):
         poles = _pruned(problem, problem.refined(_pruned(problem, poles)))
         problem = problem.again(poles)
-        poles = _pruned(problem, problem.refined(poles))
+        poles = _merged(problem, _pruned(problem, problem.refined(poles)))
         if monotonic() > until:
             return problem, poles, False
         w, z = problem.missing(poles)
@@ -173,6 +173,21 @@ def _poles(problem: LeastSquares, poles: Poles, until: float) -> tuple[LeastSqua
             break
         poles = kept
     return problem, poles, True
+
+
+def _merged(problem: LeastSquares, poles: Poles) -> Poles:
+    """With one pole instead of two within their half-power widths, where it does as well."""
+    k = 1
+    while k < len(poles[0]):
+        wr, zr = poles
+        if wr[k] - wr[k - 1] < zr[k] * wr[k] + zr[k - 1] * wr[k - 1]:
+            gains = problem.coefficients(poles)[1]
+            rest = np.arange(wr.size) != (k if gains[k].sum() < gains[k - 1].sum() else k - 1)
+            fewer = problem.refined((wr[rest], zr[rest]))
+            if problem.squares(fewer) - problem.squares(poles) < problem.worth:
+                poles, k = fewer, 0
+        k += 1
+    return poles
 
 
 def _pruned(problem: LeastSquares, poles: Poles) -> Poles:

@@ -199,7 +199,7 @@ class LeastSquares:
         if outside.size:
             beyond = self._gains((outside, np.full(outside.size, _WIDTHS[1])), left, pairs, self._columns(poles))
             if beyond.max() > max(enough, best.max()):
-                w, z = np.append(w, outside[int(np.argmax(beyond))]), np.append(z, _WIDTHS[1])
+                w, z = outside[[int(np.argmax(beyond))]], np.array([_WIDTHS[1]])  # others may be for want of it
         return w, z
 
     def _gains(self, poles: Poles, left: Array, pairs: IntArray, beside: ComplexArray | None = None) -> Array:
