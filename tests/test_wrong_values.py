@@ -359,7 +359,9 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     ),
     "modal_analysis": (
         lambda: ss.models.modal_analysis,
-        {"measured": TESTED, "modes": 1, "range": (3.0, 9.0), "quantity": "displacement"},
+        {
+            "measured": TESTED, "modes": 1, "range": (3.0, 9.0), "quantity": "displacement", "time_limit": 60.0,
+        },
     ),
     "tabulated_structure": (
         lambda: ss.models.tabulated_structure,

@@ -79,7 +79,7 @@ def test_modes_beyond_the_range_are_what_is_left_over():
     fit = fit_modes(read_receptances(data), 2)
     assert fit.structure.omega.size == 2
     assert fit.structure.natural_frequencies[0] == pytest.approx(known().natural_frequencies[0], rel=1e-4)
-    assert fit.error < 0.05
+    assert fit.error < 0.07
 
 
 def test_a_sensor_the_wrong_way_round_is_named():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import cache
 
 import numpy as np
@@ -123,6 +124,35 @@ def test_noise_is_seen_and_taken_off():
     assert (left.noise, tabulated().noise) == (0.0, 0.0)
     assert smooth.noise == pytest.approx(7e-4, rel=0.1)  # of the mean of both ways
     assert "noise of 0.07" in smooth.summary()
+
+
+@pytest.mark.parametrize("lines", [400, 3000])
+def test_a_noise_floor_is_taken_off_and_resonances_stay(lines):
+    """A floor of 0.1 % of the largest: less of it is left where receptances are small, and hardly more at peaks."""
+    omega = np.linspace(1.0, 35.0, lines)
+    exact = known().project(np.eye(4), np.eye(4)).at([1.0], omega)[0][:, 0]
+    largest, rng = np.abs(exact).max(), np.random.default_rng(0)
+    parts = np.sqrt(0.5) * 1e-3 * largest * rng.standard_normal((2, *exact.shape))
+    noise = parts[0] + 1j * parts[1]
+    data = xr.Dataset(
+        {"receptance": (("omega", "output", "input"), exact + noise)},
+        coords={"omega": omega, "output": DOFS, "input": DOFS},
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SlipstickWarning)
+        smooth = ss.models.tabulated_structure(data)
+    off, peaks = np.abs(smooth.values - exact) / (1e-3 * largest), np.abs(exact) > 0.3 * largest
+    assert np.sqrt(np.mean(off[~peaks] ** 2)) < 0.6
+    assert np.sqrt(np.mean(off[peaks] ** 2)) < 1.5
+    assert smooth.natural_frequencies.size < 10
+
+
+def test_tables_that_are_no_receptances_are_named():
+    exact = measured()
+    with raises_fault("receptances", says="they are conjugated"):
+        ss.models.tabulated_structure(exact.assign(receptance=exact.receptance.conj()))
+    with raises_fault("receptances", says='look like accelerances .*quantity="acceleration"'):
+        ss.models.tabulated_structure(exact.assign(receptance=-(exact.omega**2) * exact.receptance))
 
 
 def test_reciprocity_fills_in_and_what_is_missing_is_refused():

@@ -71,7 +71,7 @@ def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
     if isinstance(fit, TabulatedStructure):
         tell(f"  {fit.summary().splitlines()[0]}")
         return Described(body=Body(structure=fit, fit=fit), dofs=fit.dofs, made=True)
-    tell(f"  {fit.structure.omega.size} modes fitted to {100 * fit.error:.2g} %")
+    tell(f"  {fit.structure.omega.size} modes fitted to {100 * fit.error:.2g} % (noise {100 * fit.noise:.2g} %)")
     return Described(body=Body(structure=fit.structure, fit=fit), dofs=fit.structure.dofs, made=True)
 
 

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, frequency, numbers, one, path, shown, warn, whole, wrong
+from slipstick.faults import Gathering, frequency, number, numbers, one, path, shown, warn, whole, wrong
 from slipstick.results.foreign import foreign_dataset
-from slipstick.structure.modal_fit import ModalFit, Receptances, fit_modes, reciprocal
-from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_of, smoothed
+from slipstick.structure.measured import Receptances, checked, reciprocal
+from slipstick.structure.modal_fit import TIME_LIMIT, ModalFit, fit_modes
+from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_share, smoothed
 from slipstick.typing import Array, ComplexArray, FrequencyRange
 
 QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -37,8 +38,13 @@ def modal_analysis(
     modes: int | None = None,
     range: FrequencyRange | None = None,
     quantity: str | None = None,
+    time_limit: float = TIME_LIMIT,
 ) -> ModalFit:
     """A structure from measured frequency response functions: real modes are fitted to them.
+
+    Poles that many orders of a common denominator agree on are the start (least-squares complex frequency method).
+    Modes are those of greatest likelihood, with the noise that the table shows itself: a floor, and a share of what is
+    measured. Modes that do not stand out of it are left out.
 
     Parameters
     ----------
@@ -55,17 +61,21 @@ def modal_analysis(
           the motion of "tip" by a force on "root";
         - ``.nc``: the dataset.
     modes
-        How many modes; by default as many as leave clearly less of what was measured.
+        How many modes are kept, the strongest in the range first; by default all that stand out of the noise. Others
+        that were seen are taken into account for the fit, and become compliance.
     range
         Frequencies between which they are fitted, rad/s or with a unit, ``("20 Hz", "400 Hz")``; by default all.
     quantity
         "displacement", "velocity" or "acceleration": what was measured, where the file does not say.
+    time_limit
+        Seconds after which no further modes are sought; a warning says so.
 
     Returns
     -------
     ModalFit
         Its ``structure`` is a ``ModalStructure`` at all measured dofs: contacts and loads act on any of them. ``error``
-        says how well it fits; ``summary()`` says it all.
+        says how well it fits, ``noise`` what of this is noise; ``omega_error`` and ``damping_error`` are standard
+        deviations of the modes; ``summary()`` says it all.
 
     The time dependence is ``exp(+i w t)``: receptances lag. Reciprocity and passivity are checked: functions measured
     both ways are averaged, and power that comes out of a driving point gives a warning.
@@ -73,12 +83,14 @@ def modal_analysis(
     Raises
     ------
     InputError
-        For files that cannot be read, without a driving point, and where a fitted mode would feed energy in.
+        For files that cannot be read, without a driving point, where no mode stands out of the noise, where the driving
+        points are those of conjugated functions, of accelerance or mobility, or of a sensor the wrong way round.
 
     Warns
     -----
     SlipstickWarning
-        For functions that are not reciprocal or not passive, and for what the fit leaves.
+        For functions that are not reciprocal or not passive beyond their noise, for what the fit leaves, and for modes
+        that are not to be trusted.
 
     Examples
     --------
@@ -93,14 +105,16 @@ def modal_analysis(
     checks = Gathering()
     table = checks.take(read_receptances, measured, quantity)
     count = None if modes is None else checks.take(whole, "modes", modes, 1)
+    seconds = checks.take(number, "time_limit", time_limit, above=0.0)
     ends = None if range is None else checks.take(_range, range)
     checks.end()
     assert table is not None
+    assert seconds is not None
     table = _within(table, ends)
     least = 4 * (2 if count is None else count + 1)
     if table.omega.size < least:
         raise InputError(Fault("receptances", f"{table.omega.size} frequencies", expected=f"at least {least}"))
-    found = fit_modes(table, count)
+    found = fit_modes(table, count, time_limit=seconds)
     warn(found.warnings)
     return found
 
@@ -128,9 +142,9 @@ def tabulated_structure(
         What is done about frequencies outside the table: "refuse" them, or go on with a "line": above it the mass line
         ``(a + b / w^2) / (1 + d / w^2)`` of its last fifth, from its last value on; below it the line to rest.
     smooth
-        Take noise off first, by smoothing splines as far from the table as the noise that its fourth differences show
-        (``noise``); a table without noise stays as it is. Left in it makes small false peaks, and curves with more
-        points.
+        Take noise off first, by smoothing splines as far from the table as the noise that its fourth differences show,
+        a floor and a share of what is measured (``noise``: root mean square, as a share of the receptance). A table
+        without noise stays as it is. Left in it makes small false peaks, and curves with more points.
     range
         Frequencies between which the table is used, rad/s or with a unit, ``("20 Hz", "400 Hz")``; by default all.
 
@@ -148,7 +162,8 @@ def tabulated_structure(
     Raises
     ------
     InputError
-        For files that cannot be read, and where the lowest lines do not tell the static compliance.
+        For files that cannot be read, where the lowest lines do not tell the static compliance, and where the driving
+        points are those of conjugated functions, of accelerance or mobility, or of a sensor the wrong way round.
 
     Warns
     -----
@@ -177,10 +192,12 @@ def tabulated_structure(
     if table.omega.size < FEWEST:
         raise InputError(Fault("receptances", f"{table.omega.size} frequencies", expected=f"at least {FEWEST}"))
     mean = reciprocal(table)
+    checked(mean)
     noise = 0.0
     if smooth:
         values = smoothed(mean.omega, mean.values)
-        noise = 0.0 if np.array_equal(values, mean.values) else float(np.median(noise_of(mean.values)))
+        if not np.array_equal(values, mean.values):
+            noise = float(np.median(noise_share(mean.omega, mean.values)))
         mean = replace(mean, values=values)
     whole_table = full_table(mean.values, mean.rows, mean.columns, len(table.dofs))
     found = TabulatedStructure(

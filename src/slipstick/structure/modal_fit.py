@@ -1,91 +1,50 @@
 """Real modes of measured receptances: frequencies, damping, mass-normalised shapes, and what other modes add.
 
 ``A_ij(w) = sum_r phi_ir phi_jr / (w_r^2 + 2 i zeta_r w_r w - w^2) + S_ij`` (D. J. Ewins, Modal Testing, 2000,
-chapter 4). Frequencies and damping are sought by nonlinear least squares, residues are linear in it (variable
-projection, G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10, 1973); last all is fitted with shapes instead of residues.
-``S`` is left out where it is noise: at harmonics above the range, where the modes are small, it would stand.
+chapter 4). Poles that many orders of a common denominator agree on are the start; those that do not stand out of the
+noise or have no physics are left out, and where more is left than noise a further mode is sought. Least squares in
+units of the noise, which the table shows itself, make poles and shapes those of greatest likelihood.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from time import monotonic
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import Fault, InputError
+from slipstick.structure.measured import CLEAR, FLOOR, Receptances, checked, reciprocal
+from slipstick.structure.measurement_noise import deviation
 from slipstick.structure.modal import ModalStructure
-from slipstick.typing import Array, ComplexArray, IntArray
+from slipstick.structure.modal_least_squares import BELOW, BEYOND, MOST_DAMPING, LeastSquares, Shaped
+from slipstick.structure.modal_poles import Poles
+from slipstick.typing import Array
 
-_PROMINENT = 0.05
-"""Decades by which a peak of the sum of all receptances stands out."""
-_WORTH = 0.7
-"""A further mode is kept where it leaves less than this share of the error."""
 _MOST_MODES = 60
-_BEYOND = 1.5
-"""A mode may lie so many times above the highest frequency: it is seen by what it adds below."""
-FLOOR = 0.02
-"""Errors are judged relative to the receptance, and to this share of its size where that is small."""
-_RECIPROCAL = 0.05
-_ACTIVE = 0.02
 _RANK_ONE = 0.1
-"""What is suspicious: of reciprocity, of power that comes out of a driving point, of a residue that is no product."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Receptances:
-    """Receptances (n, n_pairs), length/force, at frequencies (n,), rad/s, of pairs of dofs.
-
-    ``rows`` and ``columns`` (n_pairs,) number the dof that moves and the one that is forced.
-    """
-
-    dofs: tuple[str, ...]
-    omega: Array
-    values: ComplexArray
-    rows: IntArray
-    columns: IntArray
-
-    @property
-    def driving(self) -> NDArray[np.bool_]:
-        """Which pairs are driving points, (n_pairs,)."""
-        return np.asarray(self.rows == self.columns)
-
-    def name(self, pair: int) -> str:
-        """Of a pair, in words."""
-        return f"'{self.dofs[self.rows[pair]]}' by a force on '{self.dofs[self.columns[pair]]}'"
-
-    @property
-    def reciprocity(self) -> float:
-        """Largest difference of receptances measured both ways, relative to their size; nan where none was."""
-        worst = [
-            np.linalg.norm(self.values[:, k] - self.values[:, j]) / np.linalg.norm(self.values[:, k])
-            for k, j in self._both_ways()
-        ]
-        return float(max(worst, default=np.nan))
-
-    def _both_ways(self) -> Iterator[tuple[int, int]]:
-        place = {(int(i), int(j)): k for k, (i, j) in enumerate(zip(self.rows, self.columns, strict=True))}
-        yield from ((k, place[j, i]) for (i, j), k in place.items() if i < j and (j, i) in place)
-
-    def warnings(self, unit: str) -> Iterator[str]:
-        """What is suspicious in what was measured."""
-        for k, j in self._both_ways():
-            off = float(np.linalg.norm(self.values[:, k] - self.values[:, j]) / np.linalg.norm(self.values[:, k]))
-            if off > _RECIPROCAL:
-                yield (
-                    f"reciprocity: {self.name(k)} and the other way round differ by {100 * off:.2g} %; "
-                    "their mean is taken"
-                )
-        for k in np.flatnonzero(self.driving).tolist():
-            active = self.values[:, k].imag > _ACTIVE * np.abs(self.values[:, k])
-            if active.any():
-                low, high = self.omega[active][[0, -1]]
-                yield (
-                    f"passivity: at '{self.dofs[self.rows[k]]}' power comes out of the driving point at "
-                    f"{int(active.sum())} of {active.size} frequencies, from {low:.5g} to {high:.5g} {unit} (Im > 0): "
-                    "check sign and direction of force and sensor"
-                )
+"""What a residue may be off a product of one shape, and a fit off what was measured."""
+_AWAY = 10.0
+"""Half-power widths that a second mode at the frequency of another may move away from it."""
+_KNOWN = 0.2
+"""Relative standard deviation of a damping ratio from which a mode is not trusted."""
+_NARROW = 0.1
+"""Half-power widths below this share of the distance of lines are seen in no resonance."""
+_FAINT = 0.02
+"""Modes that add a smaller share of what is measured at their frequency are not told from what others add there."""
+_FAINT_AND_BROAD = 0.2, 3.0
+"""The same, where they are so many times more damped than the modes that stand out: what delays or damping leave."""
+_DAMPED = 0.3
+"""Damping ratio up to which a mode in the range is taken for one."""
+TIME_LIMIT = 60.0
+"""Seconds after which no further modes are sought."""
+_JOINT = 1000
+"""Unknowns up to which shapes and poles are found together."""
+_WORTH = 0.7
+"""What modes far below the range have to leave of the sum of squares."""
+_FAR, _FAR_DAMPING = 0.1, 0.01
+"""Where modes far below the range stand, as a share of its lowest frequency, and their damping ratio."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +59,11 @@ class ModalFit:
         Root mean square of the relative error of the fitted receptances.
     worst
         The same of the worst measured pair.
+    noise
+        What the noise of the measurement is of ``error``; a fit cannot be better.
+    omega_error, damping_error
+        Standard deviations of natural frequencies and damping ratios, relative, (n_modes,); infinite where nothing
+        tells them.
     reciprocity
         Of the measurement; nan where no receptance was measured both ways.
     warnings
@@ -109,211 +73,272 @@ class ModalFit:
     structure: ModalStructure
     error: float
     worst: float
+    noise: float
+    omega_error: Array
+    damping_error: Array
     reciprocity: float
     warnings: tuple[str, ...]
 
     def summary(self) -> str:
         """Modes and errors as a text."""
         s = self.structure
-        lines = [f"mode {r + 1}: {w:.6g} rad/s, damping ratio {z:.3g}" for r, (w, z) in enumerate(
-            zip(s.omega, s.damping_ratio, strict=True)
-        )]  # fmt: skip
+        modes = zip(s.omega, s.damping_ratio, self.omega_error, self.damping_error, strict=True)
+        lines = [
+            f"mode {r}: {w:.6g} rad/s to {100 * off:.1g} %, damping ratio {z:.3g} to {100 * unsure:.2g} %"
+            for r, (w, z, off, unsure) in enumerate(modes, 1)
+        ]
         both = "" if np.isnan(self.reciprocity) else f", reciprocity {100 * self.reciprocity:.2g} %"
-        lines.append(f"error {100 * self.error:.2g} %, of the worst receptance {100 * self.worst:.2g} %{both}")
+        lines.append(
+            f"error {100 * self.error:.2g} % (noise {100 * self.noise:.2g} %), of the worst receptance "
+            f"{100 * self.worst:.2g} %{both}"
+        )
         return "\n".join([*lines, *self.warnings])
 
 
-def fit_modes(measured: Receptances, modes: int | None = None, *, unit: str = "rad/s") -> ModalFit:
-    """Modes of measured receptances; ``modes``: how many, by default as many as the measurement shows.
+def fit_modes(
+    measured: Receptances, modes: int | None = None, *, unit: str = "rad/s", time_limit: float = TIME_LIMIT
+) -> ModalFit:
+    """Modes of measured receptances; ``modes``: how many are kept, by default all that the measurement shows.
 
     Raises
     ------
     InputError
-        Where no driving point was measured, no mode is seen, or a mode takes no energy up: its driving-point residue or
-        its damping is negative.
+        Where no driving point was measured, no mode stands out of the noise, what was measured is no receptance, or a
+        mode takes no energy up: its driving-point residue is negative.
     """
     if not measured.driving.any():
         remedy = "measure the response at a point that is excited, in its direction"
         raise InputError(Fault("receptances", "no driving point is among them", remedy=remedy))
-    notes = list(measured.warnings(unit))
+    until, notes = monotonic() + time_limit, list(measured.warnings(unit))
     mean = reciprocal(measured)
-    weight = 1.0 / (np.abs(mean.values) + FLOOR * np.sqrt(np.mean(np.abs(mean.values) ** 2, axis=0)))
-    projection = _Projection(mean, weight)
-    poles = _poles(projection, modes)
-    bare = _Projection(mean, weight, residual=False)
-    lean = bare.refined(poles)
-    if bare.error(lean) * _WORTH < projection.error(poles):
-        projection, poles = bare, lean
-    residues, S = projection.linear(poles)
-    shapes = np.column_stack([
-        _shape(mean, residues[r], w, notes, unit) for r, w in enumerate(poles[0])
-    ])  # fmt: skip
-    poles, shapes, S = projection.with_shapes(poles, shapes)
-    structure = _structure(mean, poles, shapes, None if S is None else _whole(mean, S), notes)
+    noise = deviation(mean.omega, mean.values)
+    start = checked(mean)
+    problem, poles, complete = _poles(LeastSquares(mean, noise), start, until)
+    if not poles[0].size:
+        raise InputError(_hopeless(problem, start))
+    shaped = _shaped(problem, poles, until, notes, unit)
+    if not complete or monotonic() > until:
+        notes.append(
+            f"the fit was stopped after {time_limit:.3g} s: further modes, or better ones, may be in the receptances"
+        )
+    shaped = _kept(problem, shaped, modes, notes)
+    structure = _structure(mean, shaped, notes)
+    notes += _doubts(problem, shaped, unit)
     eye = np.eye(len(mean.dofs))
     again = structure.project(eye, eye).at([1.0], mean.omega)[0][:, 0][:, mean.rows, mean.columns]
+    weight = 1.0 / (np.abs(mean.values) + FLOOR * np.sqrt(np.mean(np.abs(mean.values) ** 2, axis=0)))
     wrong = np.sqrt(np.mean(np.abs((again - mean.values) * weight) ** 2, axis=0))
-    if wrong.max() > _RANK_ONE:
-        worst = mean.name(int(np.argmax(wrong)))
-        notes.append(f"the modes fit {worst} to {100 * wrong.max():.0f} % only: more modes, or a smaller range")
+    hidden = np.sqrt(2.0 * np.mean((noise * weight) ** 2, axis=0))
+    unfit = np.where(wrong > CLEAR * hidden, wrong, 0.0)
+    if unfit.max() > _RANK_ONE:
+        worst = mean.name(int(np.argmax(unfit)))
+        notes.append(f"the modes fit {worst} to {100 * unfit.max():.0f} % only: more modes, or a smaller range")
     return ModalFit(
         structure=structure, error=float(np.sqrt(np.mean(wrong**2))), worst=float(wrong.max()),
+        noise=float(np.sqrt(np.mean(np.minimum(hidden, wrong) ** 2))), omega_error=shaped.uncertain[0],
+        damping_error=shaped.uncertain[1],
         reciprocity=measured.reciprocity, warnings=tuple(notes),
     )  # fmt: skip
 
 
-def reciprocal(measured: Receptances) -> Receptances:
-    """With the mean of what was measured both ways, each pair once."""
-    groups: dict[tuple[int, int], list[int]] = {}
-    for k, (i, j) in enumerate(zip(measured.rows.tolist(), measured.columns.tolist(), strict=True)):
-        groups.setdefault((min(i, j), max(i, j)), []).append(k)
-    rows, columns = np.array(list(groups)).T
-    values = np.column_stack([measured.values[:, places].mean(axis=1) for places in groups.values()])
-    return Receptances(dofs=measured.dofs, omega=measured.omega, values=values, rows=rows, columns=columns)
+def _hopeless(problem: LeastSquares, start: Poles) -> Fault:
+    """Why there is no mode."""
+    driving, n = problem.measured.driving, len(start[0])
+    gains = problem.coefficients(start)[1]
+    if (gains[:n].sum(axis=1) > problem.worth).any():
+        seen = ", ".join(f"{w:.4g}" for w in start[0])
+        return Fault(
+            "receptances", f"show resonances at {seen} rad/s, none of which takes energy up at the driving points",
+            expected="Im <= 0 there", remedy="check sign and direction of force and sensor, and what was measured",
+        )  # fmt: skip
+    values, noise = problem.measured.values[:, driving], problem.noise[:, driving]
+    share = float(np.max(np.sqrt(2.0 * np.mean(noise**2, axis=0)) / np.abs(values).max(axis=0)))
+    return Fault(
+        "receptances", f"show no resonance above their noise ({100 * share:.2g} % of the largest at a driving point)",
+        remedy="widen the range, or measure more averages, with more force, at finer lines",
+    )  # fmt: skip
 
 
-Poles = tuple[Array, Array]
-"""Natural frequencies and damping ratios, (n_modes,) each."""
-
-
-class _Projection:
-    """What is left of the receptances when everything linear fits best."""
-
-    def __init__(self, measured: Receptances, weight: Array, *, residual: bool = True) -> None:
-        self.measured, self.weight, self.residual = measured, weight, residual
-        self.scale = float(measured.omega.max())
-        self.range = float(measured.omega.min()), self.scale
-
-    def _columns(self, poles: Poles) -> ComplexArray:
-        w, (wr, zr) = self.measured.omega[:, None], poles
-        D = wr**2 / (wr**2 + 2j * zr * wr * w - w**2)
-        return np.asarray(np.hstack([D, np.ones_like(w)]) if self.residual else D, dtype=complex)
-
-    def _solutions(self, poles: Poles) -> Iterator[tuple[Array, Array]]:
-        """Coefficients of each pair, and what is left (2 n,)."""
-        X = self._columns(poles)
-        for values, weight in zip(self.measured.values.T, self.weight.T, strict=True):
-            weighted = X * weight[:, None]
-            A, b = np.vstack([weighted.real, weighted.imag]), values * weight
-            b = np.concatenate([b.real, b.imag])
-            c = np.linalg.lstsq(A, b, rcond=None)[0]
-            yield c, A @ c - b
-
-    def left(self, poles: Poles) -> Array:
-        """All that is left, (n_pairs 2 n,)."""
-        return np.concatenate([rest for _, rest in self._solutions(poles)])
-
-    def error(self, poles: Poles) -> float:
-        """Root mean square of the relative errors."""
-        return float(np.sqrt(2.0 * np.mean(self.left(poles) ** 2)))
-
-    def linear(self, poles: Poles) -> tuple[Array, Array | None]:
-        """Residues (n_modes, n_pairs), and the compliance of other modes (n_pairs,)."""
-        found = np.array([c for c, _ in self._solutions(poles)]).T
-        n = len(poles[0])
-        return found[:n] * poles[0][:, None] ** 2, found[n] if self.residual else None
-
-    def refined(self, poles: Poles) -> Poles:
-        """Frequencies and damping at which the least is left."""
-        from scipy.optimize import least_squares
-
-        wr, zr = poles
-        n, unit = len(wr), self.scale
-        low = np.concatenate([np.full(n, 0.8 * self.range[0] / unit), np.full(n, -0.5)])
-        high = np.concatenate([np.full(n, _BEYOND), np.full(n, 1.5)])
-        start = np.clip(np.concatenate([wr / unit, zr]), low + 1e-9, high - 1e-9)
-        found = least_squares(
-            lambda z: self.left((z[:n] * unit, z[n:])), start, bounds=(low, high), x_scale=np.concatenate([
-                np.maximum(np.abs(zr), 1e-3) * wr / unit, np.maximum(np.abs(zr), 1e-3)
-            ]), max_nfev=60,
-        ).x  # fmt: skip
-        order = np.argsort(found[:n])
-        return found[:n][order] * unit, found[n:][order]
-
-    def with_shapes(self, poles: Poles, shapes: Array) -> tuple[Poles, Array, Array | None]:
-        """Poles, shapes (n_dofs, n_modes) and the compliance of other modes (n_pairs,) at which the least is left."""
-        from scipy.optimize import least_squares
-
-        measured, weight, n = self.measured, self.weight, len(poles[0])
-        w, size = measured.omega[:, None], np.maximum(np.abs(shapes).max(axis=0), 1e-300)
-        squared = np.sum(weight**2, axis=0)
-
-        def parts(z: Array) -> tuple[ComplexArray, Array]:
-            wr, zr, phi = self.scale * z[:n], z[n : 2 * n], z[2 * n :].reshape(shapes.shape) * size
-            D = 1.0 / (wr**2 + 2j * zr * wr * w - w**2)
-            wrong = D @ (phi[measured.rows] * phi[measured.columns]).T - measured.values
-            S = -np.sum(weight**2 * wrong.real, axis=0) / squared * self.residual
-            return np.asarray((wrong + S) * weight), S
-
-        def left(z: Array) -> Array:
-            wrong = parts(z)[0]
-            return np.concatenate([wrong.real.ravel(), wrong.imag.ravel()])
-
-        start = np.concatenate([poles[0] / self.scale, poles[1], (shapes / size).ravel()])
-        unit = np.concatenate([np.maximum(np.abs(poles[1]), 1e-3) * poles[0] / self.scale,
-                               np.maximum(np.abs(poles[1]), 1e-3), np.ones(shapes.size)])  # fmt: skip
-        found = least_squares(left, start, x_scale=unit, max_nfev=40, xtol=1e-13, ftol=1e-13, gtol=1e-13).x
-        S = parts(found)[1] if self.residual else None
-        return (found[:n] * self.scale, found[n : 2 * n]), found[2 * n :].reshape(shapes.shape) * size, S
-
-    def without(self, poles: Poles) -> Array:
-        """Size of what is left at each frequency, (n,)."""
-        left = self.left(poles).reshape(self.measured.values.shape[1], 2, -1)
-        return np.asarray(np.sqrt(np.sum(left**2, axis=(0, 1))))
-
-
-def _poles(projection: _Projection, modes: int | None) -> Poles:
-    """As many as are asked for, or as leave clearly less."""
-    w = projection.measured.omega
-    size = np.sqrt(np.sum(np.abs(projection.measured.values) ** 2, axis=1))
-    peaks = resonances(w, size)
-    if modes is not None:
-        peaks = sorted(peaks, key=lambda peak: -peak[2])[:modes]
-    if not peaks and modes is None:
-        raise InputError(Fault("receptances", "show no resonance", remedy="widen the range, or say how many modes"))
-    poles = np.array([peak[0] for peak in peaks]), np.array([peak[1] for peak in peaks])
-    if peaks:
-        poles = projection.refined(poles)
-    error = projection.error(poles)
-    while len(poles[0]) < (_MOST_MODES if modes is None else modes):
-        more = _with_one_more(projection, poles)
-        other = projection.error(more)
-        if modes is None and not (other < _WORTH * error and _plausible(projection, more)):
+def _poles(problem: LeastSquares, poles: Poles, until: float) -> tuple[LeastSquares, Poles, bool]:
+    """Poles of all modes that stand out of the noise, with this noise, and whether there was time for all."""
+    for _ in range(_MOST_MODES):
+        poles = _pruned(problem, problem.refined(_pruned(problem, poles)))
+        problem = problem.again(poles)
+        poles = _merged(problem, _pruned(problem, problem.refined(poles)))
+        if monotonic() > until:
+            return problem, poles, False
+        w, z = problem.missing(poles)
+        kept = _pruned(problem, problem.refined((np.append(poles[0], w), np.append(poles[1], z)))) if w.size else poles
+        if len(kept[0]) <= len(poles[0]) or problem.squares(poles) - problem.squares(kept) < problem.worth:
             break
-        poles, error = more, other
+        poles = kept
+    return problem, poles, True
+
+
+def _merged(problem: LeastSquares, poles: Poles) -> Poles:
+    """With one pole instead of two within their half-power widths, where it does as well."""
+    k = 1
+    while k < len(poles[0]):
+        wr, zr = poles
+        if wr[k] - wr[k - 1] < zr[k] * wr[k] + zr[k - 1] * wr[k - 1]:
+            gains = problem.coefficients(poles)[1]
+            rest = np.arange(wr.size) != (k if gains[k].sum() < gains[k - 1].sum() else k - 1)
+            fewer = problem.refined((wr[rest], zr[rest]))
+            if problem.squares(fewer) - problem.squares(poles) < problem.worth:
+                poles, k = fewer, 0
+        k += 1
     return poles
 
 
-def _with_one_more(projection: _Projection, poles: Poles) -> Poles:
-    """With a mode where most is left."""
-    w, damping = projection.measured.omega, float(np.median(np.abs(poles[1]))) if len(poles[1]) else 0.01
-    k = int(np.argmax(projection.without(poles)))
-    at = float(w[k]) if k < 0.98 * len(w) else 1.05 * float(w[-1])
-    return projection.refined((np.append(poles[0], at), np.append(poles[1], max(damping, 1e-4))))
+def _pruned(problem: LeastSquares, poles: Poles) -> Poles:
+    """Without poles that do not stand out of the noise, or that no passive structure has in this range."""
+    driving = problem.measured.driving
+    line = float(np.median(np.diff(problem.measured.omega)))
+    while n := len(poles[0]):
+        wr, zr = poles
+        c, gains, _ = problem.coefficients(poles)
+        gain = gains[:n].sum(axis=1)
+        taken = np.sum(np.sign(c[:n, driving]) * gains[:n, driving], axis=1)
+        inside = (wr >= problem.low) & (wr <= problem.high)
+        prominence = problem.prominence(poles, c[:n])
+        usual = float(np.median(zr[inside & (prominence > 0.5)])) if (inside & (prominence > 0.5)).any() else np.inf
+        bad = (gain < problem.worth) | (taken <= 0.0) | (prominence < _FAINT)
+        bad |= (zr > 0.98 * MOST_DAMPING) | (wr < 1.02 * BELOW * problem.low)
+        bad |= inside & (prominence < _FAINT_AND_BROAD[0]) & (zr > _FAINT_AND_BROAD[1] * usual)
+        bad |= inside & ((zr * wr < _NARROW * line) | (zr > _DAMPED)) | (wr > 0.98 * BEYOND * problem.high)
+        if not bad.any():
+            break
+        rest = np.arange(n) != int(np.argmin(np.where(bad, gain, np.inf)))
+        poles = wr[rest], zr[rest]
+    return poles
 
 
-def _plausible(projection: _Projection, poles: Poles) -> bool:
-    low, high = projection.range
-    within = (poles[0] > low) & (poles[0] < 0.99 * _BEYOND * high)
-    return bool(np.all(within & (poles[1] > 0.0) & (poles[1] < 0.5)))
+def _shaped(problem: LeastSquares, poles: Poles, until: float, notes: list[str], unit: str) -> Shaped:
+    """Shapes of all modes, of double ones too, and modes that stand for what lies below the range."""
+    measured, n = problem.measured, len(poles[0])
+    c, gains, squares = problem.coefficients(poles)
+    above, below = (bool(gains[k].sum() > problem.worth) for k in (n, n + 1))
+    below &= bool(np.all(c[n + 1][measured.driving] < 0.0))
+    residues = c[:n] * poles[0][:, None] ** 2
+    shapes = np.column_stack([_shape(measured, residue, w) for w, residue in zip(poles[0], residues, strict=True)])
+
+    def fitted(poles: Poles, shapes: Array, held: int) -> Shaped:
+        if measured.rows.size > len(measured.dofs) and shapes.size + 2 * shapes.shape[1] <= _JOINT:
+            return problem.shaped(poles, shapes, held, above)
+        own = problem.uncertain((poles[0][held:], poles[1][held:]))
+        return Shaped(
+            poles=poles, shapes=shapes, above=c[n] if above else np.zeros(len(c[n])), held=held,
+            squares=squares + (0.0 if held else float(gains[n + 1].sum())),
+            uncertain=np.hstack([np.full((2, held), np.inf), own]),
+        )  # fmt: skip
+
+    held, found = 0, fitted(poles, shapes, 0)
+    if below:
+        far = _roots(_whole(measured, -c[n + 1] * problem.low**2))
+        held = far.shape[1]
+        w = np.append(np.full(held, _FAR * problem.low), poles[0])
+        z = np.append(np.full(held, _FAR_DAMPING), poles[1])
+        more = fitted((w, z), np.hstack([far, shapes]), held)
+        if held and more.squares < _WORTH * found.squares:
+            found, poles, shapes = more, (w, z), np.hstack([far, shapes])
+        else:
+            held = 0
+    if measured.rows.size <= len(measured.dofs):  # any residues are products
+        return found
+    doubled = {
+        r: second for r in range(held, held + n)
+        if problem.low < poles[0][r] < problem.high
+        and (second := _second(measured, residues[r - held], gains[r - held], shapes[:, r])) is not None
+    }  # fmt: skip
+    if doubled and shapes.size + 2 * shapes.shape[1] <= _JOINT and monotonic() < until:
+        found, doubled = _with_doubles(problem, found, doubled, above)
+    notes += [
+        f"the residues of the mode at {poles[0][r]:.6g} {unit} are no products of one shape: two close modes, a "
+        "complex one, or directions that do not belong together"
+        for r in doubled
+    ]
+    order = np.argsort(found.poles[0])
+    return replace(
+        found, poles=(found.poles[0][order], found.poles[1][order]), shapes=found.shapes[:, order],
+        uncertain=found.uncertain[:, order],
+    )  # fmt: skip
 
 
-def resonances(w: Array, size: Array) -> list[tuple[float, float, float]]:
-    """Frequency, damping ratio by the half-power width, and prominence of the resonances seen."""
-    from scipy.signal import find_peaks
+def _with_doubles(
+    problem: LeastSquares, found: Shaped, doubled: dict[int, Array], above: bool
+) -> tuple[Shaped, dict[int, Array]]:
+    """With second modes of these shapes at the frequencies of others, where they fit; and the others."""
+    first, n = np.array(list(doubled)), len(found.poles[0])
+    w, z = (np.append(part, part[first]) for part in found.poles)
+    both = problem.shaped((w, z), np.column_stack([found.shapes, *doubled.values()]), found.held, above)
+    ratio = both.poles[1][n:] / both.poles[1][first]
+    away = np.abs(both.poles[0][n:] - both.poles[0][first]) / (both.poles[1] * both.poles[0])[first]
+    size = np.linalg.norm(both.shapes[:, n:], axis=0) / np.linalg.norm(both.shapes[:, first], axis=0)
+    good = (ratio > 0.2) & (ratio < 5.0) & (away < _AWAY) & (size > _RANK_ONE)
+    if found.squares - both.squares < good.sum() * problem.worth or not good.any():
+        return found, doubled
+    if not good.all():
+        kept = np.append(np.full(n, True), good)
+        both = problem.shaped((both.poles[0][kept], both.poles[1][kept]), both.shapes[:, kept], found.held, above)
+    return both, {r: second for (r, second), fits in zip(doubled.items(), good, strict=True) if not fits}
 
-    places, about = find_peaks(np.log10(size), prominence=_PROMINENT)
-    out = []
-    for k, prominence in zip(places.tolist(), about["prominences"].tolist(), strict=True):
-        below = size < size[k] / np.sqrt(2.0)
-        left = k - int(np.argmax(below[k::-1])) if below[:k].any() else 0
-        right = k + int(np.argmax(below[k:])) if below[k:].any() else len(w) - 1
-        width = float(w[right] - w[left]) / (2.0 * float(w[k]))
-        out.append((float(w[k]), float(np.clip(width, 1e-4, 0.2)), prominence))
-    return out
+
+def _second(measured: Receptances, residues: Array, gains: Array, shape: Array) -> Array | None:
+    """A second shape at the same frequency, where residues (n_pairs,) are clearly no products of one."""
+    rest = residues - shape[measured.rows] * shape[measured.columns]
+    sure = np.abs(rest) * np.sqrt(gains) > 4.0 * np.abs(residues)
+    if np.linalg.norm(rest[sure]) < _RANK_ONE * np.linalg.norm(residues):
+        return None
+    try:
+        return _shape(measured, rest, np.inf)
+    except InputError:
+        return None
 
 
-def _shape(measured: Receptances, residues: Array, omega: float, notes: list[str], unit: str) -> Array:
+def _roots(matrix: Array) -> Array:
+    """Columns whose products add up to a matrix without negative eigenvalues."""
+    values, vectors = np.linalg.eigh(matrix)
+    large = values > 1e-2 * max(float(values[-1]), 1e-300)
+    return np.asarray(vectors[:, large] * np.sqrt(values[large]))
+
+
+def _kept(problem: LeastSquares, found: Shaped, modes: int | None, notes: list[str]) -> Shaped:
+    """The strongest modes, those in the range first; the others become compliance."""
+    wr, zr = found.poles
+    if modes is None or modes == wr.size:
+        return found
+    if modes > wr.size:
+        notes.append(f"{modes} modes were asked for, {wr.size} stand out of the noise")
+        return found
+    inside = (wr >= problem.low) & (wr <= problem.high)
+    w = np.clip(wr, problem.low, problem.high)
+    seen = np.sum(found.shapes**2, axis=0) / np.abs(wr**2 + 2j * zr * wr * w - w**2)
+    kept = np.sort(np.lexsort((-seen, ~inside))[:modes])
+    rest = np.setdiff1d(np.flatnonzero(wr > problem.high), kept)
+    products = found.shapes[problem.measured.rows][:, rest] * found.shapes[problem.measured.columns][:, rest]
+    return replace(
+        found, poles=(wr[kept], zr[kept]), shapes=found.shapes[:, kept], uncertain=found.uncertain[:, kept],
+        above=found.above + products @ wr[rest] ** -2.0,
+    )  # fmt: skip
+
+
+def _doubts(problem: LeastSquares, found: Shaped, unit: str) -> Iterator[str]:
+    """Which modes are not to be trusted."""
+    below = found.poles[0] < problem.low
+    if below.any():
+        those = ", ".join(f"{w:.4g}" for w in found.poles[0][below])
+        yield (
+            f"modes at {those} {unit} stand for what lies below the range: the compliance at rest, which harmonic 0 "
+            "needs, was not measured"
+        )
+    for w, (_, unsure) in zip(found.poles[0], found.uncertain.T, strict=True):
+        if w >= problem.low and unsure > _KNOWN:
+            where = "" if w <= problem.high else "lies above the range and "
+            known = "not known" if np.isinf(unsure) else f"known to {100 * unsure:.0f} % only"
+            yield f"the mode at {w:.5g} {unit} {where}is not to be trusted: its damping ratio is {known}"
+
+
+def _shape(measured: Receptances, residues: Array, omega: float, unit: str = "rad/s") -> Array:
     """Mass-normalised shape (n_dofs,) whose products the residues (n_pairs,) of a mode are."""
     n, driving = len(measured.dofs), measured.driving
     R, known = np.zeros((n, n)), np.zeros((n, n), dtype=bool)
@@ -349,13 +374,6 @@ def _shape(measured: Receptances, residues: Array, omega: float, notes: list[str
                 top = R[i, others] @ phi[others] + (R[i, i] * phi[i] if known[i, i] else 0.0)
                 bottom = phi[others] @ phi[others] + (phi[i] ** 2 if known[i, i] else 0.0)
                 phi[i] = top / bottom
-    products = np.outer(phi, phi)
-    off = np.linalg.norm((R - products)[known]) / np.linalg.norm(R[known])
-    if off > _RANK_ONE and measured.omega[0] < omega < measured.omega[-1]:
-        notes.append(
-            f"the residues of the mode at {omega:.6g} {unit} are no products of one shape ({100 * off:.0f} % off): two "
-            "close modes, a complex one, or directions that do not belong together"
-        )
     return phi
 
 
@@ -376,25 +394,14 @@ def _whole(measured: Receptances, part: Array) -> Array:
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
-def _structure(
-    measured: Receptances, poles: Poles, shapes: Array, left_out: Array | None, notes: list[str]
-) -> ModalStructure:
-    wr, zr = poles
-    fed = zr <= 0.0
-    if fed.any():
-        at = f"mode at {wr[fed][0]:.6g} rad/s"
-        raise InputError(
-            Fault(
-                ("receptances", at), f"its damping ratio is {zr[fed][0]:.3g}: the receptances turn the wrong way round",
-                expected="lags, A(w) of exp(+i w t) with Im <= 0 at driving points",
-                remedy="give complex conjugates, or the right quantity (displacement, velocity, acceleration)",
+def _structure(measured: Receptances, found: Shaped, notes: list[str]) -> ModalStructure:
+    shapes, (wr, zr) = found.shapes, found.poles
+    static, count = None, int(measured.driving.sum())
+    if found.above.any():
+        if count < len(measured.dofs):
+            notes.append(
+                f"{count} of {len(measured.dofs)} points are driving points: what the modes left out add at the others "
+                "is estimated from these"
             )
-        )  # fmt: skip
-    count = int(measured.driving.sum())
-    if left_out is not None and count < len(measured.dofs):
-        notes.append(
-            f"{count} of {len(measured.dofs)} points are driving points: what the modes left out add at the others is "
-            "estimated from these"
-        )
-    static = None if left_out is None else (shapes / wr**2) @ shapes.T + left_out
+        static = (shapes / wr**2) @ shapes.T + _whole(measured, found.above)
     return ModalStructure(omega=wr, mode_shapes=shapes, static_compliance=static, dofs=measured.dofs, damping_ratio=zr)

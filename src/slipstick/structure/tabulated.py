@@ -23,7 +23,8 @@ from numpy.typing import ArrayLike
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
 from slipstick.structure.checks import array_faults, checked_names, known_shapes, number_faults
-from slipstick.structure.modal_fit import FLOOR, resonances
+from slipstick.structure.measured import FLOOR, resonances
+from slipstick.structure.measurement_noise import FEW, deviation, seen
 from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Receptance
 from slipstick.structure.truncation import Truncation
@@ -37,6 +38,8 @@ _LOW, _HIGH = 2.0, 0.8
 """Lines up to twice the lowest frequency tell the static compliance, those above 0.8 of the highest the mass line."""
 _CLEAR = 0.9
 """As far from a resonance, damping does not show in the real part."""
+_ABOVE_NOISE = 4.0
+"""Resonances are seen from so many times the noise on."""
 _CLEAN = 1e-5
 """Noise below which nothing is smoothed."""
 _COARSE, _DOUBTFUL, _UNKNOWN = 0.02, 0.02, 0.2
@@ -150,7 +153,7 @@ class TabulatedStructure(Structure):
     beyond
         "refuse" frequencies outside the table, or go on with a "line", see :class:`Lines`.
     noise
-        What smoothing took off before, relative; 0 where the table is as measured.
+        What smoothing took off before, root mean square, as a share of the receptances; 0 where it is as measured.
     notes
         What was suspicious in the measurement.
 
@@ -244,8 +247,9 @@ class TabulatedStructure(Structure):
 
     @property
     def natural_frequencies(self) -> Array:
-        """Where the table shows resonances, ascending, rad/s: to a line, no better."""
-        size = np.sqrt(np.sum(np.abs(self.table[:, self.known]) ** 2, axis=1))
+        """Where the table shows resonances above its noise, ascending, rad/s: to a line, no better."""
+        squares = np.sum(np.abs(self.table[:, self.known]) ** 2, axis=1)
+        size = np.sqrt(squares + (_ABOVE_NOISE * self.noise) ** 2 * np.mean(squares))
         return np.array([peak[0] for peak in resonances(self.omega, size)])
 
     @cached_property
@@ -254,8 +258,10 @@ class TabulatedStructure(Structure):
         told = []
         for i in np.flatnonzero(self.known.diagonal()):
             own = self.table[:, i, i]
-            off = own.imag / np.where(np.abs(own) > 0.0, np.abs(own), 1.0)
-            if (off > max(_FED * float(noise_of(own[:, None])[0]), _FED * self.noise, _ROUNDED)).any():
+            size = float(np.sqrt(np.mean(np.abs(own) ** 2)))
+            noise = np.maximum(deviation(self.omega, own[:, None])[:, 0], self.noise * size)
+            off = own.imag / np.maximum(np.maximum(_FED * noise, _ROUNDED * np.abs(own)), np.finfo(float).tiny)
+            if (off > 1.0).any():
                 told.append(f"at '{self.dofs[i]}', {self.omega[int(np.argmax(off))]:.5g} rad/s")
         return "; ".join(told)
 
@@ -425,11 +431,24 @@ def relative_to(table: ComplexArray) -> Array:
 def noise_of(values: ComplexArray) -> Array:
     """Standard deviation of the noise of receptances (n, n_pairs), real and imaginary part each, relative, (n_pairs,).
 
-    From fourth differences, in which little of a smooth function is left; the median does not see resonances.
+    That of the median line, of those at which fourth differences show noise; 0 where hardly any do.
     """
-    size = np.abs(values[2:-2])
-    differences = np.abs(np.diff(values, 4, axis=0)) / np.where(size > 0.0, size, np.inf)
-    return np.asarray(np.median(differences, axis=0) / np.sqrt(70.0 * 2.0 * np.log(2.0)))
+    squares, used = seen(values)
+    size = np.abs(values)
+    share = np.sqrt(squares) / np.where(size > 0.0, size, np.inf)
+    out = np.zeros(values.shape[1])
+    for pair in np.flatnonzero(used.mean(axis=0) > FEW):
+        out[pair] = np.median(share[used[:, pair], pair]) / np.sqrt(2.0 * np.log(2.0))
+    return out
+
+
+def noise_share(omega: Array, values: ComplexArray) -> Array:
+    """Root mean square of the noise of receptances (n, n_pairs) as a share of theirs, (n_pairs,).
+
+    Of real and imaginary part each, as ``noise_of``; lines where resonances are large count most.
+    """
+    size = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
+    return np.asarray(np.sqrt(np.mean(deviation(omega, values) ** 2, axis=0)) / np.where(size > 0.0, size, np.inf))
 
 
 def smoothed(omega: Array, values: ComplexArray) -> ComplexArray:
@@ -441,10 +460,9 @@ def smoothed(omega: Array, values: ComplexArray) -> ComplexArray:
     from scipy.interpolate import splev, splrep
 
     out, n = values.copy(), omega.size
-    for pair, noise in enumerate(noise_of(values)):
-        if noise < _CLEAN:
-            continue
-        weight = 1.0 / (noise * np.maximum(np.abs(values[:, pair]), np.finfo(float).tiny))
+    noise = deviation(omega, values)
+    for pair in np.flatnonzero(noise_of(values) >= _CLEAN):
+        weight = 1.0 / noise[:, pair]
         parts = [
             splev(omega, splrep(omega, part, w=weight, s=n - np.sqrt(2.0 * n), full_output=True, quiet=True)[0])
             for part in (values[:, pair].real, values[:, pair].imag)
