@@ -186,7 +186,7 @@ class CoupledModes:
 
     def dynamic(self, w: float, xi: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """``Z`` (n, n) at a frequency, and its derivatives by that and by ``xi``."""
-        Z = np.diag(self._stiffness - w * w) + 1j * w * (self._viscous - xi * self._unit)
+        Z: ComplexArray = np.diag(self._stiffness - w * w) + 1j * w * (self._viscous - xi * self._unit)
         return Z, 1j * (self._viscous - xi * self._unit) - 2.0 * w * self._unit, -1j * w * self._unit
 
     def carried(self, w: float, xi: float) -> tuple[ComplexArray, ComplexArray]:
