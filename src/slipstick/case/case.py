@@ -14,6 +14,7 @@ from slipstick.case.cross_checks import (
     parameter_faults,
     reached_faults,
     request_faults,
+    support_faults,
     table_faults,
     unit_faults,
 )
@@ -255,6 +256,8 @@ class Case:
             if not swept:
                 ends = [swept_value(end, False) for end in (reading.response.start, reading.response.stop)]
                 faults += reached_faults(reading.problem, ends)
+            where = ("structure", "stiffness") if "stiffness" in raw["structure"] else ("structure",)
+            faults += support_faults(reading.problem, where)
         if reading is None or faults:
             gathering = Gathering()
             if section is not None:

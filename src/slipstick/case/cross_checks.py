@@ -266,6 +266,15 @@ def reached_faults(problem: Problem, ends: Sequence[float]) -> list[Fault]:
     return [replace(fault, where=("response",)) for fault in reach_faults(problem, ends)]
 
 
+def support_faults(problem: Problem, stiffness: Where) -> list[Fault]:
+    """Why nothing holds the structure in harmonic 0; ``stiffness`` is where the case says its stiffness."""
+    try:
+        problem.support  # noqa: B018
+    except InputError as error:
+        return [replace(f, where=stiffness if f.where[:1] == ("K",) else ("load",)) for f in error.faults]
+    return []
+
+
 def _refusal(fault: Fault) -> str:
     expected = f" (expected {fault.expected})" * bool(fault.expected)
     return f"{place(fault.where)}: {fault.found or fault.statement}{expected}"
