@@ -14,7 +14,6 @@ import slipstick as ss
 from slipstick.analysis.identification.measured import read_measured
 from slipstick.analysis.identification.predicted import predictor_of
 from slipstick.analysis.identification.series import windows
-from slipstick.errors import SlipstickWarning
 from slipstick.plots.fits import fit
 
 START = {"damper.kt": 80.0, "damper.mu": 0.36}

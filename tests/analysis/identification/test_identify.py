@@ -232,8 +232,9 @@ def test_several_starts_find_what_one_does_not_lose():
     assert len(found.starts) == 2
     assert found.starts[0] == min(found.starts)
     assert [*found.values.values()] == pytest.approx([100.0, 0.3], rel=1e-9)
-    at = ss.identify(oscillator(), measured(), {"damper.mu": 0.5}, bounds={"damper.mu": (0.4, 1)})
-    assert at.values["damper.mu"] == pytest.approx(0.4, rel=1e-6)
+    at = ss.identify(oscillator(), measured(), {"damper.mu": 0.35}, bounds={"damper.mu": (0.303, 1)})
+    assert at.values["damper.mu"] == pytest.approx(0.303, rel=1e-6)
+    assert at.at_bound == ("damper.mu",)
     assert "at a bound" in at.summary()
 
 

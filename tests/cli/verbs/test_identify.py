@@ -55,8 +55,9 @@ def test_identify_leaves_a_folder(tmp_path):
 
 def test_a_fit_that_ends_far_away_is_no_success(tmp_path):
     """Sines with the other sign: the same words on the terminal, in the answer, the summary and the report."""
-    case, data = files(tmp_path, TABLE + "relative_noise = 0.01\n")
-    head, *rows = data.read_text().splitlines()
+    table = '[identify]\nparameters = { "damper.mu" = 0.2 }\nrelative_noise = 0.01\n'
+    case, data = files(tmp_path, table)
+    head, *rows = data.read_text().splitlines()[:5]
     table = np.array([[float(cell) for cell in row.split(",")] for row in rows]) * [1.0, 1.0, -1.0]
     np.savetxt(data, table, delimiter=",", header=head, comments="", fmt="%.17g")
     out = tmp_path / "out"
