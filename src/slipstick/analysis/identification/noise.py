@@ -149,9 +149,10 @@ def _told(measured: Measured, predicted: Array, deviations: Array, words: str) -
         np.column_stack([np.ones(there.sum()), size[there] ** 2]), deviations[there] ** 2, rcond=None
     )[0]
     floor, share = np.sqrt(np.maximum(coefficients, 0.0))
+    beside = f" and {floor:.2g} beside it" if floor > 0.01 * float(np.sqrt(np.mean(deviations[there] ** 2))) else ""
     return Noise(
         deviations=deviations, relative=float(share),
-        text=f"noise {100 * share:.2g} % {words} and {floor:.2g} beside it, found from what is left",
+        text=f"noise {100 * share:.2g} % {words}{beside}, found from what is left",
     )  # fmt: skip
 
 
