@@ -112,7 +112,10 @@ def _head(attrs: Any, title: str, facts: Iterable[str]) -> Iterator[str]:
     yield "</div></section></header>"
 
 
-_SAID = {"indistinct", "warnings", "refused", "weights", "message", "converged", "run up", "start", "stop", "rate", "periods"}
+_SAID = {
+    "indistinct", "warnings", "refused", "weights", "message", "converged", "run up", "start", "stop", "rate",
+    "periods",
+}  # fmt: skip
 """Attributes that stand elsewhere on these pages."""
 
 
