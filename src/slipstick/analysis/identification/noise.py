@@ -28,7 +28,7 @@ _FREEDOM = 10
 """Degrees of freedom below which unequal noise cannot be told from equal one."""
 _SMALLEST = 1e-6
 """Noise that is a share of a number does not vanish with it: of the largest number this share is left."""
-_SURE = 0.999
+_SURE = 0.9999
 """Probability with which noise alone would not look so."""
 _NEIGHBOURS = 15
 """Neighbours in frequency, at least, from which a correlation is told."""
