@@ -374,7 +374,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.identify,
         {
             "problem": STEADY, "measured": MEASURED, "parameters": {"damper.kt": 90.0},
-            "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "starts": 1, "seed": 0, "listeners": (),
+            "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "relative_noise": 0.01, "starts": 1,
+            "seed": 0, "listeners": (),
         },
     ),
     "optimal": (

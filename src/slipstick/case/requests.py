@@ -254,6 +254,9 @@ class IdentifyTable(RequestTable):
         default={}, description='the lowest and highest value by name such as { "damper.mu" = [0.05, 1.0] }'
     )
     noise: Positive | None = Field(default=None, description="a number > 0, the standard deviation of what is measured")
+    relative_noise: float | None = Field(
+        default=None, gt=0.0, lt=1.0, description="a number between 0 and 1, the noise as a share of what is measured"
+    )
     starts: int = Field(default=1, ge=1, le=10_000, description="a whole number >= 1, starts spread over the bounds")
     seed: int = Field(default=0, ge=0, description="a whole number >= 0, of that spread")
 

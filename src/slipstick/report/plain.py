@@ -76,7 +76,7 @@ def fit_body(fitted: xarray.Dataset, *, title: str, foot: str) -> str:
         **fitted.attrs,
         "outcome": "COMPLETED" if int(fitted.attrs["converged"]) else "FAILED",
         "outcome_text": str(fitted.attrs["message"]),
-        "warnings": str(fitted.attrs.get("indistinct", "")),
+        "warnings": str(fitted.attrs.get("warnings", fitted.attrs.get("indistinct", ""))),
     }
     return "\n".join(
         [
@@ -112,7 +112,10 @@ def _head(attrs: Any, title: str, facts: Iterable[str]) -> Iterator[str]:
     yield "</div></section></header>"
 
 
-_SAID = {"indistinct", "message", "converged", "run up", "start", "stop", "rate", "periods"}
+_SAID = {
+    "indistinct", "warnings", "refused", "weights", "message", "converged", "run up", "start", "stop", "rate",
+    "periods",
+}  # fmt: skip
 """Attributes that stand elsewhere on these pages."""
 
 
@@ -256,6 +259,8 @@ def _facts_of_fit(fitted: Any) -> Iterator[str]:
     attrs = fitted.attrs
     yield f"misfit {float(attrs['misfit']):.3g} of what was measured"
     yield f"noise {float(attrs['noise']):.3g}"
+    if attrs.get("weights"):
+        yield str(attrs["weights"])
     if "reduced_chi_square" in attrs:
         yield f"reduced chi square {float(attrs['reduced_chi_square']):.3g}"
     if "degrees_of_freedom" in attrs:
@@ -266,11 +271,15 @@ def _facts_of_fit(fitted: Any) -> Iterator[str]:
 
 
 def _values(fitted: Any, names: Sequence[str]) -> str:
+    from slipstick.analysis.identification.identification import error_text
+
     units = fitted["units"].to_numpy()
-    rows = []
+    rows, bound = [], np.isnan(fitted["standard_error"].to_numpy())
+    if "at_bound" in fitted:
+        bound = fitted["at_bound"].to_numpy()
     for k, name in enumerate(names):
         value, error = (float(fitted[key][k]) for key in ("value", "standard_error"))
-        said = "not determined" if np.isinf(error) else "at a bound" if np.isnan(error) else f"{error:.2g}"
+        said = error_text(error, at_bound=bool(bound[k])).removeprefix("+- ")
         share = f"{100.0 * error / abs(value):.2g} %" if np.isfinite(error) and value else "-"
         unit = str(units[k])
         rows.append([name, f"{value:.8g}{after_number('' if unit == '1' else unit)}", said, share])
@@ -297,8 +306,6 @@ def _singular(fitted: Any) -> str:
     values = fitted["singular_value"].to_numpy()
     listed = ", ".join(f"{value:.4g}" for value in values)
     indistinct = str(fitted.attrs.get("indistinct", "")).splitlines()
-    said = (
-        "".join(f"<p>{escape(sentence)}</p>" for sentence in indistinct)
-        or "<p>The measurement determines all parameters.</p>"
-    )
+    good = "" if fitted.attrs.get("refused") else "<p>The measurement determines all parameters.</p>"
+    said = "".join(f"<p>{escape(sentence)}</p>" for sentence in indistinct) or good
     return f'{said}<p class="soft">Singular values of the Jacobian by relative changes: {listed}.</p>'

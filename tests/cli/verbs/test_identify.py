@@ -33,6 +33,8 @@ def test_identify_leaves_a_folder(tmp_path):
     result = slipstick("identify", case, data, "-o", out)
     assert result.exit_code == 0, result.output
     assert "the fit converged" in result.output
+    assert "\\n" not in result.output
+    assert [line.split()[0] for line in result.output.splitlines() if "+-" in line] == ["damper.mu", "damper.kt"]
     assert {path.name for path in out.iterdir()} == {
         "identify.nc",
         "summary.txt",
@@ -49,6 +51,25 @@ def test_identify_leaves_a_folder(tmp_path):
     assert (refused.exit_code, "--force" in refused.output) == (2, True)
     answer = json.loads(slipstick("identify", case, data, "-o", out, "--force", "--json").stdout)
     assert answer["values"] == pytest.approx(values)
+
+
+def test_a_fit_that_ends_far_away_is_no_success(tmp_path):
+    """Sines with the other sign: the same words on the terminal, in the answer, the summary and the report."""
+    table = '[identify]\nparameters = { "damper.mu" = 0.2 }\nrelative_noise = 0.01\n'
+    case, data = files(tmp_path, table)
+    head, *rows = data.read_text().splitlines()[:5]
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows]) * [1.0, 1.0, -1.0]
+    np.savetxt(data, table, delimiter=",", header=head, comments="", fmt="%.17g")
+    out = tmp_path / "out"
+    result = slipstick("identify", case, data, "-o", out, "--json")
+    assert result.exit_code == 1
+    answer = json.loads(result.stdout)
+    assert answer["message"].startswith("the fit ends far from what was measured: misfit")
+    (mistake,) = [sentence for sentence in answer["warnings"] if "conjugated" in sentence]
+    assert f"warning: {mistake}" in result.stderr
+    assert mistake in (out / "summary.txt").read_text()
+    assert mistake in (out / "report.html").read_text(encoding="utf-8")
+    assert "no standard error" in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_what_is_wrong_is_said(tmp_path):

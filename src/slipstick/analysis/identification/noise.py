@@ -28,7 +28,7 @@ _FREEDOM = 10
 """Degrees of freedom below which unequal noise cannot be told from equal one."""
 _SMALLEST = 1e-6
 """Noise that is a share of a number does not vanish with it: of the largest number this share is left."""
-_SURE = 0.999
+_SURE = 0.9999
 """Probability with which noise alone would not look so."""
 _NEIGHBOURS = 15
 """Neighbours in frequency, at least, from which a correlation is told."""
@@ -149,9 +149,10 @@ def _told(measured: Measured, predicted: Array, deviations: Array, words: str) -
         np.column_stack([np.ones(there.sum()), size[there] ** 2]), deviations[there] ** 2, rcond=None
     )[0]
     floor, share = np.sqrt(np.maximum(coefficients, 0.0))
+    beside = f" and {floor:.2g} beside it" if floor > 0.01 * float(np.sqrt(np.mean(deviations[there] ** 2))) else ""
     return Noise(
         deviations=deviations, relative=float(share),
-        text=f"noise {100 * share:.2g} % {words} and {floor:.2g} beside it, found from what is left",
+        text=f"noise {100 * share:.2g} % {words}{beside}, found from what is left",
     )  # fmt: skip
 
 

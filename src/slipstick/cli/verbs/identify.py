@@ -53,18 +53,20 @@ def identify(
     with shown(None, quiet=quiet, answer=answer) as listeners:
         found = quietly(
             identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
-            starts=table.starts, seed=table.seed, listeners=listeners,
+            relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, listeners=listeners,
         )  # fmt: skip
-    for sentence in found.indistinct:
+    for sentence in found.warnings:
         warn_user(sentence)
-    say(found.summary())
+    for line in found.summary().splitlines():
+        say(line)
     found.dataset.attrs.update(read.names)
     _write(folder, found, figures=figures)
     if report:
         report_or_warn(lambda: write_fit_report(found.dataset, folder / REPORT))
     answer |= {
         "values": dict(found.values), "standard_errors": dict(found.standard_errors), "misfit": found.misfit,
-        "noise": found.noise, "indistinct": list(found.indistinct), "message": found.message,
+        "noise": found.noise, "indistinct": list(found.indistinct), "warnings": list(found.warnings),
+        "message": found.message,
     }  # fmt: skip
     answer |= files_in(folder)
     say(f"results in {folder}/")
