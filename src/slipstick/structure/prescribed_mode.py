@@ -192,9 +192,8 @@ class CoupledModes:
     def dynamic(self, w: float, xi: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """``Z`` (n, n) at a frequency, and its derivatives by that and by ``xi``."""
         Z: ComplexArray = np.diag(self._stiffness - w * w) + 1j * w * (self._viscous - xi * self._unit)
-        by_w: ComplexArray = 1j * (self._viscous - xi * self._unit) - 2.0 * w * self._unit
-        by_xi: ComplexArray = -1j * w * self._unit
-        return Z, by_w, by_xi
+        by_w = 1j * (self._viscous - xi * self._unit) - 2.0 * w * self._unit
+        return Z, np.asarray(by_w, dtype=complex), np.asarray(-1j * w * self._unit, dtype=complex)
 
     def carried(self, w: float, xi: float) -> tuple[ComplexArray, ComplexArray]:
         """Shape of the modes with the target at 1, and its stiffness; each with derivatives by ``w`` and ``xi``.
