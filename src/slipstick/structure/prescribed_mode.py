@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from slipstick.errors import InputError
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.protocol import Structure, TimeEquations
-from slipstick.structure.receptance import Factors, SummedReceptance
+from slipstick.structure.receptance import Factors, Receptance, SummedReceptance
 from slipstick.structure.residuals import WrittenResiduals
 from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, ComplexArray
@@ -43,9 +43,7 @@ class PrescribedMode(Structure):
 
     sparse_directions = True
 
-    def __init__(
-        self, structure: ModalStructure, target: int, scale: float, viscous: Array | None = None
-    ) -> None:  # fmt: skip
+    def __init__(self, structure: ModalStructure, target: int, scale: float, viscous: Array | None = None) -> None:
         self._viscous = viscous
         self._structure, self.target, self.scale, self.xi = structure, target, scale, 0.0
 
@@ -79,9 +77,7 @@ class PrescribedMode(Structure):
         new.xi = values.get(XI, self.xi)
         return new
 
-    def project(
-        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()
-    ) -> PrescribedReceptance | CoupledPrescribedReceptance:
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance with the motion of the mode as the last column, where it is asked for."""
         others = [shape for shape in shapes if shape != MODE]
         if MODE in shapes and list(shapes) != [*others, MODE]:
@@ -213,7 +209,7 @@ class CoupledModes:
         return shape, stiffness
 
 
-class CoupledPrescribedReceptance:
+class CoupledPrescribedReceptance(Receptance):
     """As a ``PrescribedReceptance``, of modes that damping couples: solved at each order and frequency."""
 
     def __init__(
@@ -228,17 +224,17 @@ class CoupledPrescribedReceptance:
         new._xi = values.get(XI, self._xi)
         return new
 
-    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """As of every receptance."""
         value, by_omega, _ = self._all(orders, omega)
         return value, by_omega
 
-    def by_parameter(self, name: str, orders: ArrayLike, omega: float | Array) -> ComplexArray:
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by the damping that is taken away, the one parameter."""
         del name
         return self._all(orders, omega)[2]
 
-    def _all(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    def _all(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         m, w = np.asarray(orders, dtype=float), np.asarray(omega, dtype=float)
         out = np.zeros((3, w.size, m.size, *self.static.shape), dtype=complex)
         for i, fundamental in enumerate(w.ravel().tolist()):
