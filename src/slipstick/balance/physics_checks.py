@@ -207,8 +207,8 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
                 a, b = lengths(along, other)
                 if abs(a - b) > _UNEQUAL * a:
                     yield (
-                        f"contact '{pair.elements[k]}': its second direction is {b / a:.4g} times as long as the first, "
-                        "so that the same motion counts for more along one of them: give both one length"
+                        f"contact '{pair.elements[k]}': its second direction is {b / a:.4g} times as long as the "
+                        "first, so that the same motion counts for more along one of them: give both one length"
                     )
             for name, parameter in batch.law.factors.items():
                 values[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
