@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.balance.contacts import perpendicular_faults
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.errors import InputError
 
 FOOT = ss.PlanarFrictionContact(kt=100.0, mu=0.3, kn=50.0, normal_load=800.0, tolerance=1e-9)
@@ -176,3 +178,32 @@ def test_a_wave_round_a_disc_with_shrouds_that_slide_in_two_directions() -> None
     for dof in ("x", "y"):
         found = [float(all_of["amplitude"].sel(dof=f"{dof}@{s}")[0]) for s in range(6)]
         np.testing.assert_allclose(found, float(one["amplitude"].sel(dof=dof)[0]), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("second", "angle"),
+    [({"x": 1.0, "y": 1.0}, "45 degrees"), ({"x": -0.1, "y": 1.0}, "95.71 degrees"), ({"x": 3.0}, "0 degrees")],
+)
+def test_directions_that_are_not_perpendicular_are_refused_with_the_one_that_is(second, angle) -> None:
+    with pytest.raises(InputError) as refused:
+        problem(ss.ContactPair(name="foot", contact=FOOT, tangential=({"x": 1.0}, second), normal="z"))
+    (fault,) = refused.value.faults
+    assert fault.where[:2] == ("contact", "foot")
+    assert angle in fault.found
+    assert fault.remedy == ("give {'y': 1.0}" if "y" in second else "")
+
+
+def test_directions_over_two_bodies_and_over_dofs_of_unknown_direction() -> None:
+    """Of both bodies together; modes and rotations have no angle to each other that is known."""
+    across = {"tip.x": 0.8, "tip.y": 0.6, "tip.x@next": -0.8, "tip.y@next": -0.6}
+    along = {"tip.x": -0.6, "tip.y": 0.8, "tip.x@next": 0.6, "tip.y@next": -0.8}
+    assert not list(perpendicular_faults(across, along))
+    assert list(perpendicular_faults(across, {**along, "tip.x": -0.5}))
+    assert not list(perpendicular_faults({"mode1": 0.3, "mode2": 0.5}, {"mode1": 0.2, "mode2": 0.1}))
+    assert not list(perpendicular_faults({"x": 1.0, "rz": -0.2}, {"y": 1.0, "rz": 0.4}))
+
+
+def test_directions_of_unequal_length_are_told() -> None:
+    pair = ss.ContactPair(name="foot", contact=FOOT, tangential=({"x": 1.0}, {"y": 2.0}), normal="z")
+    told = [str(w) for w in problem_warnings(problem(pair), (1.0, 2.0))]
+    assert any("2 times as long as the first" in sentence for sentence in told)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.bouc_wen import coefficients
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -100,6 +101,115 @@ def test_the_bouc_wen_loop_of_exponent_one_is_known():
         way < back(top), ((1.0 + d * top) * np.exp(-d * way) - 1.0) / d, -(1.0 - np.exp(-s * (way - back(top)))) / s
     )
     np.testing.assert_allclose(law.forces_in_time(motion, values, tau)[0][0], z, rtol=0, atol=1e-8 / s)
+
+
+def loop_of_exponent_one(beta, gamma, a):
+    """Largest z in a harmonic motion, and the area of the loop: each branch is an exponential."""
+    s, d = beta + gamma, beta - gamma
+
+    def way(z):  # from z to 0 and on to -z
+        return (np.log1p(d * z) / d if d else z) - np.log1p(-s * z) / s
+
+    top = brentq(lambda z: way(z) - 2.0 * a, 0.0, min(2.0 * a, (1.0 - 1e-12) / s), xtol=1e-16, rtol=1e-15)
+    area = 2.0 * (-top / s - np.log1p(-s * top) / s**2 - (top / d - np.log1p(d * top) / d**2 if d else 0.5 * top**2))
+    return top, area
+
+
+@pytest.mark.parametrize("share", [-1.0 + 1e-3, -0.99, -0.9, 0.5, 1.0])
+@pytest.mark.parametrize("a", [0.3, 1.0, 5.0])
+def test_power_and_loop_of_exponent_one_up_to_the_edges(share, a):
+    """Unloading is steep where loading is not: near gamma = -beta they differ by any factor."""
+    law = ss.models.BoucWenContact(kt=2.0, beta=1.0, gamma=share)
+    values, motion = parameters(law, 1), cosine(a, 0.0)
+    top, area = loop_of_exponent_one(1.0, share, a)
+    response = law.respond(motion, values)
+    assert 2.0 * np.pi * response.work[0] == pytest.approx(2.0 * area, rel=1e-8)
+    assert abs(response.force[0][0, 0]) < 1e-9 * top  # a symmetric loop
+    z = law.forces_in_time(motion, values, np.array([0.0, np.pi, 2.0 * np.pi]))[0][0] / 2.0
+    np.testing.assert_allclose(z, [top, -top, top], rtol=1e-9)
+
+
+@pytest.mark.parametrize("n", [1.0, 1.3, 2.0, 5.0])
+def test_loops_of_tiny_motions_are_in_the_middle_and_dissipate(n):
+    """What the law takes from a spring is ``|z|^n (beta sign(w' z) + gamma)`` of the motion: the area is known."""
+    a, beta = 1e-6, 3.0
+    law = ss.models.BoucWenContact(kt=1.0, beta=beta, gamma=-2.9, n=n)
+    response = law.respond(cosine(a, 0.0), parameters(law, 1))
+    assert abs(response.force[0][0, 0]) < 1e-9 * a
+    area = 4.0 * beta * a ** (n + 2.0) / (n + 2.0)
+    assert 2.0 * np.pi * response.work[0] == pytest.approx(area, rel=1e-6)
+
+
+@pytest.mark.parametrize("n", [1.0, 1.3, 4.0, 40.0])
+@pytest.mark.parametrize("share", [np.nextafter(-1.0, 0.0), -0.999, 0.0, 1.0])
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e6])
+def test_bouc_wen_states_are_periodic_whatever_the_sign_and_the_shift(n, share, size):
+    law = ss.models.BoucWenContact(kt=1.0, beta=1.0, gamma=share, n=n)
+    motion, values = moving(1, seed=4), parameters(law, 1)
+    X = size * motion.Q[0]
+    f = law.respond(motion._replace(Q=(X,)), values).force[0]
+    scale = np.abs(f).max()
+    np.testing.assert_allclose(law.respond(motion._replace(Q=(-X,)), values).force[0], -f, rtol=0, atol=1e-9 * scale)
+    angle, turned, back = 1.234 * H.m, X.copy(), f.copy()
+    for out, given in ((turned, X), (back, f)):
+        out[:, 1::2] = given[:, 1::2] * np.cos(angle) + given[:, 2::2] * np.sin(angle)
+        out[:, 2::2] = given[:, 2::2] * np.cos(angle) - given[:, 1::2] * np.sin(angle)
+    shifted = law.respond(motion._replace(Q=(turned,)), values).force[0]
+    np.testing.assert_allclose(shifted, back, rtol=0, atol=1e-8 * scale)
+
+
+def a_bouc_wen(seed):
+    """Parameters over all that is admissible, with motions from next to none to far beyond the yield."""
+    rng = np.random.default_rng(seed)
+    beta, n = 10.0 ** rng.uniform(-1, 1), float(rng.choice([1.0, 2.0, 1.0 + 10.0 ** rng.uniform(-2, 1)]))
+    share = float(rng.choice([-1.0 + 10.0 ** rng.uniform(-6, 0), rng.uniform(-0.9, 0.99), 1.0]))
+    X = beta ** (-1.0 / n) * 10.0 ** rng.uniform(-0.3, 1.3) * rng.normal(size=7) / (1 + np.arange(7))
+    v = 0.0 if rng.random() < 0.7 else 0.1 * rng.normal() * np.abs(X[1:]).max()
+    return X, v, [beta, beta * share, n]
+
+
+def answer(X, v, p):
+    law = ss.models.BoucWenContact(kt=1.0, beta=p[0], gamma=p[1], n=p[2])
+    return law.respond(Motion(Harmonics(range(4)), 1.0, (X[None],), np.array([[v]])), parameters(law, 1))
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(range(1, 20), marks=pytest.mark.verify)])
+def test_bouc_wen_forces_are_those_of_another_integrator(seed):
+    for one in np.atleast_1d(seed):
+        X, v, p = a_bouc_wen(one)
+        exact, work = coefficients(X, np.arange(1.0, 4.0), v, *p)
+        found = answer(X, v, p)
+        np.testing.assert_allclose(found.force[0][0], exact, rtol=0, atol=1e-8 * np.abs(exact).max())
+        assert found.work[0] == pytest.approx(work, rel=1e-7)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("seed", range(4))
+def test_bouc_wen_derivatives_are_differences_of_another_integrator(seed):
+    X, v, p = a_bouc_wen(seed + 30)
+    found, L = answer(X, v, p), X.size
+    exact = {c: found.by_motion[0, 0][0, :, c] for c in (0, 1, 4)}
+    exact |= {L + i: found.by_parameter(name)[0][0] for i, name in enumerate(("beta", "gamma", "n"))}
+    size = np.abs(found.force[0]).max()
+    for c, derivative in exact.items():
+        room = min(p[0] + p[1], p[0] - p[1])
+        at = c - L
+        if (at == 1 and room <= 0.0) or (at == 2 and p[2] == 1.0):  # differences leave what is admissible
+            continue
+        step = 1e-3 * (np.abs(X).max() if at < 0 else (p[0], room, p[2])[at])
+
+        def moved(h, c=c, at=at):
+            Y, q = X.copy(), list(p)
+            if at < 0:
+                Y[c] += h
+            else:
+                q[at] += h
+            return coefficients(Y, np.arange(1.0, 4.0), v, *q)[0]
+
+        near, far = (moved(h) - moved(-h) for h in (step, 2.0 * step))
+        difference = (8.0 * near - far) / (12.0 * step)
+        scale = 1.0 if at < 0 else size / step * 1e-3
+        np.testing.assert_allclose(derivative, difference, rtol=0, atol=3e-6 * scale)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: repr(law)[:24])

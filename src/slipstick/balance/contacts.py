@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isfinite
+from math import acos, degrees, hypot, inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,9 @@ class ContactPair:
     tangential
         Direction cosines by dof; a name alone means cosine 1; a list of such for many contacts. Of a
         ``PlanarFrictionContact`` the two perpendicular directions of its surface: ``("x", "y")``, and for many contacts
-        two lists, the first directions and the second ones.
+        two lists, the first directions and the second ones. Where all their dofs are displacements along axes by name
+        ("x", "uy", "tip_z", "12.x", "x@next") others are refused, and unequal lengths are told. Of modes, rotations and
+        dofs of other names the angle is not known, and nothing is checked.
     normal
         As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``. A stop, a
         ``FrictionContact`` without kt and mu, has this direction alone.
@@ -247,9 +250,12 @@ def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> It
     for port in set(pair.ports or ()) & {"tangential", "normal"}:
         if getattr(pair, port) is not None:
             yield Fault(("ports", port), f"is given together with {port}", remedy="keep one of them")
-    for first, other in zip(by_port.get("tangential", ()), by_port.get("second", ()), strict=False):
+    for k, (first, other) in enumerate(zip(by_port.get("tangential", ()), by_port.get("second", ()), strict=False)):
+        at = pair.place("second") if len(pair) == 1 else (*pair.place("second"), k)
         if first and other and same_direction(first, other):
-            yield Fault(pair.place("second"), "is the tangential direction", remedy="give the one perpendicular to it")
+            yield Fault(at, "is the tangential direction", remedy="give the one perpendicular to it")
+        elif first and other and "second" in law.ports:
+            yield from (fault.inside(*at) for fault in perpendicular_faults(first, other))
     for port in by_port:
         if port not in law.ports:
             yield Fault(pair.place(port), f"its law has no port '{port}'", remedy=f"it has {', '.join(law.ports)}")
@@ -278,6 +284,42 @@ def same_direction(tangential: Direction, normal: Direction) -> bool:
     """Whether one motion is said to be along the contact and across it."""
     equal = any({dof: sign * c for dof, c in tangential.items()} == dict(normal) for sign in (1.0, -1.0))
     return equal and max(map(abs, normal.values()), default=0.0) > _MOST_OF_BOTH
+
+
+_PERPENDICULAR = 1e-3
+"""Largest cosine of the angle between directions that are perpendicular but for the digits they are given with."""
+_COMPONENT = re.compile(r"(?:^|[^A-Za-z])u?[xyz]$", re.IGNORECASE)
+"""Names of displacements along axes in space: "x", "uy", "tip_z", "12.x", whatever follows "@"."""
+
+
+def in_space(*directions: Direction) -> bool:
+    """Whether all dofs are displacements along perpendicular axes, by their names: others have no known angle."""
+    return all(_COMPONENT.search(dof.partition("@")[0]) for direction in directions for dof in direction)
+
+
+def lengths(*directions: Direction) -> list[float]:
+    """Lengths of directions."""
+    return [hypot(*direction.values()) for direction in directions]
+
+
+def perpendicular_faults(tangential: Direction, second: Direction) -> Iterator[Fault]:
+    """Directions in space that are not perpendicular; of those over other dofs nothing is known."""
+    a, b = lengths(tangential, second)
+    if not in_space(tangential, second) or not 0.0 < a < inf or not 0.0 < b < inf:
+        return
+    product = sum(c * second.get(dof, 0.0) for dof, c in tangential.items())
+    cosine = max(-1.0, min(1.0, product / (a * b)))
+    if abs(cosine) <= _PERPENDICULAR:
+        return
+    dofs = dict.fromkeys((*tangential, *second))
+    right = {dof: second.get(dof, 0.0) - product / a**2 * tangential.get(dof, 0.0) for dof in dofs}
+    size = hypot(*right.values())
+    better = {dof: float(f"{c * a / size:.6g}") for dof, c in right.items() if abs(c) > 1e-12 * b} if size else {}
+    yield Fault(
+        found=f"{dict(second)}, {degrees(acos(cosine)):.4g} degrees from the tangential direction {dict(tangential)}",
+        expected="the direction perpendicular to it",
+        remedy=f"give {better}" if abs(cosine) < 1.0 - 1e-9 and better else "",
+    )
 
 
 def cosine_faults(cosines: Mapping[str, float], dofs: Sequence[str] | None) -> Iterator[Fault]:

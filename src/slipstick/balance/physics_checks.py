@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.balance.compliance import lossless
-from slipstick.balance.contacts import same_direction
+from slipstick.balance.contacts import in_space, lengths, same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.faults import few_alike
@@ -186,6 +186,10 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
         )
 
 
+_UNEQUAL = 1e-3
+"""Lengths of directions differ by less because of the digits they are given with."""
+
+
 def _contact_warnings(problem: Problem) -> Iterator[str]:
     for batch, contact_inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         for e, (p, k) in enumerate(batch.members):
@@ -201,6 +205,14 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
                     f"contact '{pair.elements[k]}': normal is the tangential direction, so that one motion presses and "
                     "slides: give the direction across the contact, or leave normal out for a constant normal load"
                 )
+            other = pair.direction("second", k) if "second" in ports else None
+            if along and other and in_space(along, other):
+                a, b = lengths(along, other)
+                if abs(a - b) > _UNEQUAL * a:
+                    yield (
+                        f"contact '{pair.elements[k]}': its second direction is {b / a:.4g} times as long as the "
+                        "first, so that the same motion counts for more along one of them: give both one length"
+                    )
             for name, parameter in batch.law.factors.items():
                 values[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
             for sentence in batch.law.warnings(values, ports, approach):

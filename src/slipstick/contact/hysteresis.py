@@ -227,7 +227,11 @@ class _Smooth(Hysteresis):
         """``alpha, b, g, n`` (n,) each; of real or complex parameters."""
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
-        """Forces of n elements with all derivatives; accurate to about 1e-8 of the limit."""
+        """Forces of n elements with all derivatives.
+
+        Their error is below 1e-8 of the limit, or of the largest force where that is less; that of derivatives
+        likewise, by n 1e-6. Steps and panels follow the shortest scale of the law and a tolerance.
+        """
         from slipstick.contact.kernel.bouc_wen import RULE, run
 
         X, L = np.ascontiguousarray(motion.Q[0], dtype=float), motion.harmonics.size

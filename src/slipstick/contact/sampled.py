@@ -119,6 +119,32 @@ class SampledLaw(Law):
         """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""
         return _Sampled(self, motion, values, _times(self, motion.harmonics)).response()
 
+    def respond_resolved(self, motion: Motion, values: Mapping[str, Array]) -> Response:
+        """As ``respond``, but sampled where the force changes fast: panels are halved until each resolves it.
+
+        The force may have corners. The error of the coefficients is about 1e-9 of the largest force, as long as
+        ``MOST_PANELS`` suffice.
+        """
+        elements = [_one_element(motion, values, e) for e in range(len(motion.Q[0]))]
+        responses = [_resolved(self, own, at).response() for own, at in elements]
+        if len(responses) == 1:
+            return responses[0]
+
+        def joined(name: str) -> dict[Any, Array]:
+            return {
+                key: np.concatenate([getattr(r, name)[key] for r in responses]) for key in getattr(responses[0], name)
+            }
+
+        def by_parameter(name: str) -> ByPort:
+            parts = [r.by_parameter(name) for r in responses]
+            return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+
+        return Response(
+            force=tuple(np.concatenate(parts) for parts in zip(*(r.force for r in responses), strict=True)),
+            by_motion=joined("by_motion"), by_drift=joined("by_drift"), by_omega=joined("by_omega"),
+            by_parameter=by_parameter, values=values, work=np.concatenate([r.work for r in responses]),
+        )  # fmt: skip
+
     def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Forces at motion and velocity; there is no memory."""
         del memory
@@ -246,15 +272,21 @@ def _called(law: SampledLaw, q: list[AnyArray], velocity: list[AnyArray], values
 
 
 class _Sampled:
-    """One evaluation: motion at phases ``tau`` (n, times), and the transforms to and from coefficients."""
+    """One evaluation: motion at phases ``tau`` (times,), and the transforms to and from coefficients.
 
-    def __init__(self, law: SampledLaw, motion: Motion, values: Mapping[str, Array], tau: Array) -> None:
+    ``weights`` (times,) of an integral over the period; those of equidistant times by default.
+    """
+
+    def __init__(
+        self, law: SampledLaw, motion: Motion, values: Mapping[str, Array], tau: Array, weights: Array | None = None
+    ) -> None:
         h = motion.harmonics
         self.law, self.motion, self.given = law, motion, values
         self.omega = np.reshape(motion.omega, (-1, 1))
         self.basis = h.H_minus(tau)
         self.slope = _basis_slope(h, tau)
-        self.project = (2.0 / tau.size) * h.H_plus(tau)
+        self.weights = np.full(tau.size, 2.0 * np.pi / tau.size) if weights is None else weights
+        self.project = (self.weights / np.pi)[:, None] * h.H_plus(tau)
         self.values = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
         self.q = [X @ self.basis.T for X in motion.Q]
         # velocity in time: omega times the derivative by phase, the drift included
@@ -276,7 +308,7 @@ class _Sampled:
         """Forces with all derivatives."""
         force = [np.real(f) for f in self.force(self.q, self.rate, self.values)]
         stiffness, damping = self._tangents(self.q), self._tangents(self.rate)
-        work = np.mean(sum(f * r for f, r in zip(force, self.rate, strict=True)), axis=1)
+        work = sum(f * r for f, r in zip(force, self.rate, strict=True)) @ self.weights / (2.0 * np.pi)
         return Response(
             force=tuple(self.coefficients(f) for f in force),
             by_motion={key: self._by_motion(stiffness[key], damping[key]) for key in stiffness},
@@ -312,6 +344,65 @@ class _Sampled:
     def _by_parameter(self, name: str) -> ByPort:
         stepped = {**self.values, name: self.values[name] + 1j * _STEP}
         return {i: self.coefficients(slope) for i, slope in enumerate(self.slopes(self.q, self.rate, stepped))}
+
+
+MOST_PANELS = 20_000
+_RESOLVED = 1e-10
+"""What is left of the force in the last terms of a panel, times its share of the period."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_PARTS = 4
+_TERMS = np.linalg.inv(np.polynomial.legendre.legvander(_NODES, 9))[-2:]
+"""Last two terms of a Legendre series through the values at the nodes."""
+
+
+def _one_element(motion: Motion, values: Mapping[str, Array], e: int) -> tuple[Motion, dict[str, Array]]:
+    one = slice(e, e + 1)
+    omega = np.asarray(motion.omega)
+    own = motion._replace(
+        Q=tuple(X[one] for X in motion.Q), drift=motion.drift[:, one], omega=omega[one] if omega.ndim else motion.omega
+    )
+    return own, {name: np.asarray(value)[one] for name, value in values.items()}
+
+
+def _moving(motion: Motion, tau: Array) -> tuple[list[Array], list[Array]]:
+    """Motion, and its rate by phase, at phases (k,), (n, k) each for every port."""
+    m = motion.harmonics.m
+    angle = np.outer(m, tau)
+    cos, sin = np.cos(angle), np.sin(angle)
+    q = [X[:, :1] + X[:, 1::2] @ cos + X[:, 2::2] @ sin for X in motion.Q]
+    rate = [
+        (m * X[:, 2::2]) @ cos - (m * X[:, 1::2]) @ sin + d[:, None]
+        for X, d in zip(motion.Q, motion.drift, strict=True)
+    ]
+    return q, rate
+
+
+def _resolved(law: SampledLaw, motion: Motion, values: Mapping[str, Array]) -> _Sampled:
+    """One element at nodes of Gauss's rule in panels that resolve its force."""
+    count = 4 * max(motion.harmonics.highest, 1)
+    starts, width = np.arange(count) * (2.0 * np.pi / count), np.full(count, 2.0 * np.pi / count)
+    columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
+    kept: list[tuple[Array, Array]] = []
+    size, total = 0.0, count
+    while starts.size:
+        q, rate = _moving(motion, (starts[:, None] + 0.5 * width[:, None] * (1.0 + _NODES)).ravel())
+        told = _called(law, q, [np.reshape(motion.omega, (-1, 1)) * r for r in rate], columns)
+        force = np.stack([np.real(f).reshape(starts.size, -1) for f in told])
+        size = max(size, float(np.abs(force).max(initial=0.0)))
+        left = np.abs(force @ _TERMS.T).max(axis=(0, 2)) * width / (2.0 * np.pi)
+        coarse = left > _RESOLVED * size  # what is not finite is no finer in finer panels
+        total += _PARTS * int(coarse.sum())
+        if total > MOST_PANELS:  # taken as it is: it is a step, or noise
+            coarse[:] = False
+        kept.append((starts[~coarse], width[~coarse]))
+        part = width[coarse] / _PARTS
+        starts = (starts[coarse, None] + part[:, None] * np.arange(_PARTS)).ravel()
+        width = np.repeat(part, _PARTS)
+    begin, width = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+    order = np.argsort(begin)
+    begin, width = begin[order, None], width[order, None]
+    tau = (begin + 0.5 * width * (1.0 + _NODES)).ravel()
+    return _Sampled(law, motion, values, tau, (0.5 * width * _WEIGHTS).ravel())
 
 
 def _basis_slope(harmonics: Harmonics, tau: Array) -> Array:

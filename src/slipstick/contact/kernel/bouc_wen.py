@@ -1,8 +1,12 @@
-"""The Bouc-Wen element along a periodic motion: one pass over the period, exact but for a fourth-order step in motion.
+"""The Bouc-Wen element along a periodic motion: a march over the period in steps that keep to a tolerance.
 
 ``dz/dw = 1 - |z|^n (beta sign(w' z) + gamma)``: the law does not know how fast it is moved. Between reversals z is a
 function of the way made since, ``z = Z(w - w_r, z_r)``, so ``dz = (dz/dw) dw(tau) + E c`` with a constant c for each
 way and ``E = dZ/dz_r``: the derivatives by all coefficients take two numbers of the march.
+
+Loading goes on over the way ``(beta + gamma)^(-1/n)``, unloading over ``1 / (n (beta - gamma) |z|^(n - 1))``, and
+where n is no integer ``|z|^n`` is not smooth at ``z = 0``: three scales, of which each may be much the smallest. Small
+motions leave next to nothing of ``z - w``, which decides about the mean: it is integrated for itself.
 """
 
 from __future__ import annotations
@@ -14,7 +18,6 @@ import numpy as np
 from slipstick.contact.kernel.velocity_friction import (
     _CELLS,
     _START,
-    _W,
     _W1,
     NODES,
     TABLE,
@@ -27,27 +30,62 @@ from slipstick.contact.kernel.velocity_friction import (
 from slipstick.trig.compiled import compiled, part
 from slipstick.typing import Array
 
-_STEP = 0.02
-"""Way of a step of the march, over the way in which z saturates."""
+_TOLERANCE = 1e-11
+"""Error of a step, relative to what it is an error of."""
 _PANEL = 2.0
-"""Largest way of a panel of integration, likewise, and its length in radians of the highest harmonic."""
-_SATURATED, _PERIODIC, _NONE = 1e-14, 1e-14, 1e-12
-_MOST = 60
+"""Largest way of a panel of integration over the shortest scale, and its length in radians of the highest harmonic."""
+_NEAR = 0.25
+"""Part of that for a panel that begins or ends where ``|z|^n`` is not smooth, whose nodes crowd there."""
+_SATURATED, _PERIODIC = 1e-14, 1e-13
+_MOST = 100
+_AT_CORNER = 1e-11
+"""z over its largest value that counts as zero to the panels: the march is no better."""
+_ZERO, _ROUNDING = 1e-15, 1e-14
+_Z, _LOG, _D, _BETA, _GAMMA, _N = range(6)
+"""State of the march: z, the logarithm of E, ``z - w`` since it began, and derivatives of z by beta, gamma, n."""
+_A = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0],
+        [44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0],
+        [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ]
+)
+_E = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+"""Method of J. R. Dormand and P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19, and the error of its steps."""
 
 
 @part
-def slopes(y: Array, sigma: float, s: float, p: Array, out: Array) -> None:
-    """Derivatives of ``z, E, dz/dbeta, dz/dgamma, dz/dn`` by the way made in the direction s, z on the side sigma."""
-    beta, gamma, n = p[0], p[1], p[2]
-    size = max(0.0, sigma * y[0])
-    power = size**n if size > 0.0 else 0.0
-    q = beta * sigma + gamma * s
-    by_z = -q * n * sigma * (1.0 if n == 1.0 else power / size if size > 0.0 else 0.0)
-    out[0] = s - q * power
-    out[1] = by_z * y[1]
-    out[2] = by_z * y[2] - sigma * power
-    out[3] = by_z * y[3] - s * power
-    out[4] = by_z * y[4] - (q * power * np.log(size) if size > 0.0 else 0.0)
+def slopes(y: Array, sigma: float, s: float, p: Array, full: bool, whole: bool, out: Array) -> None:
+    """Derivatives of the state by the way made in the direction s, z on the side sigma.
+
+    ``whole``: of the derivatives by parameters over E instead, whose rates are as smooth as that of z.
+    """
+    n, size = p[2], max(0.0, sigma * y[_Z])
+    q = p[0] * sigma + p[1] * s
+    power, lower, log = 0.0, 1.0 if n == 1.0 else 0.0, 0.0
+    if size > 0.0:
+        if n == 1.0:
+            power = size
+            log = np.log(size) if full else 0.0
+        else:
+            log = np.log(size)
+            power = np.exp(n * log)
+            lower = power / size
+    by_z = -q * n * sigma * lower
+    out[_Z], out[_LOG], out[_D] = s - q * power, by_z, -q * power
+    if not full:
+        return
+    if whole:
+        share = power / (1.0 - s * q * power)
+        out[_BETA], out[_GAMMA], out[_N] = -sigma * share, -s * share, -q * share * log
+    else:
+        out[_BETA] = by_z * y[_BETA] - sigma * power
+        out[_GAMMA] = by_z * y[_GAMMA] - s * power
+        out[_N] = by_z * y[_N] - q * power * log
 
 
 @part
@@ -57,51 +95,114 @@ def side_of(z: float, s: float) -> float:
 
 
 @part
-def step(y: Array, way: float, s: float, p: Array, k: Any, out: Array) -> None:
-    """One step of the classical Runge-Kutta method."""
-    a, b, c, d, at = k
-    sigma = side_of(y[0], s)
-    slopes(y, sigma, s, p, a)
-    at[:] = y + 0.5 * way * a
-    slopes(at, sigma, s, p, b)
-    at[:] = y + 0.5 * way * b
-    slopes(at, sigma, s, p, c)
-    at[:] = y + way * c
-    slopes(at, sigma, s, p, d)
-    out[:] = y + way / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+def share_lost(z: float, s: float, p: Array) -> float:
+    """``1 - |dz/dw|`` in the direction s."""
+    return (p[0] * s * side_of(z, s) + p[1]) * abs(z) ** p[2]
 
 
 @part
-def advance(y: Array, way: float, s: float, p: Array, k: Any, new: Array) -> None:
-    """Carry ``y`` along a way without reversal; steps end where z changes its sign, at the corner of the law."""
-    largest = (p[0] + p[1]) ** (-1.0 / p[2])
-    rate = max(1.0, p[2]) / largest
-    left = way
+def allowed(reach: float, small: bool, p: Array, out: Array) -> None:
+    """Errors of a step that are allowed in each number of the state; ``reach`` is the largest z there can be."""
+    n, most = p[2], p[0] + abs(p[1])
+    power = reach**n
+    lost = min(1.0, most * power)
+    out[_Z] = _TOLERANCE * reach * (lost if small else 1.0) + 1e-300
+    out[_LOG] = _TOLERANCE
+    out[_BETA] = _TOLERANCE * reach * power / n + 1e-300
+    out[_GAMMA] = out[_BETA]
+    out[_N] = _TOLERANCE * reach * lost * (1.0 / n + abs(np.log(reach))) + 1e-300
+    out[_D] = out[_Z]
+
+
+@part
+def march_step(y: Array, now: float, sigma: float, s: float, p: Array, k: Any, full: bool, whole: bool) -> float:
+    """One step from ``y``, whose slopes are the first row of K, to ``at``; its error over what is allowed."""
+    K, at, error, _ = k
+    for r in range(1, 7):
+        for i in range(6 if full else 3):
+            total = 0.0
+            for c in range(r):
+                total += _A[r, c] * K[c, i]
+            at[i] = y[i] + now * total
+        slopes(at, sigma, s, p, full, whole, K[r])
+    if not -s * K[6, _D] < (1.0 if whole else 2.0):  # far beyond what z tends to
+        return np.inf
+    worst = 0.0
+    for i in range(_LOG if not whole else _D, 6 if full else 3):
+        total = 0.0
+        for c in range(7):
+            total += _E[c] * K[c, i]
+        worst = max(worst, abs(now * total) / (error[i] + _ROUNDING * abs(now * K[0, i])))
+    return worst
+
+
+@part
+def advance(y: Array, way: float, s: float, p: Array, k: Any, full: bool, stop: bool) -> float:
+    """Carry ``y`` along a way without reversal, or ``stop`` where z becomes zero; what is left of the way."""
+    K, at, _, kept = k
+    n, largest = p[2], (p[0] + p[1]) ** (-1.0 / p[2])
+    left, fresh = way, True
     while left > 0.0:
-        if abs(s * largest - y[0]) <= _SATURATED * largest:
-            y[0], y[1] = s * largest, 0.0
-            y[2] = -s * largest / (p[2] * (p[0] + p[1]))
-            y[3] = y[2]
-            y[4] = -y[0] * np.log(largest) / p[2]
-            return
-        now = min(left, _STEP / rate)
-        step(y, now, s, p, k, new)
-        if y[0] * new[0] < 0.0:
-            first, last, before, after = 0.0, now, y[0], new[0]
-            for _ in range(20):
-                now = last - after * (last - first) / (after - before)
-                step(y, now, s, p, k, new)
-                if abs(new[0]) <= 1e-16 * largest or now in (first, last):
-                    break
-                if new[0] * before > 0.0:
-                    first, before = now, new[0]
-                else:
-                    last, after = now, new[0]
-            new[0] = 0.0
-        y[:] = new
+        if abs(s * largest - y[_Z]) <= _SATURATED * largest:
+            y[_D] += s * largest - y[_Z] - s * left
+            y[_LOG] -= n / largest * left
+            y[_Z], kept_here = s * largest, np.exp(-n / largest * left)
+            by_beta, by_n = -y[_Z] / (n * (p[0] + p[1])), -y[_Z] * np.log(largest) / n
+            y[_BETA] = by_beta + kept_here * (y[_BETA] - by_beta)
+            y[_GAMMA] = by_beta + kept_here * (y[_GAMMA] - by_beta)
+            y[_N] = by_n + kept_here * (y[_N] - by_n)
+            return 0.0
+        sigma, size, now = side_of(y[_Z], s), abs(y[_Z]), min(left, kept[0])
+        lost = share_lost(y[_Z], s, p) if fresh else -s * K[0, _D]
+        whole = lost <= 0.5
+        if sigma != s:
+            if size <= _ZERO * kept[1]:
+                y[_Z], fresh = 0.0, True
+                left -= min(left, size)
+                if stop:
+                    return left
+                continue
+            now = min(now, to_zero(size, lost))
+        elif not whole:  # longer steps swing about what z tends to, within the tolerance
+            now = min(now, largest / n)
+        if full and whole:
+            for i in range(_BETA, 6):
+                y[i] /= 1.0 - lost
+        if fresh:
+            slopes(y, sigma, s, p, full, whole, K[0])
+        longest = now
+        worst = march_step(y, now, sigma, s, p, k, full, whole)
+        while worst > 1.0 and now > 1e-12 * longest:
+            now *= max(0.1, 0.9 * worst**-0.2)
+            worst = march_step(y, now, sigma, s, p, k, full, whole)
+        proposed = now * min(5.0, 0.9 * max(worst, 1e-9) ** -0.2)
+        if now < longest or proposed > kept[0]:
+            kept[0] = proposed
+        z = at[_Z]
+        if not np.isfinite(z):
+            y[:] = np.nan
+            return 0.0
+        after = -s * K[6, _D]
+        y[_D] = at[_D]
+        y[_LOG] = y[_LOG] + np.log1p(-after) - np.log1p(-lost) if whole else at[_LOG]
+        y[_Z] = z
+        if full:
+            for i in range(_BETA, 6):
+                y[i] = at[i] * (1.0 - after) if whole else at[i]
         left -= now
-        if now < 1e-15 * way:
-            return
+        if stop and z * s >= 0.0:
+            return left
+        # the slopes at the end of the step are those at the beginning of the next one
+        fresh = side_of(z, s) != sigma or (after <= 0.5) != whole
+        if not fresh:
+            K[0, :] = K[6, :]
+    return left
+
+
+@part
+def to_zero(size: float, lost: float) -> float:
+    """The way on which z unloads to zero, or a little less; exact for n = 1."""
+    return size * (np.log1p(-lost) / -lost if lost < -1e-8 else 1.0)
 
 
 @part
@@ -120,74 +221,93 @@ def ways(X: Array, m: Array, v: float, k: Any, times: Array) -> Array:
 
 @part
 def tangent(z: float, s: float, p: Array) -> float:
-    """``dz`` by the way made in the direction s."""
-    sigma = side_of(z, s)
-    return s - (p[0] * sigma + p[1] * s) * abs(z) ** p[2]
+    """``dz/dw`` in the direction s."""
+    return 1.0 - share_lost(z, s, p)
 
 
 @part
-def kept_of(z: float, begun: float, integrated: float, s: float, p: Array) -> float:
-    """``dz/dz_r``: the tangent over the one after the reversal, which is at least 1 there."""
-    first = tangent(begun, s, p)
-    return tangent(z, s, p) / first if s * first > 0.5 else integrated
+def moved(a: float, b: float, X: Array, m: Array, v: float) -> float:
+    """The way between two phases, exact to rounding of itself."""
+    middle, half, way = 0.5 * (a + b), 0.5 * (b - a), v * (b - a)
+    for j in range(m.size):
+        wave = X[2 * j + 2] * np.cos(m[j] * middle) - X[2 * j + 1] * np.sin(m[j] * middle)
+        way += 2.0 * np.sin(m[j] * half) * wave
+    return way
 
 
 @part
-def moved(a: float, b: float, X: Array, m: Array, v: float, at: Array) -> float:
-    """The way between two phases."""
-    motion_at(a, X, X, m, v, at)
-    w = at[_W]
-    motion_at(b, X, X, m, v, at)
-    return at[_W] - w
-
-
-@part
-def periodic(
-    X: Array, m: Array, v: float, p: Array, edges: Array, now: Array, k: Any, new: Array
-) -> tuple[float, float]:
-    """z at the cut, and how much of a change of it is left after a period; Newton's method on the map of a period."""
-    z, y, kept = 0.0, np.zeros(5), 1.0
+def periodic(X: Array, m: Array, v: float, p: Array, edges: Array, k: Any, y: Array) -> tuple[float, bool]:
+    """z at the cut, and whether the motion is small; Newton's method on the map of a period, between bounds."""
     largest = (p[0] + p[1]) ** (-1.0 / p[2])
+    count = edges.size - 1
+    lengths, at, low, high = np.empty(count), 0.0, 0.0, 0.0
+    for i in range(count):
+        lengths[i] = moved(edges[i], edges[i + 1], X, m, v)
+        at += lengths[i]
+        low, high = min(low, at), max(high, at)
+    small = high - low < largest
+    reach = min(largest, high - low)
+    most = reach if v == 0.0 else largest
+    z = -0.5 * (low + high)
+    if v != 0.0 and count == 1:
+        z = largest if lengths[0] > 0.0 else -largest
+    z, below, above = min(most, max(-most, z)), -most, most
+    _, _, error, kept = k
+    allowed(reach, small, p, error)
+    kept[0], kept[1] = reach, reach
     for _ in range(_MOST):
         y[:] = 0.0
-        y[0], kept = z, 1.0
-        for i in range(edges.size - 1):
-            way = moved(edges[i], edges[i + 1], X, m, v, now)
-            y[1], s, begun = 1.0, 1.0 if way > 0.0 else -1.0, y[0]
-            advance(y, abs(way), s, p, k, new)
-            kept *= kept_of(y[0], begun, y[1], s, p)
-        change = y[0] - z
-        if 1.0 - kept < _NONE:
-            return 0.0, 1.0
-        z = min(largest, max(-largest, z + change / (1.0 - kept)))
-        if abs(change) <= _PERIODIC * largest:
+        y[_Z] = z
+        for i in range(count):
+            s = 1.0 if lengths[i] > 0.0 else -1.0
+            advance(y, abs(lengths[i]), s, p, k, False, False)
+        change, gap = y[_D] + TWO_PI * v if small else y[_Z] - z, -np.expm1(y[_LOG])
+        if change == 0.0 or gap <= 0.0:
             break
-    return z, kept
+        if change > 0.0:
+            below = z
+        else:
+            above = z
+        better = z + change / gap
+        if not below <= better <= above:
+            better = 0.5 * (below + above)
+        step = abs(better - z)
+        z = better
+        if step * step * p[2] <= _PERIODIC * reach * reach:  # of which Newton's method leaves this
+            break
+    return z, small
 
 
 @part
-def crossing(
-    y: Array, t: float, h: float, s: float, X: Array, m: Array, v: float, p: Array, now: Array, k: Any, new: Array
-) -> float:
-    """How far of a panel z keeps its side."""
-    trial = y.copy()
-    advance(trial, abs(moved(t, t + h, X, m, v, now)), s, p, k, new)
-    if trial[0] * y[0] >= 0.0:
-        return h
-    first, last, before, after = 0.0, h, y[0], trial[0]
+def phase_of(way: float, t: float, h: float, X: Array, m: Array, v: float) -> float:
+    """How far after t a way is made that is made within h."""
+    first, last, before, after = 0.0, h, -way, abs(moved(t, t + h, X, m, v)) - way
     for i in range(80):
         at = last - after * (last - first) / (after - before)
         if i % 3 == 2 or not first < at < last:
             at = 0.5 * (first + last)
-        trial[:] = y
-        advance(trial, abs(moved(t, t + at, X, m, v, now)), s, p, k, new)
-        if trial[0] * y[0] > 0.0:
-            first, before = at, trial[0]
+        now = abs(moved(t, t + at, X, m, v)) - way
+        if now < 0.0:
+            first, before = at, now
         else:
-            last, after = at, trial[0]
-        if last - first < 1e-14 or trial[0] == 0.0:
+            last, after = at, now
+        if last - first < 1e-14 or now == 0.0:
             break
     return last
+
+
+@part
+def over_shortest(z: float, unloads: bool, way: float, s: float, p: Array) -> float:
+    """A way over the shortest scale of z on it and as far again."""
+    size, n = abs(z), p[2]
+    if unloads:
+        gained = (p[0] - p[1]) * size**n
+        # |z|^n of a large n is no polynomial to the rule, however little there is of it
+        return way * n / size * (max(1.0, gained) if n > 4.0 and gained > 1e-9 else gained)
+    largest = (p[0] + p[1]) ** (-1.0 / n)
+    if abs(s * largest - z) <= _SATURATED * largest:
+        return 0.0
+    return way * n / largest * (min(1.0, (size + 2.0 * way) / largest) ** (n - 1.0) if n > 1.0 else 1.0)
 
 
 @part
@@ -197,81 +317,109 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
     L = 2 * m.size + 1
     G = L + 4
     now, times = np.empty(5), np.empty(64 * (int(max(1.0, m[-1]) if m.size else 1) + 1))
-    k, scratch = (now, np.empty(2), np.empty(5)), (np.empty(5), np.empty(5), np.empty(5), np.empty(5), np.empty(5))
-    new, y, work = np.empty(5), np.zeros(5), 0.0
-    edges = ways(X, m, v, k, times)
-    z, kept = periodic(X, m, v, p, edges, now, scratch, new)
-    held, left = kept >= 1.0, np.zeros(L)
+    k = (np.empty((7, 6)), np.empty(6), np.empty(6), np.empty(2))
+    y, trial, work = np.zeros(6), np.zeros(6), 0.0
+    edges = ways(X, m, v, (now, np.empty(2), np.empty(5)), times)
+    z, small = periodic(X, m, v, p, edges, k, trial)
+    reach, returned = k[3][1], np.zeros(L)
     c, wave = np.zeros(G), np.empty(L)
     f[:], by[:] = 0.0, 0.0
-    so_far, slope = 1.0, 0.0
-    largest = (p[0] + p[1]) ** (-1.0 / p[2])
-    rate = max(1.0, p[2]) / largest
+    so_far, lost = 0.0, 0.0
     longest = _PANEL / (max(1.0, m[-1]) if m.size else 1.0)
-    y[0] = z
+    rough = p[2] != np.floor(p[2])
+    y[_Z] = z
     for i in range(edges.size - 1):
         a, b = edges[i], edges[i + 1]
-        s = 1.0 if moved(a, b, X, m, v, now) > 0.0 else -1.0
-        y[1:] = 0.0
-        y[1] = 1.0
-        begun = y[0]
+        s = 1.0 if moved(a, b, X, m, v) > 0.0 else -1.0
+        y[_LOG], y[_BETA], y[_GAMMA], y[_N] = 0.0, 0.0, 0.0, 0.0
         # c = dz - (dz/dw) dw where the way begins: the tangent jumps there
+        jump = share_lost(y[_Z], s, p) - lost
         wave[:] = 0.0
-        add_motion(slope - s * tangent(y[0], s, p), a, m, wave)
+        add_motion(jump, a, m, wave)
         c[:L] += wave
-        c[L] += (slope - s * tangent(y[0], s, p)) * a
+        c[L] += jump * a
         t = a
         while t < b:
             h = min(longest, b - t)
-            while abs(s * largest - y[0]) > _SATURATED * largest and h > 1e-12:
-                if abs(moved(t, t + h, X, m, v, now)) * rate <= _PANEL:
+            way = abs(moved(t, t + h, X, m, v))
+            size, unloads = abs(y[_Z]), y[_Z] * s < 0.0 and abs(y[_Z]) > _AT_CORNER * reach
+            to_corner = to_zero(size, share_lost(y[_Z], s, p)) if unloads else 0.0
+            crowd = 0
+            while h > 1e-12:
+                scales = over_shortest(y[_Z], unloads, way, s, p)
+                crowd = 0
+                if rough and not unloads and size < _NEAR * way:
+                    crowd = 1
+                elif rough and unloads and to_corner < (1.0 + _NEAR) * way:
+                    crowd = 2
+                if scales <= _PANEL and (crowd == 0 or (scales <= _NEAR * _PANEL and h <= _NEAR * longest)):
                     break
                 h *= 0.5
+                way = abs(moved(t, t + h, X, m, v))
             h = b - t if b - t - h < 1e-13 else h
-            if y[0] * s < 0.0:  # a panel ends at the corner of the law
-                h = crossing(y, t, h, s, X, m, v, p, now, scratch, new)
+            if unloads and to_corner <= way:  # a panel ends at the corner of the law
+                trial[:] = y
+                rest = advance(trial, way, s, p, k, False, True)
+                if rest > 0.0:
+                    h = max(phase_of(way - rest, t, h, X, m, v), 1e-14)
             last = t
             for r in range(nodes.size + 1):
-                tau = t + h if r == nodes.size else t + 0.5 * h * (1.0 + nodes[r])
-                advance(y, abs(moved(last, tau, X, m, v, now)), s, p, scratch, new)
+                tau, share = t + h, 0.0
+                if r < nodes.size:
+                    x = 0.5 * (1.0 + nodes[r])
+                    share = 0.5 * h * weights[r] / np.pi
+                    if crowd == 1:
+                        share *= 3.0 * x * x
+                        x = x * x * x
+                    elif crowd == 2:
+                        share *= 3.0 * (1.0 - x) * (1.0 - x)
+                        x = 1.0 - (1.0 - x) * (1.0 - x) * (1.0 - x)
+                    tau = t + h * x
+                advance(y, abs(moved(last, tau, X, m, v)), s, p, k, True, False)
                 last = tau
                 if r == nodes.size:
                     break
                 motion_at(tau, X, X, m, v, now)
-                g, kept_here = s * tangent(y[0], s, p), kept_of(y[0], begun, y[1], s, p)
-                share = 0.5 * h * weights[r] / np.pi
+                g, kept_here = tangent(y[_Z], s, p), np.exp(y[_LOG])
                 wave[:] = 0.0
                 add_motion(1.0, tau, m, wave)
-                work += 0.5 * share * y[0] * now[_W1]
+                work += 0.5 * share * (y[_D] if small and v == 0.0 else y[_Z]) * now[_W1]
                 for j in range(L):
                     part = share * wave[j] * (0.5 if j == 0 else 1.0)
-                    f[j] += part * y[0]
-                    left[j] += part * kept_here * so_far
+                    f[j] += part * y[_Z]
+                    returned[j] += part * kept_here * np.exp(so_far)
                     for col in range(L):
                         by[j, col] += part * (g * wave[col] + kept_here * c[col])
                     by[j, L] += part * (g * tau + kept_here * c[L])
                     for q in range(3):
-                        by[j, L + 1 + q] += part * (y[2 + q] + kept_here * c[L + 1 + q])
+                        by[j, L + 1 + q] += part * (y[_BETA + q] + kept_here * c[L + 1 + q])
             t += h
-        slope, kept_here = s * tangent(y[0], s, p), kept_of(y[0], begun, y[1], s, p)
-        c *= kept_here
-        c[L + 1 :] += y[2:]
-        so_far *= kept_here
-    # a change of z at the cut comes back with its own
-    dz = np.zeros(G)
-    if held:  # without a reversal any mean repeats: none
-        add_motion(1.0, edges[0], m, dz[:L])
-        dz[0] = 0.0
+        lost = share_lost(y[_Z], s, p)
+        c *= np.exp(y[_LOG])
+        c[L + 1 :] += y[_BETA:]
+        so_far += y[_LOG]
+    # a change of z at the cut, beside that of the motion, comes back with its own
+    wave[:] = 0.0
+    add_motion(lost, edges[-1], m, wave)
+    c[:L] -= wave
+    c[L] += TWO_PI - lost * edges[-1]
+    if so_far >= 0.0:  # any mean repeats: the motion is put in the middle
+        c[:] = 0.0
+        at_cut, low, high = 0.0, 0.0, 0.0
+        first, other = edges[0], edges[0]
+        for i in range(edges.size - 1):
+            at_cut += moved(edges[i], edges[i + 1], X, m, v)
+            if at_cut < low:
+                low, first = at_cut, edges[i + 1]
+            if at_cut > high:
+                high, other = at_cut, edges[i + 1]
+        add_motion(-0.5, first, m, c[:L])
+        add_motion(-0.5, other, m, c[:L])
     else:
-        wave[:] = 0.0
-        add_motion(slope, edges[0], m, wave)
-        dz[:] = c
-        dz[:L] += wave
-        dz[L] += slope * edges[-1]
-        dz /= 1.0 - kept
+        c /= -np.expm1(so_far)
     for j in range(L):
         for col in range(G):
-            by[j, col] += left[j] * dz[col]
+            by[j, col] += returned[j] * c[col]
     return work
 
 
@@ -287,10 +435,12 @@ def path(X: Array, m: Array, v: Array, p: Array, tau: Array, out: Array) -> None
     """z of n elements at phases that increase from ``_START`` on within a period."""
     for i in range(len(X)):
         now, times = np.empty(5), np.empty(64 * (int(max(1.0, m[-1]) if m.size else 1) + 1))
-        k, scratch = (now, np.empty(2), np.empty(5)), (np.empty(5), np.empty(5), np.empty(5), np.empty(5), np.empty(5))
-        new, y = np.empty(5), np.zeros(5)
-        edges = ways(X[i], m, v[i], k, times)
-        y[0], _ = periodic(X[i], m, v[i], p[i], edges, now, scratch, new)
+        k = (np.empty((7, 6)), np.empty(6), np.empty(6), np.empty(2))
+        y = np.zeros(6)
+        edges = ways(X[i], m, v[i], (now, np.empty(2), np.empty(5)), times)
+        z, _ = periodic(X[i], m, v[i], p[i], edges, k, y)
+        y[:] = 0.0
+        y[_Z] = z
         t, at = edges[0], np.searchsorted(tau, edges[0])
         done = 0
         for e in range(1, edges.size):
@@ -299,12 +449,12 @@ def path(X: Array, m: Array, v: Array, p: Array, tau: Array, out: Array) -> None
                 phase = tau[j] if at + done < tau.size else tau[j] + TWO_PI
                 take = done < tau.size and (phase <= edges[e] or e == edges.size - 1)
                 end = phase if take else edges[e]
-                way = moved(t, end, X[i], m, v[i], now)
-                advance(y, abs(way), 1.0 if way > 0.0 else -1.0, p[i], scratch, new)
+                way = moved(t, end, X[i], m, v[i])
+                advance(y, abs(way), 1.0 if way > 0.0 else -1.0, p[i], k, False, False)
                 t = end
                 if not take:
                     break
-                out[i, j] = y[0]
+                out[i, j] = y[_Z]
                 done += 1
 
 
