@@ -1,9 +1,12 @@
 """Processor time of the cases of a study of oscillators, in lockstep and alone.
 
     OMP_NUM_THREADS=1 python benchmarks/ensembles.py [CASES]
+    OMP_NUM_THREADS=1 python benchmarks/ensembles.py sizes [CASES]
 
 The oscillator with a friction contact of random stiffness, friction coefficient and normal load, harmonics 0..10, 2 to
-15 rad/s, with and without rubbing. Peaks of the first cases are set against those of ``ss.forced_response``.
+15 rad/s, with and without rubbing. Peaks of the first cases are set against those of ``ss.forced_response``. ``sizes``:
+chains of such oscillators, followed in lockstep, each alone, and as a study chooses; it says up to how many unknowns
+lockstep pays, which ``slipstick.analysis.curve.lockstep.MOST_UNKNOWNS`` holds.
 """
 
 from __future__ import annotations
@@ -11,11 +14,14 @@ from __future__ import annotations
 import sys
 import time
 import warnings
+from collections.abc import Iterator
 from typing import Any
 
-from clocks import one_thread
+import numpy as np
+from clocks import interleaved, one_thread
 
 import slipstick as ss
+from slipstick.analysis.curve import lockstep
 from slipstick.verify.cases import oscillator
 
 Row = dict[str, Any]
@@ -61,6 +67,59 @@ def _row(velocity: float, cases: int) -> Row:
     }  # fmt: skip
 
 
+CHAINS = ((1, 11), (2, 11), (7, 4), (5, 6), (3, 11), (4, 11), (5, 11), (8, 11))
+"""Contacts and harmonics, with the mean."""
+
+
+def chain(contacts: int, harmonics: int) -> ss.Problem:
+    """Oscillators side by side with a spring between neighbours, each with its contact."""
+    n, dofs = contacts, [f"x{i}" for i in range(contacts)]
+    K = 80.0 * np.eye(n) - 20.0 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    structure = ss.MatrixStructure(M=np.eye(n), C=0.4 * np.eye(n), K=K, dofs=dofs)
+    pairs = [
+        ss.ContactPair(name=f"c{i}", tangential=dof, contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0))
+        for i, dof in enumerate(dofs)
+    ]
+    loads = [ss.Load(dof=dof, sin=100.0) for dof in dofs]
+    return ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(harmonics))
+
+
+def by_size(cases: int = 16) -> Iterator[Row]:
+    """Milliseconds of processor time a case by the number of unknowns: in lockstep, each alone, as a study chooses, and
+    of the curves themselves."""
+    with one_thread(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ss.SlipstickWarning)
+        yield from (_of_size(*size, cases) for size in CHAINS)
+
+
+def _of_size(contacts: int, harmonics: int, cases: int) -> Row:
+    problem, chosen = chain(contacts, harmonics), lockstep.MOST_UNKNOWNS
+    values = np.linspace(500.0, 1100.0, cases)
+
+    def solved(most: int) -> None:
+        lockstep.MOST_UNKNOWNS = most
+        try:
+            ss.study(problem, {"c0.normal_load": values.tolist()}, omega=SPAN, workers=1)
+        finally:
+            lockstep.MOST_UNKNOWNS = chosen
+
+    def curves() -> None:
+        for value in values.tolist():
+            ss.forced_response(problem.with_parameter("c0.normal_load", value), omega=SPAN)
+
+    ways = [lambda: solved(10**6), lambda: solved(0), lambda: solved(chosen), curves]
+    together, alone, study_, one_by_one = 1e3 / cases * interleaved(ways, 1).min(axis=0)
+    return {
+        "contacts": contacts, "unknowns": contacts * (2 * harmonics - 1), "ms in lockstep": together, "ms alone": alone,
+        "lockstep over alone": together / alone, "ms of the study": study_, "ms of its curves": one_by_one,
+        "study over curves": study_ / one_by_one,
+    }  # fmt: skip
+
+
 if __name__ == "__main__":
-    for row in measure(*map(int, sys.argv[1:2])):
-        print(row)
+    if sys.argv[1:2] == ["sizes"]:
+        for row in by_size(*map(int, sys.argv[2:3])):
+            print({name: round(float(value), 2) for name, value in row.items()}, flush=True)
+    else:
+        for row in measure(*map(int, sys.argv[1:2])):
+            print(row)

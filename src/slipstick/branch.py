@@ -24,6 +24,7 @@ from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.disc import disc_of
 from slipstick.results.notebook import branch_html
+from slipstick.results.peaks import peak_points
 from slipstick.results.saved_table import write_table
 from slipstick.results.schema import CYCLES, LARGEST
 from slipstick.results.table import ResultTable
@@ -153,6 +154,8 @@ class Branch:
 
         ``dof`` is by default the first one, "largest" the largest of all outputs where these were sought. They were
         located by the solver; those of a linear response are the largest among the frequencies it was computed at.
+        Maxima that stand out by less than a thousandth of their height are left out; among the points they are of kind
+        "peak" as well.
 
         Warns
         -----
@@ -162,7 +165,7 @@ class Branch:
         of_largest = self.table.attrs.get("peaks_of") == LARGEST and LARGEST not in self.table["dof"].to_numpy()
         if of_largest and dof in (None, LARGEST):
             found = self.table["peak_dof"].to_numpy()
-            at = np.flatnonzero(found >= 0)
+            at = peak_points(self.table)
             followed, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()
             return [(float(followed[i]), float(size[i, found[i]])) for i in at]
         d = self._index("dof", dof)
@@ -170,10 +173,7 @@ class Branch:
             name = str(self.table["dof"].to_numpy()[d])
             warn([f"the peaks of '{name}' were not sought; name it in peaks_of to have them located"])
         where, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()[:, d]
-        if "peak_dof" in self.table:
-            at = np.flatnonzero(self.table["peak_dof"].to_numpy() == d)
-        else:
-            at = _largest_nearby(where, size)
+        at = peak_points(self.table, d) if "peak_dof" in self.table else _largest_nearby(where, size)
         return [(float(w), float(a)) for w, a in zip(where[at], size[at], strict=True)]
 
     def on_disc(self, dof: str) -> xarray.DataArray:

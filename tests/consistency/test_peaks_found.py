@@ -144,6 +144,44 @@ def test_the_same_peaks_in_another_form(seed):
     assert varying(seed) == []
 
 
+def places(branch, names):
+    """Frequency and amplitude of the peaks of each output, and of the turning points with that of the first."""
+    d = branch.dataset
+    turns = np.flatnonzero(d.kind.values == "turning point")
+    folds = np.column_stack((d.omega.values[turns], d.amplitude.sel(dof=names[0]).values[turns]))
+    return {**{name: np.array(branch.peaks(name)).reshape(-1, 2) for name in names}, "folds": folds}
+
+
+def varying_by_end(seed):
+    """Peaks and folds that are found from one end of the range alone; None where other solutions are followed."""
+    s = system(seed)
+    names, width = sorted(s.names)[:3], abs(s.span[1] - s.span[0])
+    runs = [response(s.problem, span, names) for span in (s.span, s.span[::-1])]
+    if not all(run.outcome.ok and run.dataset.branch_part.max() == 1 for run in runs):
+        return None
+    one, two = (places(run, names) for run in runs)
+    return [
+        (seed, name, at, size)
+        for name in one
+        for have, others in ((one[name], two[name]), (two[name], one[name]))
+        for at, size in have
+        if np.min(np.abs(others[:, 0] - at) / width + np.abs(others[:, 1] / size - 1.0), initial=np.inf) > SAME
+    ]
+
+
+@pytest.mark.parametrize("seed", [1093, 1175, 1244])
+def test_the_same_peaks_and_folds_from_the_other_end(seed):
+    """Two turning points between two steps; a dip within one, and one that only sets apart a maximum beside it."""
+    assert varying_by_end(seed) == []
+
+
+@pytest.mark.verify
+def test_the_same_peaks_and_folds_from_the_other_end_of_60_systems():
+    found = [varying_by_end(seed) for seed in range(1060, 1120)]
+    assert [each for each in found if each] == []
+    assert sum(each is None for each in found) <= 6
+
+
 @pytest.mark.verify(sample=5)
 @pytest.mark.parametrize("chunk", range(20))
 def test_peaks_of_500_structured_systems(chunk):

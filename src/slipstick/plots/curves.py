@@ -42,6 +42,7 @@ from slipstick.plots.quantities import (
 from slipstick.plots.style import GREY, PEAK, STATE_COLOURS, legend, new_figure, over_decades, styled, titled
 from slipstick.results.contacts import NO_FRICTION
 from slipstick.results.measures import phase_of
+from slipstick.results.peaks import located_peaks
 from slipstick.results.schema import branch_parts
 from slipstick.results.stability import between_known
 from slipstick.typing import DrawnAxes, Names
@@ -238,7 +239,7 @@ def _mark_peaks(ax: Axes, curves: Curves, dataset: xarray.Dataset, dof: Names) -
     known = [str(name) for name in dataset["dof"].to_numpy()]
     x = curves.abscissa.values(dataset)
     for name in chosen(dataset, "dof", dof):
-        at = np.flatnonzero((dataset["kind"].to_numpy() == "peak") & (dataset["peak_dof"] == known.index(name)))
+        at = located_peaks(dataset, known.index(name))
         y = values_of(dataset, "amplitude", "dof", name)
         label = "_" if PEAK in ax.get_legend_handles_labels()[1] else PEAK  # once in a legend
         if at.size:

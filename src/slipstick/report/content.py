@@ -15,6 +15,7 @@ from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of
+from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
 from slipstick.typing import Array
@@ -212,7 +213,7 @@ def _notes(dataset: ResultTable, kept: Indices, analysis: str) -> list[list[Any]
     ]
     if "peak_dof" in dataset and analysis in ("response", "parameter"):
         of = dataset["peak_dof"].to_numpy()
-        notes += [[int(p), place[int(of[p])], "peak"] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
+        notes += [[int(p), place[int(of[p])], "peak"] for p in peak_points(dataset) if int(of[p]) in place]
     return notes
 
 

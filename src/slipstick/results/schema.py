@@ -98,7 +98,7 @@ VARIABLES: dict[str, Declared] = {
     "kind": Declared((), "1", "kind of point: " + ", ".join(POINT_KINDS), texts=POINT_KINDS),
     "branch_part": Declared(
         (), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range; steady "
-        "sliding beside limit cycles is 2", whole=True,
+        "sliding beside limit cycles is 2; of a tracked peak one more where another is followed on", whole=True,
     ),
     "peak_dof": Declared((), "1", "index of the dof whose amplitude peaks here, -1 for none", whole=True),
 }  # fmt: skip

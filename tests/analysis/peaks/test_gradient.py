@@ -26,6 +26,17 @@ def test_extremes_next_to_a_time():
     assert (near.h @ U)[0] == pytest.approx(1.4)
 
 
+def test_an_extreme_is_followed_from_one_motion_to_another():
+    """However far it moves in time, and to no other one; where it vanishes on the way it does not go on."""
+    h = Harmonics(range(3))
+    first = np.array([0.0, 1.0, 0.0, 0.2, 0.0])
+    turned = np.array([0.0, np.cos(1.2), np.sin(1.2), 0.2 * np.cos(2.4), 0.2 * np.sin(2.4)])
+    top = Extreme.near(h, first, 0.0)
+    assert top.goes_on_as(Extreme.near(h, turned, 1.2), first, turned)
+    assert not top.goes_on_as(Extreme.near(h, turned, 1.2 + np.pi), first, turned)
+    assert not top.goes_on_as(Extreme.near(h, -first, 0.0), first, -first)
+
+
 def test_the_rival_of_an_extreme_is_the_largest_other_one():
     """Two waves of different heights and what lies between: every extreme of a fine sampling of one period."""
     h = Harmonics([0, 1, 2, 3])

@@ -131,6 +131,27 @@ def test_requested_values_are_among_corners():
     assert not [text for text in locus.warnings if "requested" in text]
 
 
+def test_a_peak_that_ends_is_told_where_another_is_followed_on():
+    """On a change of state the peak is gone, by whole curves too; the next one is 1 % beside it, on another part."""
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.38]], K=[[40.0]], dofs=["x"])
+    contact = ss.FrictionContact(kt=190.0, mu=0.355, normal_load=300.0)
+    pair = ss.ContactPair(name="damper", tangential="x", contact=contact, rubbing=ss.RubbingMotion(velocity=4.0))
+    problem = ss.Problem(structure, contacts=[pair], loads=ss.Load(dof="x", sin=100.0), harmonics=range(8))
+    locus = ss.track_peak(problem, "damper.normal_load", (300.0, 250.0), omega=(2.0, 4.0))
+    d = locus.dataset
+    (end,) = np.flatnonzero(np.diff(d.branch_part.values))
+    load, omega = float(d.parameter[end]), d.omega.values
+    assert d.kind.values[end] == "corner"
+    assert float(d.parameter[end + 1]) == pytest.approx(load, abs=1e-4)
+    assert f"at {load:.6g} the peak ends" in locus.message
+    assert f"the peak at {omega[end + 1]:.6g} rad/s is followed on" in locus.message
+    for value, there in ((load + 2.0, True), (load - 0.05, False)):
+        curve = ss.forced_response(problem.with_parameter("damper.normal_load", value), omega=(2.9, 3.0))
+        own = curve.dataset.omega.values[curve.dataset.kind.values == "peak"]  # however little they stand out
+        assert bool(np.abs(own - omega[end]).min() < 1e-4) is there
+        assert np.abs(own - omega[end + 1]).min() < 2e-3
+
+
 def test_several_contacts_and_an_output_that_is_no_port():
     problem = random_problem(1)
     curve = ss.forced_response(problem, omega=(4.0, 12.0), peaks_of="d3")

@@ -37,8 +37,12 @@ from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array, BoolArray, IntArray
 
-MOST_UNKNOWNS = 120
-"""Unknowns up to which a curve is followed with others: of more, the work of one fills a processor anyway."""
+MOST_UNKNOWNS = 50
+"""Unknowns up to which a curve is followed with others: of more, batches of matrices cost what they save elsewhere.
+
+Measured by ``benchmarks/ensembles.py sizes``: chains of oscillators take in lockstep 0.2 of the processor time of each
+alone at 21 unknowns, 0.5 at 42, 0.8 to 1.0 at 63, 1.0 to 1.4 at 84.
+"""
 MOST_CURVES = 256
 """So many are followed side by side: of twice as many each takes hardly less time."""
 _ROOM = 25_000_000
@@ -142,7 +146,7 @@ class Lockstep:
         self._dense = DenseOutputs(self._systems, self._correctors, followed.points, self._span, options)
         events = Events(requests, self._scalings, self._correctors, self._dense)
         located, self._besides = events.located(), events.besides
-        return self._recorded(located, followed.given_up | self._correctors.doubtful)
+        return self._recorded(located, followed.given_up | self._correctors.doubtful | self._dense.lost)
 
     # points and their numbers
 

@@ -4,6 +4,10 @@ Three things end a smooth curve of peaks. A fold is turned by arclength: beyond 
 another extreme of the period becomes as large (a tie, ``a_1 = a_2``) the curve of the largest has a kink, and the peak
 is gone: the curve rises on to another one, which is climbed to. Where the peak sits on a change of state the slope
 jumps through zero (a corner of the curve): it is found by bracketing.
+
+Points are believed to be of one peak where its extreme in time goes on as theirs and the frequency is the expected one.
+Where shorter steps do not lead there, the peak has ended: its last point is located, and the points of the next one are
+another part of the branch.
 """
 
 from __future__ import annotations
@@ -46,8 +50,14 @@ LEVEL = 1e-9
 """Extremes that are equal by symmetry differ by rounding, and a plateau is not quite level."""
 _MOST_RUNS = 200
 _ASIDE = 1e-4
-_JUMP = 0.02
-"""Change of the frequency from one point to the next that is told."""
+_EXPECTED = 0.01, 0.1
+"""Parts of the frequency and of the motion by which a point of the same peak is at most off its prediction."""
+_STEADY = 5e-3
+"""Change of frequency and amplitude from corner to corner, relative, up to which the peak is the same."""
+_PLACED = 1e-6
+"""Part of the range to which the place is known where a peak ends between two corners."""
+_AS_LARGE = 1e-5
+"""Part by which amplitudes on both sides of such a place differ at most where it is a tie."""
 _LOST = (Outcome.STEP_TOO_SMALL, Outcome.SINGULAR, Outcome.NO_FIRST_POINT)
 _CORNER_STEPS = (1e-3, 4e-2)
 """First and largest step from corner to corner, of the range."""
@@ -63,6 +73,14 @@ class PeakPoint(NamedTuple):
     kind: str
     residual: float
     iterations: int
+    part: int = 1
+    """Of the branch: one more where another peak is followed on."""
+
+    @property
+    def context(self) -> Array:
+        """What points nearby are evaluated with: the time of its extreme, and contact states."""
+        carried = self.detail.carried
+        return np.append(self.detail.extreme.time, [] if carried is None else carried)
 
 
 class PeakContinuation:
@@ -102,6 +120,7 @@ class PeakContinuation:
         self._length = _CORNER_STEPS[0]
         self._way, self._reach, self._reason = 1.0 if span[1] > span[0] else -1.0, span[0], ""
         self._context: Array | None = None
+        self._part, self._begun = 1, False
         self._unit = self.balance.problem.units.angular
         self._size = scales(self.balance, system.at(span[0])[0], bounds[0]).displacement
 
@@ -120,9 +139,12 @@ class PeakContinuation:
 
     def _smooth(self, y: Array, at: float) -> Generator[PeakPoint, None, str]:
         """Smooth peaks from one on; the value is what ended them: a tie, a corner, or nothing more to do."""
-        run, side = self._run(y, at), 0.0
+        run, side, before = self._run(y, at), 0.0, self.last.detail if self.last is not None else None
         try:
             for step in run:
+                if before is not None and not _goes_on(before, step.evaluation.detail):
+                    return CORNER
+                before = step.evaluation.detail
                 # smooth curves of peaks turn where the bend of the response passes zero, and nowhere else
                 way = np.sign(step.evaluation.detail.bend * step.tangent_parameter)
                 if self._slope_of(step) > FLAT or (step.kind != "turning point" and way * side < 0.0):
@@ -130,8 +152,9 @@ class PeakContinuation:
                 again, side = step.kind == "start" and self.last is not None, side or way
                 point = self._point(step)
                 self._take(point)
-                if not again:
-                    yield point
+                if not again or self._begun:
+                    yield point._replace(kind="regular") if again else point
+                self._begun = False
                 if step.kind == "turning point":
                     self.notes.append(f"the peak and a minimum of the curve merge at {step.parameter:.6g}")
         finally:
@@ -156,8 +179,17 @@ class PeakContinuation:
                 BranchEvent(name=TIE, kind=TIE, function=lambda s: s.evaluation.detail.ahead - LEVEL, direction=1,
                             terminal=True),
                 BranchEvent(name=OPTIMUM, kind=OPTIMUM, function=self._rate),
-            ), context=self._context,
+            ), context=self._context, doubted=self._doubted,
         )  # fmt: skip
+
+    @staticmethod
+    def _doubted(last: Step, new: Step, guess: Array) -> bool:
+        """Whether a step may lead to another extreme of the period or to another peak of the curve."""
+        if not _goes_on(last.evaluation.detail, new.evaluation.detail):
+            return True
+        off, size = new.state - guess, new.state
+        frequency, motion = _EXPECTED
+        return bool(abs(off[-2]) > frequency * abs(size[-2]) or norm(off[:-2]) > motion * norm(size[:-2]))
 
     def _rate(self, step: Step) -> float:
         """Derivative of the peak by the parameter; a plateau has no extremes."""
@@ -174,7 +206,7 @@ class PeakContinuation:
         value = step.evaluation
         residual = relative(value.residual[:-1], value.terms()[:-1])
         self._context = value.context
-        return PeakPoint(step.x, step.parameter, value.detail, step.kind, residual, step.iterations)
+        return PeakPoint(step.x, step.parameter, value.detail, step.kind, residual, step.iterations, self._part)
 
     def _rivalled(self) -> tuple[Array, float] | None:
         """The peak of the other extreme at a tie, where it is at the same frequency: equal by symmetry."""
@@ -193,7 +225,7 @@ class PeakContinuation:
             return None
         self.notes.append(f"at {last.parameter:.6g} another extreme of the period is as large and is followed on")
         self._context = result.evaluation.context
-        self._take(last._replace(y=result.x, kind="regular"))
+        self._take(last._replace(y=result.x, detail=result.evaluation.detail, kind="regular"))
         return result.x, last.parameter
 
     def _climbed(self) -> tuple[Array, float] | None:
@@ -212,14 +244,17 @@ class PeakContinuation:
         )  # fmt: skip
         for step in run:
             if step.kind == "peak":
+                y = np.append(step.x, step.parameter)
+                peak = self.system.evaluate(y, last.parameter, np.append(np.nan, last.context[1:]))
                 there = f"the one at {step.parameter:.6g} {self._unit} is followed on"
                 self.notes.append(
                     f"at {last.parameter:.6g} another extreme of the period becomes the largest and the peak ends: "
                     f"{there}"
                 )
                 self._context = None
-                self._take(last._replace(y=np.append(step.x, step.parameter), kind="regular"))
-                return np.append(step.x, step.parameter), last.parameter
+                self._part, self._begun = self._part + 1, True
+                self._take(last._replace(y=y, detail=peak.detail, kind="regular"))
+                return y, last.parameter
         self._end(Outcome.TURNED_BACK, f"the peak ends at {last.parameter:.6g}, where another extreme of the period "
                   f"becomes the largest, and up to {stop:.6g} {self._unit} there is no other")  # fmt: skip
         return None
@@ -233,32 +268,77 @@ class PeakContinuation:
         self.outcome, self.message = outcome, "; ".join([message or outcome.text, *self.notes])
 
     def _corners(self) -> Generator[PeakPoint, None, tuple[Array, float] | None]:
-        """Peaks found by bracketing, each further on; the value is one that may be smooth, None where none is left."""
-        before, at = self._first, self.span[0]
-        if self.last is not None:
-            step = self._way * self._length * abs(self.span[1] - self.span[0])
-            places = (*self.requested, self._reach + step, self.span[1])
-            ahead = [v for v in places if self._way * (v - self._reach) > 0.0]
-            before, at = self.last.y, min(ahead, key=lambda v: self._way * v, default=self._reach)
-            self._length = min(2.0 * self._length, _CORNER_STEPS[1])
-        over = self.last is not None and self._reach == self.span[1]
-        peak = None if over else bracketed_peak(self.system, at, before, self._context)
+        """Peaks found by bracketing, each further on; the value is one that may be smooth, None where none is left.
+
+        Where the peak itself ends, the next one is sought beyond all that was reached.
+        """
+        last = self.last
+        if last is None:
+            return (yield from self._taken(bracketed_peak(self.system, self.span[0], self._first, self._context)))
+        if last.detail.bend < 0.0:
+            peak = self._ahead(last.parameter)
+            jump = None if peak is None else self._jump(last, peak)
+            if peak is not None and jump is None:
+                return (yield from self._taken(peak))
+            if jump is not None:
+                yield self._ended(*jump)
+                if self._way * (jump[1].parameter - self._reach) >= 0.0:
+                    return (yield from self._next(jump[1]))
+        return (yield from self._next(self._ahead(self._reach)))
+
+    def _ahead(self, begin: float) -> PeakPoint | None:
+        """The peak a step beyond ``begin``; None at the end of the range, or without one."""
+        assert self.last is not None
+        step = self._way * self._length * abs(self.span[1] - self.span[0])
+        self._length = min(2.0 * self._length, _CORNER_STEPS[1])
+        ahead = [v for v in (*self.requested, begin + step, self.span[1]) if self._way * (v - begin) > 0.0]
+        if not ahead:
+            return None
+        return bracketed_peak(self.system, min(ahead, key=lambda v: self._way * v), self.last.y, self._context)
+
+    def _ended(self, before: PeakPoint, after: PeakPoint) -> PeakPoint:
+        """The last point of a peak; ``after`` is of another one."""
+        tie = not _goes_on(before.detail, after.detail)
+        tie = tie and abs(after.detail.amplitude / before.detail.amplitude - 1.0) <= _AS_LARGE
+        why = "another extreme of the period becomes the largest and the peak ends" if tie else "the peak ends"
+        self.notes.append(f"at {before.parameter:.6g} {why}")
+        end = before._replace(kind=TIE if tie else CORNER, part=self._part)
+        self._take(end)
+        return end
+
+    def _next(self, peak: PeakPoint | None) -> Generator[PeakPoint, None, tuple[Array, float] | None]:
+        """Another peak than the one before, followed on."""
+        if peak is not None:
+            self._part += 1
+            self.notes.append(f"at {peak.parameter:.6g} the peak at {peak.y[-1]:.6g} {self._unit} is followed on")
+        return (yield from self._taken(peak))
+
+    def _taken(self, peak: PeakPoint | None) -> Generator[PeakPoint, None, tuple[Array, float] | None]:
+        """A peak as a point; the value is where a smooth curve of peaks may begin."""
         if peak is None:
             self._end(Outcome.TURNED_BACK if self.notes else Outcome.STEP_TOO_SMALL, self._reason)
             return None
-        if abs(peak.y[-1] - before[-1]) > _JUMP * before[-1]:
-            self.notes.append(f"at {at:.6g} the peak at {peak.y[-1]:.6g} {self._unit} is followed on")
-        smooth = "requested" if at in self.requested else "regular"
-        kind = "end" if at == self.span[1] else smooth if peak.slope <= FLAT else CORNER
-        kind = "start" if self.last is None else kind
-        self._take(PeakPoint(peak.y, at, peak.detail, kind, peak.residual, peak.iterations))
+        kind = "requested" if peak.kind != CORNER and peak.parameter in self.requested else peak.kind
+        kind = "end" if peak.parameter == self.span[1] else kind
+        peak = peak._replace(kind="start" if self.last is None else kind, part=self._part)
         self._context = peak.context
-        assert self.last is not None
-        yield self.last
+        self._take(peak)
+        yield peak
         if kind == "end":
             self._end(Outcome.COMPLETED, Outcome.COMPLETED.text)
             return None
-        return peak.y, at
+        return peak.y, peak.parameter
+
+    def _jump(self, low: PeakPoint, high: PeakPoint) -> tuple[PeakPoint, PeakPoint] | None:
+        """The last point of a peak and the first one of another, where it ends between two; None: it goes on."""
+        if _change(low.detail, high.detail) <= _STEADY:
+            return None
+        if abs(high.parameter - low.parameter) <= _PLACED * abs(self.span[1] - self.span[0]):
+            return low, high
+        middle = bracketed_peak(self.system, 0.5 * (low.parameter + high.parameter), low.y, low.context)
+        if middle is None:
+            return low, high
+        return self._jump(low, middle) or self._jump(middle, high)
 
     def _take(self, point: PeakPoint) -> None:
         """Take note of a point; steps from corner to corner begin small again after smooth ones."""
@@ -268,6 +348,18 @@ class PeakContinuation:
         self.last = point
 
 
+def _goes_on(before: PeakDetail, after: PeakDetail) -> bool:
+    """Whether an extreme of the period is the same one at another point."""
+    return before.extreme.goes_on_as(after.extreme, before.motion, after.motion)
+
+
+def _change(before: PeakDetail, after: PeakDetail) -> float:
+    """Change of frequency and amplitude from one peak to another, relative; infinite to another extreme."""
+    if not _goes_on(before, after):
+        return float("inf")
+    return abs(after.omega / before.omega - 1.0) + abs(after.amplitude / before.amplitude - 1.0)
+
+
 _FIRST, _WIDEST = 2e-4, 0.3
 """Half width of the bracket at first, and at most, of the frequency."""
 _NARROW = 1e-11
@@ -275,19 +367,11 @@ _TRIALS = 60
 _NEWTON = NewtonOptions(max_iterations=20)
 
 
-class BracketedPeak(NamedTuple):
-    """What was found: unknowns and frequency, with the slope there over the sizes of its terms."""
+def bracketed_peak(system: PeakSystem, value: float, y: Array, context: Array | None) -> PeakPoint | None:
+    """The maximum of the curve next to ``y`` (N + 1,), for another ``value`` of the parameter; None without one.
 
-    y: Array
-    detail: PeakDetail
-    context: Array
-    residual: float
-    iterations: int
-    slope: float
-
-
-def bracketed_peak(system: PeakSystem, value: float, y: Array, context: Array | None) -> BracketedPeak | None:
-    """The maximum of the curve next to ``y`` (N + 1,), for another ``value`` of the parameter; None without one."""
+    Of kind "corner" where the slope of the amplitude jumps.
+    """
     search = _Search(system, value, context)
     x, omega, half = y[:-1], float(y[-1]), _FIRST
     while half <= _WIDEST:
@@ -330,7 +414,7 @@ class _Search:
         here = self._system.slope(np.append(result.x, omega), self._value, self._context)
         return None if here is None else here[1].value / (here[1].size or 1.0)
 
-    def narrowed(self, low: float, at_low: float, high: float, at_high: float) -> BracketedPeak | None:
+    def narrowed(self, low: float, at_low: float, high: float, at_high: float) -> PeakPoint | None:
         """The place where the slope passes zero, smooth or with a jump."""
         root = BracketedRoot(low, at_low, high, at_high)
         for _ in range(_TRIALS):
@@ -349,4 +433,5 @@ class _Search:
             return None
         terms = value.terms()[:-1] if value.terms else np.ones(y.size - 1)
         residual = relative(value.residual[:-1], terms)
-        return BracketedPeak(y, value.detail, value.context, residual, self._solved, abs(last))
+        kind = "regular" if abs(last) <= FLAT else CORNER
+        return PeakPoint(y, self._value, value.detail, kind, residual, self._solved)

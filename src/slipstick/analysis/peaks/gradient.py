@@ -30,6 +30,10 @@ _TIED = 1e-8
 """Relative difference of extremes that are equal: points are solved to less."""
 _SEEN = 0.7
 """Part of an extreme that the nearest of the times looked at shows, at least: cos(pi / 8) and less."""
+_PARTS = np.linspace(0.0, 1.0, 9)[1:]
+_HILL, _LEAST_APART = 1.0, 1e-3
+"""Way of an extreme over a part of a step above which it is another one, of the period of the highest order over
+2 pi; and times (rad) at the end of a step that are those of one extreme."""
 FLAT = 1e-6
 """Slope over the sizes of its terms above which a point is no smooth peak."""
 
@@ -60,6 +64,16 @@ class Extreme:
             return cls.largest(harmonics, U)
         return cls(harmonics, abs(value), t % (2.0 * np.pi), float(np.sign(value)))
 
+    def goes_on_as(self, other: Extreme, first: Array, second: Array) -> bool:
+        """Whether it becomes ``other`` where the motion (L,) goes straight from ``first`` to ``second``."""
+        now = self
+        for part in _PARTS:
+            moved = Extreme.near(self.harmonics, first + part * (second - first), now.time)
+            if moved.sign != now.sign or _apart(moved.time, now.time) > _HILL / self.harmonics.highest:
+                return False
+            now = moved
+        return _apart(now.time, other.time) <= _LEAST_APART and now.sign == other.sign
+
     def ahead(self, U: Array) -> float:
         """The largest other extreme of the motion over this one, less 1; -1 where there is none."""
         rival = self.rival(U)
@@ -81,7 +95,7 @@ class Extreme:
         tops = (size >= np.roll(size, 1)) & (size >= np.roll(size, -1)) & (size >= _SEEN * least)
         for k in np.flatnonzero(tops):
             other = Extreme.near(self.harmonics, U, float(times[k]))
-            if abs(np.remainder(other.time - self.time + np.pi, 2.0 * np.pi) - np.pi) > _SAME:
+            if _apart(other.time, self.time) > _SAME:
                 yield other
 
     @property
@@ -90,6 +104,11 @@ class Extreme:
         H = self.sign * self.harmonics.H_minus(self.time)[None]
         H[0, 0] = 0.0
         return H
+
+
+def _apart(time: float, other: float) -> float:
+    """Distance (rad) of two times of a period."""
+    return abs(float(np.remainder(time - other + np.pi, 2.0 * np.pi)) - np.pi)
 
 
 @lru_cache(maxsize=16)

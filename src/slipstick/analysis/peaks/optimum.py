@@ -224,7 +224,8 @@ class OptimumSearch(PeakRun):
         here = evaluation.detail
         detail = PeakDetail(
             responses=here.detail.responses, inputs=here.detail.inputs, omega=float(u[-2]), states=here.detail.states,
-            amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0,
+            amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0, motion=here.motion()[0],
+            extreme=Extreme.largest(here.outputs.balance.harmonics, here.motion()[0]),
         )  # fmt: skip
         residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])
         return PeakPoint(u[:-1], float(u[-1]), detail, OPTIMUM, residual, result.iterations)

@@ -32,12 +32,16 @@ class PeakDetail(Detail):
         Its second derivative by the frequency along the solutions: negative at a maximum.
     ahead
         Largest other extreme in time over the one followed, less 1.
+    motion, extreme
+        The motion (L,) of the output, and its extreme in time that is followed.
     """
 
     amplitude: float
     rate: float
     bend: float
     ahead: float
+    motion: Array
+    extreme: Extreme
 
 
 class PeakSystem:
@@ -98,6 +102,7 @@ class PeakSystem:
             responses=here.detail.responses, inputs=here.detail.inputs, omega=here.omega, states=here.detail.states,
             amplitude=slope.extreme.value, rate=float(np.sum(slope.extreme.h * U) - slope.z @ R),
             bend=float(row @ np.append(slope.t, 1.0)), ahead=slope.extreme.ahead(here.motion()[0]),
+            motion=here.motion()[0], extreme=slope.extreme,
         )  # fmt: skip
         return Evaluation(
             np.append(here.at.residual, slope.value),

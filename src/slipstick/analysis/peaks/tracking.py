@@ -70,7 +70,8 @@ def track_peak(
         peak is highest or lowest over the parameter, "turning point" where it merges with a minimum of the curve (the
         points beyond, with ``peak_dof`` -1, are minima), "tie" where another extreme of the period becomes as large
         (the peak ends there, and the one that the curve rises to is followed on), "corner" where it sits on a change of
-        state. Look at ``outcome``; ``message`` says what happened on the way.
+        state, or ends on one. ``branch_part`` is one more where another peak is followed on. Look at ``outcome``;
+        ``message`` says what happened on the way.
 
     Raises
     ------
@@ -210,7 +211,7 @@ class PeakRun(Run[TrackedPeak]):
         """A peak as a point of the results; minima of the curve, beyond a fold, are peaks of nothing."""
         return Point.at(
             peak.detail, x=peak.y[:-1], residual=peak.residual, iterations=peak.iterations, kind=peak.kind,
-            parameter=peak.parameter, peak_of=self.request.dof if peak.detail.bend < 0.0 else "",
+            parameter=peak.parameter, part=peak.part, peak_of=self.request.dof if peak.detail.bend < 0.0 else "",
         )  # fmt: skip
 
     @property

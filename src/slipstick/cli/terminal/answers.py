@@ -102,8 +102,10 @@ def case_answer(case: Case) -> Answer:
 
 def results_answer(data: ResultTable) -> Answer:
     """What was found, from the results."""
+    from slipstick.results.peaks import located_peaks
+
     axis = "parameter" if data.attrs.get("parameter") else "omega"
-    kind, of = data["kind"].to_numpy(), data["peak_dof"].to_numpy()
+    of = data["peak_dof"].to_numpy()
     dofs = [str(name) for name in data["dof"].to_numpy()]
     at, amplitude = data[axis].to_numpy(), data["amplitude"].to_numpy()
     peaks = [
@@ -113,8 +115,7 @@ def results_answer(data: ResultTable) -> Answer:
             "amplitude": float(amplitude[i, of[i]]),
             "point": int(i),
         }
-        for i in (kind == "peak").nonzero()[0]
-        if of[i] >= 0
+        for i in located_peaks(data).tolist()
     ]
     return {
         "points": int(data.sizes["point"]),

@@ -287,13 +287,15 @@ def wear_lines(data: ResultTable, most: int = 12) -> list[str]:
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
     """One line for each located peak, the largest of each dof first."""
-    kind, of = data["kind"].to_numpy(), data["peak_dof"].to_numpy()
+    from slipstick.results.peaks import located_peaks
+
+    of = data["peak_dof"].to_numpy()
     axis, units = "parameter" if data.attrs.get("parameter") else "omega", Units.of_results(data.attrs)
     at, amplitude = data[axis].to_numpy(), data["amplitude"].to_numpy()
     lines = []
-    for i in (kind == "peak").nonzero()[0]:
-        dof = str(data["dof"].to_numpy()[of[i]]) if of[i] >= 0 else ""
-        value, size = float(at[i]), float(amplitude[i, max(of[i], 0)])
+    for i in located_peaks(data).tolist():
+        dof = str(data["dof"].to_numpy()[of[i]])
+        value, size = float(at[i]), float(amplitude[i, of[i]])
         if axis == "omega":
             where = units.frequency_text(value, str(data.attrs.get("frequency_unit", units.angular)))
         else:

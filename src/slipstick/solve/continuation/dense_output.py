@@ -157,6 +157,12 @@ class DenseOutput:
 
     Where the cubics between two points, from which the corrections start and along which events are sought, are too far
     off at one of these places, a point comes between.
+
+    Attributes
+    ----------
+    lost
+        Whether the last neighbours asked for, or a half of what is between them, have no solution between them where
+        one is expected: the branch may go another way there, as round two turning points.
     """
 
     def __init__(
@@ -165,6 +171,7 @@ class DenseOutput:
         self._corrector, self._span, self._step, self._tolerance = corrector, span, _LONGER * step, tolerance
         self._observables: Observables = _Unknowns(corrector) if observables is None else observables
         self._looked_at: list[tuple[Step, Step, _Seen]] = []
+        self.lost = False
 
     def halves(self, first: Step, second: Step, apart: float) -> list[Step]:
         """Corrected points between two neighbours, so that the cubics are near enough; both ends left out.
@@ -172,6 +179,7 @@ class DenseOutput:
         ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``.
         """
         self._looked_at.clear()
+        self.lost = False
         return self._halves(first, second, apart, closely=False)
 
     def _halves(self, first: Step, second: Step, apart: float, *, closely: bool) -> list[Step]:
@@ -195,6 +203,7 @@ class DenseOutput:
         near = seen.states[worst] if self._corrector.near(seen.states[worst] - guess, segment.length) else guess
         middle = self._solved(segment, at, near, (first, second))
         if middle is None:
+            self.lost |= segment.length > self._step
             return []
         middle.arclength = first.arclength + self._corrector.metric.length(middle.state - first.state)
         before, after = (

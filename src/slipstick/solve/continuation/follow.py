@@ -196,7 +196,7 @@ class Continuation(Iterator[Step]):
         self.message = ""
         self.error: Exception | None = None
         self.rejected = self.points = 0
-        self.step_length = min(options.first_step, options.max_step)
+        self.step_length = self._taken = min(options.first_step, options.max_step)
         self.restart_point: RestartPoint | None = None
         self.standing: Step | None = None
         segment = self._take_up(restart) if restart else None
@@ -244,7 +244,8 @@ class Continuation(Iterator[Step]):
             if isinstance(new, Reason):
                 outcome = Outcome.SINGULAR if new is NewtonStop.SINGULAR else Outcome.STEP_TOO_SMALL
                 return self._end(outcome, f"{outcome.text} (at {last.parameter:g}: {new.text})")
-            for between in self._between(last, new):
+            new, halves = self._whole(last, new)
+            for between in self._between([last, *halves, new]):
                 between.inserted = True
                 yield between
                 if self._terminal(between):
@@ -254,13 +255,38 @@ class Continuation(Iterator[Step]):
             last, segment = new, self._ahead(last, new)
         return self._end(Outcome.TURNED_BACK if last.parameter == self._span.start else Outcome.COMPLETED)
 
-    def _between(self, last: Step, new: Step) -> Iterator[Step]:
-        """What comes between two neighbours: corrected, located and interpolated points, in order."""
+    def _whole(self, last: Step, new: Step) -> tuple[Step, list[Step]]:
+        """A neighbour between which and the last point the branch is seen, with the corrected points between.
+
+        Where there is no solution in the middle a step may have led past two turning points: shorter ones are taken,
+        and the long one only where these lead nowhere.
+        """
+        leap = new, self._halves(last, new)
+        lost, length = self._dense.lost, self._taken
+        while lost and length > self._options.kink_step:
+            kept, self.step_length = self.step_length, 0.5 * length
+            shorter = self._advance(last, None)
+            if isinstance(shorter, Reason):
+                self.step_length = kept
+                return leap[0], self._halves(last, leap[0])
+            self.rejected += 1
+            leap = shorter, self._halves(last, shorter)
+            lost, length = self._dense.lost, self._taken
+        return leap
+
+    def _halves(self, last: Step, new: Step) -> list[Step]:
         self._corrector.beside = new.jacobian
-        for a, b in pairwise([last, *self._dense.halves(last, new, new.apart), new]):
+        return self._dense.halves(last, new, new.apart)
+
+    def _between(self, points: list[Step]) -> Iterator[Step]:
+        """What comes between two neighbours: corrected, located and interpolated points, in order.
+
+        ``points`` are both, and the corrected ones between.
+        """
+        for a, b in pairwise(points):
             for c, d in pairwise([a, *self._locator.between(a, b), b]):
                 yield from self._dense.points(c, d, b)
-                if d is not new:
+                if d is not points[-1]:
                     yield d
 
     def _ahead(self, last: Step, new: Step) -> HermiteSegment | None:
@@ -345,6 +371,7 @@ class Continuation(Iterator[Step]):
         return reason or Rejection.NOTHING_AHEAD
 
     def _accept(self, last: Step, new: Step, result: NewtonResult, length: float, order: int) -> Step:
+        self._taken = length
         # at rounding level neither the contraction nor the count says anything of the step
         self.step_length = next_step(
             length,

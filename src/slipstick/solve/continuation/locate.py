@@ -20,6 +20,8 @@ _PLACES = HermiteBasis(np.linspace(0.0, 1.0, 9))
 _AT: list[float] = _PLACES.u.tolist()
 _NEARLY = 0.5
 """An event function that falls to this share between the ends of a segment nearly changes its sign there."""
+_TOLD = 3e-4
+"""Part of a height by which a minimum between two points is deeper than both where a point is put."""
 _EXCEEDS = 1e-6
 """Part by which a watched quantity is expected to exceed all before where a point is put."""
 
@@ -79,6 +81,7 @@ class Locator:
                 located = [self._jump(event, segment, event.place(first, second, segment)) for _ in crossed]
             elif event.maximum:
                 located = self._maxima.maxima(event, segment, crossed, (first, before), (second, values[-1]))
+                located += self._bottoms(event, segment, values, first, second)
             else:
                 located = self._changes(event, segment, crossed, (first, before), (second, values[-1]))
             located_points += [step for step in located if step is not None]
@@ -92,9 +95,47 @@ class Locator:
         if self._requested.size:
             located_points += self._passages(first, second, self._in_order(first, second, located_points), segment)
         located_points = self._in_order(first, second, located_points)
+        dips = self._dips([(0.0, first), *located_points, (1.0, second)])
+        if dips:
+            located_points = self._in_order(first, second, [*located_points, *dips])
         for _, step in located_points:
             step.arclength = first.arclength + self._corrector.metric.length(step.state - first.state)
         return [step for _, step in located_points]
+
+    def _bottoms(
+        self, event: BranchEvent, segment: HermiteSegment, values: list[float], first: Step, second: Step
+    ) -> list[Located]:
+        """Ordinary points at minima that are lower than both neighbours by what tells how far a maximum stands out."""
+        if max(values) < 0.0 or not any(a < 0.0 <= b for a, b in pairwise(values)):
+            return []
+        assert event.height is not None
+        least, located = _TOLD * event.height(second), list[Located]()
+        for k, (before, after) in enumerate(pairwise(values)):
+            if not before < 0.0 <= after or depth(values, k) * segment.length <= least:
+                continue
+            if second.smooth:
+                u = _AT[k] + (_AT[1] - _AT[0]) * before / (before - after)
+                solved = self._maxima.solved(event, segment, u, 0.0, exact=False)
+                located.append(None if solved is None else (u, solved[0].named("regular", "")))
+            elif values[0] < 0.0 <= values[-1]:
+                located.append(self._maxima.bottom(event, Bracket(first, TINY, second, -TINY, 0.0, 1.0)))
+        return located
+
+    def _dips(self, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
+        """Minima between maxima and a neighbour that is higher: without them none could tell that the branch falls."""
+        dips = []
+        for low, high in pairwise(points):
+            for event in self._events:
+                if not event.maximum or (low[1].name, high[1].name).count(event.name) != 1:
+                    continue
+                assert event.height is not None
+                peak, other = (low[1], high[1]) if low[1].name == event.name else (high[1], low[1])
+                if peak.kind == event.kind and event.height(other) > event.height(peak):
+                    bracket = Bracket(low[1], TINY, high[1], -TINY, low[0], high[0])
+                    dip = self._maxima.bottom(event, bracket)
+                    if dip is not None:
+                        dips.append(dip)
+        return dips
 
     def _in_order(self, first: Step, second: Step, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
         """What was located, in order along the branch: their places tell it only where the segment is near to that."""
@@ -263,6 +304,17 @@ class Locator:
             if value == 0.0 or shift < self._tolerance or root.width * segment.length < self._tolerance:
                 break
         return None if best is None else (best[0], best[2])
+
+
+def depth(values: list[float], k: int) -> float:
+    """How much deeper a minimum between two of the places is than the lower end of the stretch that leads there, over
+    the length of the segment; by slopes along it."""
+    begin = next((i + 1 for i in range(k, -1, -1) if values[i] >= 0.0), 0)
+    end = next((i for i in range(k + 1, len(values)) if values[i] < 0.0), len(values))
+    step, inside = _AT[1] - _AT[0], values[k] / (values[k] - values[k + 1])
+    fall = -step * (sum(0.5 * (a + b) for a, b in pairwise(values[begin : k + 1])) + 0.5 * inside * values[k])
+    rise = step * (sum(0.5 * (a + b) for a, b in pairwise(values[k + 1 : end])) + 0.5 * (1.0 - inside) * values[k + 1])
+    return min(fall, rise)
 
 
 def _crossed(event: BranchEvent, places: list[float], values: list[float]) -> list[tuple[Both, Both]]:

@@ -121,6 +121,8 @@ class Outputs:
         All points that were solved for; more come.
     segments
         Those between them.
+    lost
+        Which branches (n,) have no solution somewhere between two points, see ``DenseOutput.lost``.
     """
 
     def __init__(
@@ -130,6 +132,7 @@ class Outputs:
         self._systems, self._correctors, self.nodes, self._span = systems, correctors, points, span
         self._step, self._tolerance = _LONGER * options.output_step, options.output_tolerance
         self._seen: dict[str, _Seen] = {}
+        self.lost = np.zeros(correctors.evaluations.size, dtype=bool)
         self.segments = self._halved()
 
     def cubics(self, segments: Segments) -> tuple[Measures, Cubics]:
@@ -169,6 +172,7 @@ class Outputs:
                         todo.at(wanted), worst, measures.at(wanted), cubics.at(wanted)
                     )
                     open_[wanted[found]] = True
+                    self.lost[self.nodes.branch[todo.first[wanted[~found]]]] = True
             over = np.flatnonzero(~open_)
             if looked.size:
                 kept = seen.at(~open_[seen.segment])

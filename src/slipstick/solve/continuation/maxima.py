@@ -22,6 +22,10 @@ _HIDDEN = 2e-4
 """Part of a height that a maximum may stand out by unseen there."""
 _STEADY = 0.05
 """Part of the gain that a monotone one may differ by from that of a parabola."""
+_STEEP = 6e-4
+"""Part of a height up to which that holds."""
+_BOTTOM = 1e-3
+"""Scaled arclength to which a minimum is known that only tells how far a maximum stands out."""
 _SAME = 10.0
 """Tolerances apart that two locations of one maximum are at most."""
 
@@ -109,6 +113,17 @@ class Maxima:
             return None
         return self.narrowed(event, places, low, high).top(event.falling(low[1]), self.corrector.metric, self.tolerance)
 
+    def bottom(self, event: BranchEvent, bracket: Bracket) -> Located:
+        """The minimum between two solutions, the height falling from the first and rising to the second: as an ordinary
+        point, None where it is one of them."""
+        assert event.height is not None
+        found = narrowed(self.corrector, event.falling(-1.0), bracket, _BOTTOM)
+        place, step = min(
+            ((found.begin, found.low), (found.end, found.high)),
+            key=lambda end: event.height(end[1]),  # type: ignore[misc]
+        )
+        return None if step in (bracket.low, bracket.high) else (place, step.named("regular", ""))
+
     def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
         """What two solutions between which an event function changes its sign are narrowed to."""
         seen = event.falling(low[1])
@@ -158,7 +173,8 @@ class Maxima:
         gain = heights[1] - heights[0]
         hidden = min(abs(gain - 0.5 * length * (before + after)), max(abs(before), abs(after)) * length)
         steady = min(before * gain, after * gain) > 0.0
-        return hidden <= max(_HIDDEN * max(heights), _STEADY * abs(gain) if steady else 0.0)
+        limit = min(_STEADY * abs(gain), _STEEP * max(heights)) if steady else 0.0
+        return hidden <= max(_HIDDEN * max(heights), limit)
 
     def _apart(self, located: list[Located]) -> list[Located]:
         """What was located, each once: the brackets of neighbouring places overlap."""
