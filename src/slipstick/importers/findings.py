@@ -109,13 +109,13 @@ class Findings:
     source: str
     met: dict[tuple[Verdict, str, str], list[int]] = field(default_factory=dict)
     extra: list[str] = field(default_factory=list)
-    origin: list[Place] = field(default_factory=list)
+    origin: list[tuple[str, int]] = field(default_factory=list)
     elsewhere: list[Coupling] = field(default_factory=list)
 
     def place(self, line: int, *names: str) -> Place:
         """Where something stands: file, line, what it is called."""
-        known = 0 < line <= len(self.origin)
-        return (self.origin[line - 1] if known else Place(self.source, f"line {line}")).at(*names)
+        name, number = self.origin[line - 1] if 0 < line <= len(self.origin) else (self.source, line)
+        return Place(name, f"line {number}", *names)
 
     def add(self, verdict: Verdict, name: str, what: str, line: int) -> None:
         """Remember one entry."""

@@ -32,17 +32,21 @@ def whole_text(path: Path, findings: Findings) -> str:
     return "\n".join(line for _, line in lines)
 
 
-def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -> list[tuple[Place, str]]:
+Line = tuple[tuple[str, int], str]
+"""File and number, and text."""
+
+
+def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -> list[Line]:
     """Place and text of each line."""
     text = read_bytes(path)
     read.append(len(text))
     if sum(read) > LARGEST_TEXT_FILE:
         raise refused(path.name, f"with what it includes it is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB")
-    lines: list[tuple[Place, str]] = []
+    lines: list[Line] = []
     for number, line in enumerate(text.decode("latin-1").splitlines(), 1):
         match = _INCLUDE.match(line)
         if not match:
-            lines.append((Place(path.name, f"line {number}"), line))
+            lines.append(((path.name, number), line))
             continue
         where = Place(path.name, f"line {number}", "*INCLUDE")
         inner = _included(match.group(1), folder, where)
