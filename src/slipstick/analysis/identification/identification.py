@@ -943,7 +943,7 @@ def _checked(
         shift = np.zeros(len(end.p))
         shift[free] = each.shift * size[free]
         left_out.append(each._replace(shift=shift))
-        moved = np.flatnonzero(np.abs(shift) > errors) if each.told else []
+        moved = np.flatnonzero((np.abs(shift) > errors) & each.told)
         if len(moved):
             values = [f"{request.names[k]} would be about {end.p[k] + shift[k]:.4g}" for k in moved]
             told.append(

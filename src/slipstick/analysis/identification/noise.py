@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.analysis.identification.measured import QUANTITIES, Backbone, Decay, Loops, Measured, Vibration
 from slipstick.typing import Array, IntArray
@@ -93,7 +94,7 @@ def given_noise(measured: Measured, predicted: Array, absolute: Array | None, re
     return Noise(deviations=deviations, relative=relative, text=f"noise {100 * relative:.3g} % {words}, as given")
 
 
-def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, used: Array) -> Noise | None:
+def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, used: NDArray[np.bool_]) -> Noise | None:
     """Unequal noise where the residuals show it, else None.
 
     Parameters
@@ -209,7 +210,7 @@ class Whiteness(NamedTuple):
         return float(np.sqrt((1.0 + r) / (1.0 - r)))
 
 
-def neighbours(measured: Measured, used: Array) -> IntArray:
+def neighbours(measured: Measured, used: NDArray[np.bool_]) -> IntArray:
     """Pairs (k, 2) of fitted numbers, counted among those used, that were measured next to each other."""
     place = np.full(used.shape, -1)
     place[used] = np.arange(used.sum())
@@ -259,7 +260,7 @@ class Robust(NamedTuple):
     """Standard errors from the residuals themselves, over those from the noise, and for which that is no accident."""
 
     factor: Array
-    told: Array
+    told: NDArray[np.bool_]
 
 
 def robust(gain: Array, left: Array, J: Array, deviation: float) -> Robust:
@@ -310,7 +311,7 @@ class Without(NamedTuple):
 
 
 def without_levels(
-    measured: Measured, used: Array, left: Array, J: Array, deviation: float, freedom: int
+    measured: Measured, used: NDArray[np.bool_], left: Array, J: Array, deviation: float, freedom: int
 ) -> list[Without]:
     """How parameters move where one level is left out, from weighted residuals and derivatives."""
     from scipy.stats import f
