@@ -13,14 +13,14 @@ import slipstick as ss
 from slipstick.analysis.identification.measured import Vibration
 from slipstick.analysis.identification.noise import robust, too_large, whiteness, without_levels
 
-TRUE = {"damper.kt": 100.0, "damper.mu": 0.3}
-START = {"damper.kt": 95.0, "damper.mu": 0.28}
-LEVELS, FREQUENCIES = [2.0, 5.0, 10.0], np.linspace(8.0, 13.0, 12)
+TRUE = {"damper.kt": 100.0, "damper.mu": 0.3, "damping": 1.0}
+START = {"damper.kt": 90.0, "damper.mu": 0.27, "damping": 1.1}
+LEVELS, FREQUENCIES = [2.0, 5.0, 10.0], np.linspace(6.0, 13.0, 12)
 
 
 def problem(**contact: float) -> ss.Problem:
     """Slipping in some points of the highest levels only: they alone tell friction."""
-    law = ss.FrictionContact(**({"kt": 100.0, "mu": 0.3, "normal_load": 15.0} | contact))
+    law = ss.FrictionContact(**({"kt": 100.0, "mu": 0.3, "normal_load": 20.0} | contact))
     pair = ss.ContactPair(name="damper", contact=law, tangential="x")
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
     return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
@@ -86,7 +86,7 @@ def test_noise_that_grows_with_what_is_measured() -> None:
         assert ratio == pytest.approx(found.relative_noise / 0.01, rel=0.02)
     spread = told.dataset.standard_deviation.values[..., 0, 1]
     fitted = told.dataset.fitted.values
-    np.testing.assert_allclose(spread, 0.01 * np.hypot(fitted[..., 0, 1], fitted[..., 0, 2]) / np.sqrt(2), rtol=1e-4)
+    np.testing.assert_allclose(spread, 0.01 * np.hypot(fitted[..., 0, 1], fitted[..., 0, 2]) / np.sqrt(2), rtol=1e-2)
     assert found.dataset.attrs["weights"] in found.summary()
     with raises_fault("relative_noise", says="between 0 and 1"):
         ss.identify(problem(), data, START, relative_noise=1.0)

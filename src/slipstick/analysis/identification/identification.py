@@ -71,6 +71,8 @@ _FAR = 0.1
 """Misfit above which a fit ended far from what was measured."""
 _ROUNDING = 1e-6
 """Misfit below which what is left is that of the solution, no noise."""
+_LEAST_NOISE = 2e-4
+"""Misfit below which weights are not taken from what is left: it is rather what the model and its harmonics lack."""
 _TRIED, _FURTHER, _WIDE = 16, 3, 10.0
 """Where it ended far away so many other starts are compared, within this factor of the start where there are no bounds,
 and the parameters fitted from so many of them."""
@@ -800,10 +802,8 @@ def _further(request: _Request, best: _End, compared: Sequence[_Tried]) -> tuple
 def _weighted(request: _Request, end: _End) -> tuple[_Request, _End, Noise | None]:
     """The fit with numbers weighted by noise that depends on it: a given share of them, or found from what is left."""
     weights: Noise | None = None
-    if not request.relative and (request.known or end.misfit > _FAR):
+    if not request.relative and (request.known or not _LEAST_NOISE < end.misfit < _FAR):
         return request, end, None  # each number has its own, or what is left is no noise
-    if end.misfit < _ROUNDING:
-        return request, end, None
     for _ in range(_WEIGHTED):
         if request.relative:
             noise: Noise | None = given_noise(request.measured, end.predicted, request.absolute, request.relative)
@@ -976,7 +976,7 @@ def _checked(
         shift = np.zeros(len(end.p))
         shift[free] = each.shift * size[free]
         left_out.append(each._replace(shift=shift))
-        moved = np.flatnonzero(np.abs(shift) > errors) if each.told else []
+        moved = np.flatnonzero((np.abs(shift) > errors) & each.told)
         if len(moved):
             values = [f"{request.names[k]} would be about {end.p[k] + shift[k]:.4g}" for k in moved]
             told.append(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -157,7 +158,7 @@ class Scaled:
             out.append(self._back(self.factor * rate + moved * x, slope))
         return np.array(out)
 
-    def _numbers(self, values: Array) -> Array:
+    def _numbers(self, values: Array) -> Any:
         """Those that the factor is of."""
         if isinstance(self.measured, Backbone):
             return values[:, 1]
@@ -166,7 +167,7 @@ class Scaled:
             return np.asarray(first)
         return values
 
-    def _back(self, numbers: Array, like: Array) -> Array:
+    def _back(self, numbers: Any, like: Array) -> Array:
         if isinstance(self.measured, Backbone):
             return np.column_stack([like[:, 0], numbers.real])
         if self._complex:
@@ -180,7 +181,8 @@ class Scaled:
         """Whether one complex number was measured at a point: a shift in time turns those of others by more."""
         if not isinstance(self.measured, Vibration) or self.measured.of_amplitude:
             return False
-        there = np.isfinite(self.measured.values).reshape(-1, self.measured.values.shape[-1]).any(axis=0)
+        values = self.measured.values
+        there = np.asarray(np.isfinite(values).reshape(-1, values.shape[-1]).any(axis=0), dtype=bool)
         return bool(there[1::2].sum() == 1 and np.array_equal(there[1::2], there[2::2]) and not there[0])
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.analysis.identification.measured import QUANTITIES, Backbone, Decay, Loops, Measured, Vibration
 from slipstick.typing import Array, IntArray
@@ -30,6 +31,8 @@ _SMALLEST = 1e-6
 """Noise that is a share of a number does not vanish with it: of the largest number this share is left."""
 _SURE = 0.9999
 """Probability with which noise alone would not look so."""
+_WEIGHTY = 1000
+"""Numbers with the largest part in a parameter, of which that is counted."""
 _NEIGHBOURS = 15
 """Neighbours in frequency, at least, from which a correlation is told."""
 _CORRELATED = 3.5
@@ -52,12 +55,12 @@ def sizes(measured: Measured, predicted: Array) -> dict[str, Array]:
     own = np.empty_like(predicted)
     own[..., 0] = np.abs(predicted[..., 0])
     own[..., 1::2] = own[..., 2::2] = moduli
+    whole = np.broadcast_to(np.sqrt(np.sum(moduli**2, axis=-1, keepdims=True)), own.shape)
+    if isinstance(measured, Loops):  # their coefficients are of samples that have the same noise
+        return {"of the loop": whole}
     found = {"of each complex number": own}
     if np.isfinite(measured.values[..., 1:]).reshape(-1, predicted.shape[-1] - 1).any(axis=0).sum() > 2:
-        whole = np.sqrt(np.sum(moduli**2, axis=-1, keepdims=True))
-        found["of the loop" if isinstance(measured, Loops) else "of the vibration at the point"] = np.broadcast_to(
-            whole, own.shape
-        )
+        found["of the vibration at the point"] = whole
     return found | (_of_level(measured, own) if isinstance(measured, Vibration) else {})
 
 
@@ -91,7 +94,7 @@ def given_noise(measured: Measured, predicted: Array, absolute: Array | None, re
     return Noise(deviations=deviations, relative=relative, text=f"noise {100 * relative:.3g} % {words}, as given")
 
 
-def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, used: Array) -> Noise | None:
+def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, used: NDArray[np.bool_]) -> Noise | None:
     """Unequal noise where the residuals show it, else None.
 
     Parameters
@@ -207,7 +210,7 @@ class Whiteness(NamedTuple):
         return float(np.sqrt((1.0 + r) / (1.0 - r)))
 
 
-def neighbours(measured: Measured, used: Array) -> IntArray:
+def neighbours(measured: Measured, used: NDArray[np.bool_]) -> IntArray:
     """Pairs (k, 2) of fitted numbers, counted among those used, that were measured next to each other."""
     place = np.full(used.shape, -1)
     place[used] = np.arange(used.sum())
@@ -257,20 +260,30 @@ class Robust(NamedTuple):
     """Standard errors from the residuals themselves, over those from the noise, and for which that is no accident."""
 
     factor: Array
-    told: Array
+    told: NDArray[np.bool_]
 
 
 def robust(gain: Array, left: Array, J: Array, deviation: float) -> Robust:
     """Of parameters that weighted residuals move by ``gain`` (n_p, m)."""
     from scipy.stats import chi2
 
-    leverage = np.sum(_basis(J) ** 2, axis=1)
-    free = 1.0 - leverage
+    basis = _basis(J)
+    free = 1.0 - np.sum(basis**2, axis=1)
     square = np.where(free > 1e-6, left**2 / np.maximum(free, 1e-6), deviation**2)
     model = deviation**2 * np.sum(gain**2, axis=1)
     ratio = np.sum(gain**2 * square, axis=1) / model
-    freedom = np.sum(gain**2, axis=1) ** 2 / np.sum(gain**4, axis=1)
+    freedom = np.array([_freedom(row, basis, free) for row in gain])
     return Robust(np.sqrt(ratio), ratio > chi2.ppf(_SURE, freedom) / freedom)
+
+
+def _freedom(gain: Array, basis: Array, free: Array) -> float:
+    """Degrees of freedom of such an error (R. M. Bell, D. F. McCaffrey, Survey Methodology 28, 2002, 169-181)."""
+    most = np.argsort(-np.abs(gain))[:_WEIGHTY]
+    most = most[free[most] > 1e-6]
+    between = -basis[most] @ basis[most].T
+    between[np.diag_indices(len(most))] += 1.0
+    share = gain[most] ** 2 / free[most]
+    return max(float(np.sum(share * np.diag(between)) ** 2 / (share @ between**2 @ share)), 1.0) if len(most) else 1.0
 
 
 def levels(measured: Measured) -> list[tuple[str, IntArray]]:
@@ -298,7 +311,7 @@ class Without(NamedTuple):
 
 
 def without_levels(
-    measured: Measured, used: Array, left: Array, J: Array, deviation: float, freedom: int
+    measured: Measured, used: NDArray[np.bool_], left: Array, J: Array, deviation: float, freedom: int
 ) -> list[Without]:
     """How parameters move where one level is left out, from weighted residuals and derivatives."""
     from scipy.stats import f

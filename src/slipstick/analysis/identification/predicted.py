@@ -41,8 +41,10 @@ class Predictor(Protocol):
 
     several: int
     """Points at which more than one motion was found."""
-    solved: int
-    """Motions solved for so far."""
+
+    @property
+    def solved(self) -> int:
+        """Motions solved for so far."""
 
     def begin(self, p: Array) -> bool:
         """Choose the motions that are meant, at parameters (n_p,); whether they are others than before."""
