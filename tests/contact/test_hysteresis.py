@@ -140,7 +140,7 @@ def test_loops_of_tiny_motions_are_in_the_middle_and_dissipate(n):
     assert 2.0 * np.pi * response.work[0] == pytest.approx(area, rel=1e-6)
 
 
-@pytest.mark.parametrize("n", [1.0, 1.3, 4.0, 40.0])
+@pytest.mark.parametrize("n", [1.0, 1.3, 4.0])
 @pytest.mark.parametrize("share", [np.nextafter(-1.0, 0.0), -0.999, 0.0, 1.0])
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e6])
 def test_bouc_wen_states_are_periodic_whatever_the_sign_and_the_shift(n, share, size):

@@ -37,7 +37,8 @@ _PANEL = 2.0
 _NEAR = 0.25
 """Part of that for a panel that begins or ends where ``|z|^n`` is not smooth, whose nodes crowd there."""
 _SATURATED, _PERIODIC = 1e-14, 1e-13
-_MOST = 100
+_MOST, _MOST_STEPS = 100, 100_000
+"""Periods of Newton's method; steps of a way, and panels of it: beyond them the force is not a number."""
 _AT_CORNER = 1e-11
 """z over its largest value that counts as zero to the panels: the march is no better."""
 _ZERO, _ROUNDING = 1e-15, 1e-14
@@ -141,8 +142,9 @@ def advance(y: Array, way: float, s: float, p: Array, k: Any, full: bool, stop: 
     """Carry ``y`` along a way without reversal, or ``stop`` where z becomes zero; what is left of the way."""
     K, at, _, kept = k
     n, largest = p[2], (p[0] + p[1]) ** (-1.0 / p[2])
-    left, fresh = way, True
+    left, fresh, made = way, True, 0
     while left > 0.0:
+        made += 1
         if abs(s * largest - y[_Z]) <= _SATURATED * largest:
             y[_D] += s * largest - y[_Z] - s * left
             y[_LOG] -= n / largest * left
@@ -179,7 +181,7 @@ def advance(y: Array, way: float, s: float, p: Array, k: Any, full: bool, stop: 
         if now < longest or proposed > kept[0]:
             kept[0] = proposed
         z = at[_Z]
-        if not np.isfinite(z):
+        if made > _MOST_STEPS or not abs(z) <= 1e300:
             y[:] = np.nan
             return 0.0
         after = -s * K[6, _D]
@@ -338,8 +340,12 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
         add_motion(jump, a, m, wave)
         c[:L] += wave
         c[L] += jump * a
-        t = a
+        t, made = a, 0
         while t < b:
+            made += 1
+            if made > _MOST_STEPS or not abs(y[_Z]) <= 1e300:
+                f[:], by[:] = np.nan, np.nan
+                return np.nan
             h = min(longest, b - t)
             way = abs(moved(t, t + h, X, m, v))
             size, unloads = abs(y[_Z]), y[_Z] * s < 0.0 and abs(y[_Z]) > _AT_CORNER * reach
