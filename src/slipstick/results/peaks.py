@@ -15,6 +15,8 @@ PROMINENCE = 1e-3
 Between solved points motion is known to some 2e-4 of itself, and cubics are corrected from 1e-3 on: whether a shallower
 maximum is seen depends on where these points come to lie.
 """
+_UNSEEN = 3e-4
+"""Part of a height by which a minimum is at most deeper than the points: where it is more a point is put."""
 _EQUAL = 1e-6
 """Part of a height by which another maximum is not higher."""
 
@@ -68,4 +70,4 @@ def _lowest(x: Array, y: Array, count: int) -> float:
     p, q = (y[k - 1] - y[k]) / a, (y[k + 1] - y[k]) / b
     bend = (q - p) / (b - a)
     slope = p - bend * a
-    return float(y[k] - 0.25 * slope**2 / bend) if bend > 0.0 else float(y[k])
+    return float(y[k] - min(0.25 * slope**2 / bend, _UNSEEN * y[k])) if bend > 0.0 else float(y[k])

@@ -40,8 +40,8 @@ from slipstick.typing import Array, BoolArray, IntArray
 MOST_UNKNOWNS = 50
 """Unknowns up to which a curve is followed with others: of more, batches of matrices cost what they save elsewhere.
 
-Measured by ``benchmarks/ensembles.py sizes``: chains of oscillators take in lockstep 0.2 of the processor time of each
-alone at 21 unknowns, 0.5 at 42, 0.8 to 1.0 at 63, 1.0 to 1.4 at 84.
+Chains of oscillators, 32 cases, take in lockstep 0.2 of the processor time of each alone at 21 unknowns, 0.5 at 42, 0.8
+at 63, 1.0 at 84; 6 cases 0.5 at 21 and 0.7 at 42. ``benchmarks/ensembles.py sizes`` measures it again.
 """
 MOST_CURVES = 256
 """So many are followed side by side: of twice as many each takes hardly less time."""
