@@ -212,8 +212,10 @@ def test_suspicious_tables_are_warned_of():
     assert len(told) == len(found.warnings) > 0
     turned = measured()
     turned["receptance"] = turned.receptance.where(abs(turned.omega - 5.0) > 0.2, turned.receptance.conj())
-    with pytest.warns(SlipstickWarning, match="passivity"):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", SlipstickWarning)
         ss.models.tabulated_structure(turned)
+    assert any("passivity" in str(one.message) for one in told)
 
 
 def test_files_hold_it(tmp_path):
