@@ -143,7 +143,7 @@ def test_a_noise_floor_is_taken_off_and_resonances_stay(lines):
         smooth = ss.models.tabulated_structure(data)
     off, peaks = np.abs(smooth.values - exact) / (1e-3 * largest), np.abs(exact) > 0.3 * largest
     assert np.sqrt(np.mean(off[~peaks] ** 2)) < 0.6
-    assert np.sqrt(np.mean(off[peaks] ** 2)) < 1.5
+    assert np.sqrt(np.mean(off[peaks] ** 2)) < 2.0  # 400 lines: one or two in the width of a resonance
     assert smooth.natural_frequencies.size < 10
 
 
@@ -211,9 +211,11 @@ def test_suspicious_tables_are_warned_of():
         found = ss.models.tabulated_structure(late, beyond="line")
     assert len(told) == len(found.warnings) > 0
     turned = measured()
-    turned["receptance"] = turned.receptance.conj()
-    with pytest.warns(SlipstickWarning, match="passivity"):
+    turned["receptance"] = turned.receptance.where(abs(turned.omega - 5.0) > 0.2, turned.receptance.conj())
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", SlipstickWarning)
         ss.models.tabulated_structure(turned)
+    assert any("passivity" in str(one.message) for one in told)
 
 
 def test_files_hold_it(tmp_path):
