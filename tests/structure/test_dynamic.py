@@ -11,7 +11,6 @@ from scipy import sparse
 
 import slipstick as ss
 from slipstick.structure import matrices
-from slipstick.structure.dynamic import structure_values
 from slipstick.structure.modal import LoadShape
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
 
@@ -115,7 +114,6 @@ def test_copies(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_without_viscous_damping_there_is_no_factor_on_it() -> None:
     assert "damping" not in ss.MatrixStructure(M=[[1.0]], K=[[1.0]], dofs=["x"]).values
     assert "damping" not in ss.ModalStructure(omega=[1.0], mode_shapes=[[1.0]], dofs=["x"]).values
-    assert structure_values(object()) == {}
 
 
 def test_one_loss_factor_in_place_of_many() -> None:

@@ -88,7 +88,7 @@ def _vector(load: Load, problem: Problem) -> Array:
     """Forces on the dofs for a unit load: of a support, ``M r``."""
     pattern = load.dof if load.base is None else load.base
     r = problem.direction_matrix([{pattern: 1.0} if isinstance(pattern, str) else dict(pattern or {})])[:, 0]
-    mass: Any = getattr(problem.structure, "M", None)
+    mass: Any = problem.structure.M
     return r if load.base is None else np.asarray(mass @ r, dtype=np.float64)
 
 
@@ -101,7 +101,7 @@ def base_faults(
     base: Mapping[str, float] | str, structure: Structure | None, dofs: Sequence[str] | None
 ) -> Iterator[Fault]:
     """Why a moving support cannot be computed; of a structure that is not known, perhaps its ``dofs``."""
-    if structure is not None and not hasattr(structure, "M"):
+    if structure is not None and structure.M is None:
         name = base if isinstance(base, str) else "x"
         if isinstance(base, str) and f"base {base}" in structure.load_shapes:
             return

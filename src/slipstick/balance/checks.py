@@ -74,13 +74,13 @@ def problem_faults(problem: Problem, wrong: Collection[str] = ()) -> Iterator[Fa
         yield from (fault.inside("load", i) for fault in faults)
     if not {"thermal", "states"} & set(wrong):
         yield from _state_faults(problem)
-    if "structure" not in wrong and hasattr(problem.structure, "unbalanced"):
+    if "structure" not in wrong and problem.structure.n_rigid:
         yield from _balance_faults(problem, problem.structure)
     if "friction" not in wrong and problem.friction < 0:
         yield Fault("friction", found=f"{problem.friction:g}", expected="a finite number >= 0")
 
 
-def _balance_faults(problem: Problem, structure: Any) -> Iterator[Fault]:
+def _balance_faults(problem: Problem, structure: Structure) -> Iterator[Fault]:
     """Contacts and static loads that push a structure away that is not held; others are refused elsewhere."""
     place = {dof: i for i, dof in enumerate(structure.dofs)}
 

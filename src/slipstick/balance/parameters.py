@@ -20,7 +20,7 @@ from slipstick.contact.names import block_of
 from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
-from slipstick.structure.dynamic import FACTOR_UNITS, SPEED, structure_values
+from slipstick.structure.dynamic import FACTOR_UNITS, SPEED
 
 if TYPE_CHECKING:
     from slipstick.balance.batches import Batch
@@ -80,7 +80,7 @@ def parameter_target(problem: Parts, name: str) -> Target:
     load = find_load(problem, name)
     if load is not None:
         return Target(quantity=load[1], load=load[0])
-    if name in structure_values(problem.structure):
+    if name in problem.structure.every_value:
         return Target(quantity=name, structure=True)
     raise InputError(Fault(statement=f"there is no parameter '{name}'", remedy=_meant(problem, name)))
 
@@ -159,7 +159,7 @@ def known_parameters(problem: Parts) -> Iterator[str]:
     yield from dict.fromkeys(f"{ALL}.{quantity}" for pair in problem.contacts for quantity in pair.quantities)
     yield from dict.fromkeys(f"{RUBBING}.{part}" for pair in problem.contacts for part in pair.rubbing.names)
     yield from load_names(problem)
-    yield from structure_values(problem.structure)
+    yield from problem.structure.every_value
     yield from FACTORS
 
 

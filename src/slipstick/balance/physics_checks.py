@@ -68,7 +68,7 @@ def problem_warnings(
     ]
     sentences += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
     # without hold there is no static stiffness, and contacts make the first frequencies
-    held = getattr(problem.structure, "held", True)
+    held = problem.structure.held
     if static is None and held and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
         static = _static(problem)
     if static is not None and held:

@@ -38,7 +38,6 @@ from slipstick.faults import (
 )
 from slipstick.state.contact_state import ContactState, StateModel
 from slipstick.state.thermal.model import ThermalModel
-from slipstick.structure.dynamic import structure_values
 from slipstick.structure.protocol import Structure
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Matrix, Orders, Real
@@ -309,7 +308,7 @@ class Problem:
         if target.load is not None:
             return target.load.value(target.quantity)
         if target.structure:
-            return structure_values(self.structure)[target.quantity]
+            return self.structure.every_value[target.quantity]
         if not target.members:
             return float(getattr(self, target.quantity))
         values = [self.contacts[p].values(target.quantity) for p, k in target.members]
@@ -371,7 +370,8 @@ def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
 
 def _units(problem: Problem) -> Units:
     """Those given; where these name none, those of the structure, if it knows any."""
-    return Units.of(problem.units).filled(getattr(problem.structure, "units", None))
+    known = problem.structure.units if isinstance(problem.structure, Structure) else None
+    return Units.of(problem.units).filled(known)
 
 
 def _ratio(period_ratio: Any) -> tuple[int, int]:

@@ -53,7 +53,7 @@ class Support:
 def support_of(problem: Problem) -> Support | None:
     """What holds the structure in harmonic 0; None where it is held by itself. InputError where nothing holds it."""
     structure: Any = problem.structure
-    if getattr(structure, "held", True):
+    if structure.held:
         return None
     directions = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float)
     fixing = _fixing(problem)

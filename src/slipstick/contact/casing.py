@@ -203,12 +203,13 @@ _SEEN = 1e-9
 
 def _of_wave(profile: Profile, wave: Any, lobes: int, backward: bool) -> tuple[int, bool]:
     """Engine order of the fundamental, and sense of rotation; InputError for a profile without the symmetry."""
-    E = getattr(wave, "engine_order", None)
-    if E is None:
+    around = getattr(wave, "around", None)
+    if around is None or around.whole:
         raise wrong("wave", wave, "a travelling wave, sector.travelling_wave(engine_order)")
     if lobes != 1 or backward:
         name = "lobes" if lobes != 1 else "backward"
         raise InputError(Fault(name, "is given together with wave", remedy="the engine order of the wave tells it"))
+    E = around.engine_order
     if E == 0:
         raise InputError(Fault("wave", found="engine order 0", expected="one whose frequency is that of a rotation"))
     series = profile_series(profile, range(1, HIGHEST_LOBES + 1))

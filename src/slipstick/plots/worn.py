@@ -164,7 +164,7 @@ class _Seen(NamedTuple):
 def _seen(branch: OneBranch) -> _Seen | None:
     """The surface where it is known and contacts lie on it."""
     problem: Any = getattr(branch, "problem", None)
-    skin = getattr(getattr(problem, "structure", None), "skin", None)
+    skin = None if problem is None else problem.structure.skin
     if skin is None:
         return None
     nodes = contact_nodes(problem)

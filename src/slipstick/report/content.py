@@ -267,8 +267,7 @@ MOST_SHAPE_NODES = 1500
 
 def shape_of(branch: Branch) -> dict[str, Any] | None:
     """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
-    structure: Any = getattr(branch.problem, "structure", None)
-    skin: Skin | None = getattr(structure, "skin", None)
+    skin = None if branch.problem is None else branch.problem.structure.skin
     if skin is None or not len(branch):
         return None
     coarse = None

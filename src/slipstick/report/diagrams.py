@@ -28,9 +28,11 @@ def diagram_of(branch: Branch) -> dict[str, Any] | None:
 
     None of anything else, of large matrices and of finite element sectors, whose nodal diameters would all be computed.
     """
-    structure: Any = None if branch.problem is None else branch.problem.structure
+    if branch.problem is None:
+        return None
+    structure = branch.problem.structure
     orders = [int(n) for n in branch.harmonics.orders if n > 0][:_MOST_ORDERS]
-    if not len(branch) or not orders or len(getattr(structure, "dofs", ())) > MOST_DOFS:
+    if not len(branch) or not orders or len(structure.dofs) > MOST_DOFS:
         return None
     omega = branch.table["omega"].to_numpy()
     if isinstance(structure, TravellingWave) and isinstance(structure.sector, CyclicStructure):

@@ -57,7 +57,7 @@ def deflection_of(
     if branch.problem is None:
         raise InputError(f"the problem of this branch is not known: {branch.without}")
     structure: Any = branch.problem.structure
-    if getattr(structure, "skin", None) is None:
+    if structure.skin is None:
         raise InputError("the structure of this branch has no surface to be seen; a model with a mesh has one")
     points = range(len(branch)) if points is None else points
     skin, known = _seen(structure, coarse), None

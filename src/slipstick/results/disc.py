@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -40,14 +40,14 @@ class Disc(NamedTuple):
 
 def disc_of(branch: Branch) -> Disc | None:
     """The disc of which these are results; None where they are of something else, or without their problem."""
-    structure: Any = None if branch.problem is None else branch.problem.structure
-    sectors = getattr(structure, "sectors", None)
-    if sectors is None:
+    around = None if branch.problem is None else branch.problem.structure.around
+    if around is None:
         return None
+    sectors = around.sectors
     places = {str(name): place for place, name in enumerate(branch.table["dof"].to_numpy())}
-    if not getattr(structure, "whole_disc", False):
+    if not around.whole:
         dofs = {name: [place] * sectors for name, place in places.items() if "@" not in name}
-        return Disc(sectors, structure.engine_order, False, dofs)
+        return Disc(sectors, around.engine_order, False, dofs)
     names = dict.fromkeys(name.rpartition("@")[0] for name in places)
     every = {name: [places.get(f"{name}@{s}", -1) for s in range(sectors)] for name in names}
     return Disc(sectors, 0, True, {name: where for name, where in every.items() if min(where) >= 0})

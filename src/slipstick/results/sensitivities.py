@@ -13,7 +13,6 @@ from slipstick.balance.parameters import parameter_path, parameter_units
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names
 from slipstick.results.schema import VARIABLES, state_names
-from slipstick.structure.dynamic import structure_values
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def parameter_names(problem: Problem, asked: Any = None) -> tuple[str, ...]:
     """
     if asked is None:
         of_contacts = [f"{pair.name}.{quantity}" for pair in problem.contacts for quantity in pair.quantities]
-        known = [*of_contacts, *load_names(problem), *structure_values(problem.structure, every=False)]
+        known = [*of_contacts, *load_names(problem), *problem.structure.values]
         return tuple(name for name in dict.fromkeys(known) if _can_vary(problem, name))
     chosen, faults = names("parameters", asked, 'a name such as "damper.mu"'), Gathering()
     for name in chosen:

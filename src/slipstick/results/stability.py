@@ -190,7 +190,7 @@ def ranks(problem: Problem) -> tuple[str, ...]:
 
 def is_wave(problem: Problem) -> bool:
     """Whether the structure is a sector in a travelling wave, whose disturbances have wave numbers."""
-    return hasattr(problem.structure, "phase_number")
+    return problem.structure.around is not None and not problem.structure.around.whole
 
 
 def stability_values(

@@ -64,7 +64,7 @@ def strains_of(branch: Branch) -> Strains:
     if branch.problem is None:
         raise InputError(f"stress: the problem of this branch is not known: {branch.without}")
     structure = branch.problem.structure
-    strains = getattr(structure, "strains", None)
+    strains = structure.strains
     if strains is None:
         raise InputError(
             Fault(
@@ -73,8 +73,7 @@ def strains_of(branch: Branch) -> Strains:
                 remedy='ask for them where a model with a mesh is reduced: ss.reduced_body(model, ..., stress="all")',
             )
         )
-    known: Strains = strains
-    return known
+    return strains
 
 
 def stress_of(branch: Branch, points: Points = None, at: Any = None) -> xarray.Dataset:

@@ -32,7 +32,7 @@ from slipstick.structure.checks import (
     symmetry_faults,
 )
 from slipstick.structure.dynamic import checked_values
-from slipstick.structure.protocol import Structure, TimeEquations
+from slipstick.structure.protocol import Around, Structure, TimeEquations
 from slipstick.structure.receptance import Receptance, Waves
 from slipstick.structure.truncation import Truncation
 from slipstick.typing import AnyArray, Array, ComplexArray
@@ -410,6 +410,11 @@ class TravellingWave(Structure):
         return self.sector.sectors
 
     @property
+    def around(self) -> Around:
+        """How it goes round the disc."""
+        return Around(self.sectors, self.engine_order, whole=False)
+
+    @property
     def arguments(self) -> dict[str, Any]:
         """What an equal wave is made from."""
         return {"sector": self.sector, "engine_order": self.engine_order}
@@ -459,7 +464,7 @@ class TravellingWave(Structure):
             )
         return np.asarray(ratios, dtype=float)
 
-    def resonances(self, orders: Iterable[int]) -> Array:
+    def resonances(self, orders: Array) -> Array:
         """Frequencies at which one of the harmonics meets a natural frequency of its own nodal diameter, ascending."""
         found = [self.sector.phase_modes(self.phase_number(m)).omega / m for m in orders if m]
         return np.unique(np.concatenate([np.zeros(0), *found]))

@@ -14,7 +14,7 @@ from slipstick.faults import number, shown, suggestion, whole
 from slipstick.structure.checks import array_faults, directions, known_shapes, number_faults, real, symmetry_faults
 from slipstick.structure.cyclic import DIAGONAL, NEXT, CyclicStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.protocol import TimeEquations
+from slipstick.structure.protocol import Around, TimeEquations
 from slipstick.structure.receptance import Factors, ModalReceptance, Receptance, SolvedReceptance
 from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, ComplexArray
@@ -153,9 +153,6 @@ class Disc(ModalStructure):
         For arrays of another shape, and deviations that make the disc unstable.
     """
 
-    whole_disc = True
-    """Its dofs are those of every sector."""
-
     def __init__(
         self,
         *,
@@ -194,6 +191,11 @@ class Disc(ModalStructure):
             damping_ratio=self._ratios(omega, turned), load_shapes=shapes, second_residual=self._tuned.second,
         )  # fmt: skip
         self._turned, self.units = turned, sector.units
+
+    @property
+    def around(self) -> Around:
+        """All of it."""
+        return Around(self.sectors, 0, whole=True)
 
     def _modes(self) -> tuple[Array, Array]:
         """Frequencies of the disc, and its modes by the tuned ones."""

@@ -71,15 +71,6 @@ class DynamicStiffness:
         return replace(self, **own)
 
 
-def structure_values(structure: Any, *, every: bool = True) -> Mapping[str, float]:
-    """Named parameters of a structure, which it may have or not; without ``every`` those that are asked for by default.
-
-    The others, ``further_values``, are as many as it has modes.
-    """
-    further = getattr(structure, "further_values", {}) if every else {}
-    return {**getattr(structure, "values", {}), **further}
-
-
 def checked_values(known: Mapping[str, float], values: Mapping[str, Any]) -> dict[str, float]:
     """New values of parameters a structure has, >= 0 but for a speed; InputError for others."""
     for name in values:
@@ -89,8 +80,3 @@ def checked_values(known: Mapping[str, float], values: Mapping[str, Any]) -> dic
         name: number(name, value) if name == SPEED else number(name, value, "a number >= 0", above=0.0)
         for name, value in values.items()
     }
-
-
-def turning_with(structure: Any, omega: float) -> Any:
-    """A structure as it is at a fundamental frequency: at the speed that this is tied to; others as they are."""
-    return structure.turning_with(omega) if hasattr(structure, "turning_with") else structure

@@ -62,6 +62,11 @@ class FreeStructure(Structure):
         return self.elastic.dofs
 
     @property
+    def n_rigid(self) -> int:
+        """Number of its rigid-body modes."""
+        return self.rigid_shapes.shape[1]
+
+    @property
     def units(self) -> Units | None:
         """Those of the elastic modes."""
         return self.elastic.units

@@ -264,6 +264,11 @@ class MatrixStructure(Structure):
             new.__dict__.pop(known, None)
         return new
 
+    @property
+    def tied(self) -> bool:
+        """Whether its speed is tied to the frequency of the response."""
+        return self.engine_order is not None
+
     def turning_with(self, omega: float) -> MatrixStructure:
         """The structure at a fundamental frequency, rad/s: at the speed that this is tied to."""
         return self if self.engine_order is None else self.at_speed(omega / self.engine_order)

@@ -25,7 +25,7 @@ from slipstick.structure.checks import (
     real,
     symmetry_faults,
 )
-from slipstick.structure.dynamic import checked_values, structure_values
+from slipstick.structure.dynamic import checked_values
 from slipstick.structure.matrix_checks import fed_modes, semidefinite_to
 from slipstick.structure.npz import array_shapes, read_any, read_arrays
 from slipstick.structure.protocol import Structure, TimeEquations
@@ -421,7 +421,7 @@ class ModalStructure(Structure):
 
         Where a natural frequency changes, what the other modes and those left out add stays. InputError below 0.
         """
-        new, checked = copy(self), checked_values(structure_values(self), values)
+        new, checked = copy(self), checked_values(self.every_value, values)
         if "loss_factor" in checked:
             new.loss_factor = np.full(self.omega.shape, checked["loss_factor"])
         new.damping = checked.get("damping", self.damping)

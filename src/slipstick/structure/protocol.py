@@ -7,13 +7,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array
+from slipstick.units import Units
 
 if TYPE_CHECKING:
+    from slipstick.structure.skin import Skin
+    from slipstick.structure.strains import Strains
     from slipstick.structure.truncation import Truncation
 
 
@@ -31,6 +36,15 @@ class TimeEquations:
     rows: Array
     columns: Array
     feedthrough: Array
+
+
+class Around(NamedTuple):
+    """How a structure goes round a disc."""
+
+    sectors: int
+    engine_order: int
+    whole: bool
+    """Whether every sector has dofs of its own, ``tip@0`` to ``tip@23``."""
 
 
 class Structure(ABC):
@@ -66,6 +80,22 @@ class Structure(ABC):
         Whether ``project`` takes scipy sparse arrays of directions where there are many.
     covers
         Lowest and highest frequency that is answered, rad/s.
+    M
+        Mass matrix of the dofs, for supports that move; None: a load shape "base x" stands for it.
+    units
+        Names of its units, of a model that is imported; None: not known.
+    skin, strains
+        The surface and the elements that are seen besides; None: not known.
+    around
+        How it goes round a disc; None: it is not of a disc.
+    tied
+        Whether a speed of rotation is tied to the frequency of the response.
+    held
+        Whether it has a static compliance; else its contacts have to hold it.
+    n_rigid
+        Number of rigid-body motions along which forces have to be in balance.
+    couples
+        Whether damping or the gas couple its modes.
     """
 
     if TYPE_CHECKING:  # attributes or properties, as a structure likes
@@ -91,14 +121,32 @@ class Structure(ABC):
         @property
         def covers(self) -> tuple[float, float]: ...  # noqa: D102
 
+        @property
+        def units(self) -> Units | None: ...  # noqa: D102
+        @property
+        def around(self) -> Around | None: ...  # noqa: D102
+        @property
+        def tied(self) -> bool: ...  # noqa: D102
+        @property
+        def held(self) -> bool: ...  # noqa: D102
+        @property
+        def n_rigid(self) -> int: ...  # noqa: D102
+        @property
+        def couples(self) -> bool: ...  # noqa: D102
+
         sparse_directions: bool
         loss_factor: Any
+        M: Any
+        skin: Skin | None
+        strains: Strains | None
     else:
         load_shapes = ()
         values = further_values = MappingProxyType({})
         damping_ratios = energy_fed = self_excited = None
         loss_factor = 0.0
         sparse_directions, residuals, covers = False, "", (0.0, inf)
+        M = units = skin = strains = around = None
+        tied, held, n_rigid, couples = False, True, 0, False
 
     @abstractmethod
     def project(self, rows: Array, columns: Array, shapes: Sequence[str] = ()) -> Receptance:
@@ -119,6 +167,29 @@ class Structure(ABC):
         """
         del rows, columns, shapes, damping_at
         raise InputError(Fault("structure", f"a {type(self).__name__} does not tell its equations in time"))
+
+    @property
+    def every_value(self) -> Mapping[str, float]:
+        """Named parameters with those that are asked for by name alone, as many as it has modes."""
+        return {**self.values, **self.further_values}
+
+    def changed(self, **values: float) -> Self:
+        """A copy with other values of named parameters; InputError where it has none."""
+        raise InputError(f"a {type(self).__name__} has no parameters; {', '.join(values)} cannot be changed")
+
+    def turning_with(self, omega: float) -> Self:
+        """As it is at a fundamental frequency, rad/s: at the speed of rotation that is tied to it."""
+        del omega
+        return self
+
+    def resonances(self, orders: Array) -> Array | None:
+        """Frequencies at which harmonics meet a natural frequency, ascending; None: not known."""
+        natural = np.asarray(self.natural_frequencies, dtype=float)
+        return np.unique(np.divide.outer(natural[natural > 0.0], orders)) if natural.size else None
+
+    def unbalanced(self, columns: Array) -> Array:
+        """What forces along columns (n_dofs, k) push along the rigid-body motions, (n_rigid, k); 0 in balance."""
+        return np.zeros((0, columns.shape[1]))
 
     def truncations(self, order: int) -> tuple[Truncation, ...] | None:
         """What modes leave out of the motion that a harmonic has; empty: nothing; None: not known.

@@ -70,11 +70,7 @@ def _resonances(system: AnySystem) -> Array | None:
     balance = system.balance
     if isinstance(system, ParameterSystem) or balance.springs is not None:
         return np.empty(0)
-    structure = balance.problem.structure
-    if hasattr(structure, "resonances"):  # orders with natural frequencies of their own
-        return np.asarray(structure.resonances(balance.orders), dtype=float)
-    natural = np.asarray(structure.natural_frequencies, dtype=float)
-    return np.unique(np.divide.outer(natural[natural > 0.0], balance.orders)) if natural.size else None
+    return balance.problem.structure.resonances(balance.orders)
 
 
 class _OneByOne:

@@ -23,7 +23,6 @@ from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLi
 from slipstick.analysis.time_domain.piecewise_model import friction_system, sticks_and_slips
 from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
-from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ def _simulated(problem: Problem) -> bool:
     laws = [pair.contact for pair in problem.contacts]
     if any(sticks_and_slips(law) or law.regimes is not None or not law.in_time for law in laws):
         return False
-    if problem.contact_states or turning_with(problem.structure, 1.0) is not problem.structure:
+    if problem.contact_states or problem.structure.tied:
         return False
     try:
         model = _model(problem, (problem.outputs or problem.structure.dofs)[0])

@@ -224,7 +224,7 @@ def _modal(problem: Problem, number: int, dof: str) -> tuple[ModalStructure, Arr
     if not isinstance(structure, ModalStructure):
         name = type(structure).__name__
         raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")
-    if getattr(structure, "couples", False):
+    if structure.couples:
         raise InputError("damping or the gas couple the modes of the disc: there is no nonlinear mode of one of them")
     faults = motion_faults(problem)
     count = structure.omega.size

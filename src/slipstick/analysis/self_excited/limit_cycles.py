@@ -34,7 +34,6 @@ from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, Step, continuation
 from slipstick.solve.norm import relative
 from slipstick.structure.cyclic import TravellingWave
-from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array, Real
 
 CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
@@ -209,7 +208,7 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
             fault = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
             yield Fault(("contact", pair.name), fault, expected="friction, or forces of motion and velocity")
     yield from (state.self_excited_fault() for state in problem.contact_states)
-    if turning_with(problem.structure, 1.0) is not problem.structure:
+    if problem.structure.tied:
         tied = "the speed of rotation is tied to a frequency that is not known before"
         yield Fault(("structure", "engine_order"), tied, remedy="give the structure a fixed speed")
     if isinstance(problem.structure, TravellingWave):

@@ -16,7 +16,6 @@ from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import InputError
 from slipstick.structure.checks import dense
-from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array, IntArray
 
 IN_MOTION = 4.0
@@ -115,7 +114,7 @@ class LinearSystems:
 
     def _dynamics(self, values: Mapping[str, float], omega: float) -> Dynamics:
         structure = self._balance.problem.structure
-        own = turning_with(structure, omega)
+        own = structure.turning_with(omega)
         key = (*sorted(values.items()), *(() if own is structure else (("omega", omega),)))
         if key not in self._structures:
             changed = own.changed(**values) if values else own

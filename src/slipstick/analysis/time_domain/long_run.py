@@ -26,7 +26,6 @@ from slipstick.analysis.time_domain.swept import SweptPiecewise, SweptStepper, S
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.results.run_up import CONTACT_STATES
-from slipstick.structure.dynamic import turning_with
 from slipstick.typing import Array
 
 
@@ -247,7 +246,7 @@ def sweep_faults(problem: Problem, *, swept: bool) -> Iterator[Fault]:
         if swept and pair.contact.regimes is not None and any(map(np.any, tied)):
             said = f"the rubbing velocity of contact '{pair.name}' grows with the speed, and its law holds it constant"
             yield Fault("run_up", said, remedy="give it a fixed velocity, or integrate at one speed")
-    if swept and turning_with(problem.structure, 1.0) is not problem.structure:
+    if swept and problem.structure.tied:
         said = "the structure turns with the excitation, and its matrices are known at a constant speed alone"
         yield Fault("run_up", said, remedy="give the structure a fixed speed, or integrate at one speed")
     moved = any(problem.load_columns.motions)

@@ -14,7 +14,6 @@ from slipstick.contact.law import Law
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
 from slipstick.structure.checks import beside, dense
-from slipstick.structure.dynamic import turning_with
 from slipstick.structure.protocol import TimeEquations
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
@@ -53,7 +52,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     contact = problem.direction_matrix([*tangential, *(d for d in normal if d is not None), *ports])
     driven = problem.load_columns
     outputs = problem.direction_matrix({name: 1.0} for name in problem.outputs or ())
-    equations = turning_with(problem.structure, omega).time_equations(
+    equations = problem.structure.turning_with(omega).time_equations(
         dense(beside(contact, outputs)), dense(beside(contact, driven.vectors)), driven.shapes
     )
     h = problem.harmonics

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import copysign, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from slipstick.case.structure import Body
     from slipstick.fem.contact_points import ContactPoints
     from slipstick.models.reduced_body import ReducedBody
+    from slipstick.structure.cyclic import TravellingWave
     from slipstick.structure.protocol import Structure
     from slipstick.typing import Array
     from slipstick.units import Units
@@ -114,7 +115,9 @@ def _structure(case: Case, problem: Problem) -> None:
         say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")
     if unknown := untold(structure):
         say(f"not known of this structure: {', '.join(unknown)}")
-    if hasattr(structure, "harmonics"):
+    from slipstick.structure.cyclic import TravellingWave
+
+    if isinstance(structure, TravellingWave):
         _around(structure, problem.harmonics.orders)
 
 
@@ -129,7 +132,7 @@ def untold(structure: Structure) -> list[str]:
     return [words for words, known in about.items() if known is None]
 
 
-def _around(wave: Any, orders: Sequence[int]) -> None:
+def _around(wave: TravellingWave, orders: Sequence[int]) -> None:
     """How harmonics of a wave go round the disc."""
     say(f"wave of engine order {wave.engine_order} on {wave.sectors} sectors; harmonics and their nodal diameters:")
     for order, diameter, direction in wave.harmonics(orders):
