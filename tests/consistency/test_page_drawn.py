@@ -23,6 +23,7 @@ import slipstick as ss
 from slipstick.report.content import content_of
 from slipstick.report.encoding import packed
 from slipstick.results.deflection import deflection_of
+from slipstick.results.peaks import peak_points
 
 pytestmark = needs_node
 RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -140,7 +141,7 @@ def test_curves_are_those_of_the_branch_in_the_unit_chosen() -> None:
 
 def test_rings_and_table_are_the_located_peaks() -> None:
     data = branch().dataset
-    at = np.flatnonzero(data["peak_dof"].to_numpy() >= 0)
+    at = peak_points(data)
     dofs = [str(data["dof"].to_numpy()[d]) for d in data["peak_dof"].to_numpy()[at]]
     sizes = [float(data["amplitude"][p].sel(dof=d)) for p, d in zip(at, dofs, strict=True)]
     order = np.argsort(sizes)[::-1]

@@ -16,7 +16,7 @@ UNITS = {"length": "mm", "force": "N", "time": "s", "temperature": "degC"}
 
 def dataset(factor: float = 1.0) -> xarray.Dataset:
     """Two dofs and two contacts over 40 points of made up numbers, peaks at points 13 (of z) and 20 (of x)."""
-    amplitude = factor / np.abs(40 - OMEGA**2 + 0.4j * OMEGA)
+    x, z = (factor / np.abs(OMEGA[peak] ** 2 - OMEGA**2 + 0.4j * OMEGA) for peak in (20, 13))
     kinds, peak_of = np.full(40, "regular"), np.full(40, -1)
     kinds[[0, 13, 20]] = "start", "peak", "peak"
     peak_of[[13, 20]] = 1, 0
@@ -25,9 +25,9 @@ def dataset(factor: float = 1.0) -> xarray.Dataset:
         "omega": ("point", OMEGA.copy()),
         "kind": ("point", kinds),
         "peak_dof": ("point", peak_of),
-        "amplitude": (("point", "dof"), np.stack([amplitude, 2 * amplitude], axis=1)),
-        "mean": (("point", "dof"), np.stack([-amplitude, amplitude], axis=1)),
-        "dissipated_power": (("point", "contact"), np.stack([amplitude, 3 * amplitude], axis=1)),
+        "amplitude": (("point", "dof"), np.stack([x, 2 * z], axis=1)),
+        "mean": (("point", "dof"), np.stack([-x, z], axis=1)),
+        "dissipated_power": (("point", "contact"), np.stack([x, 3 * z], axis=1)),
         "friction_coefficient": (("point", "contact"), np.full((40, 2), 0.3)),
         "stick_fraction": (("point", "contact"), np.full((40, 2), 0.25)),
         "slip_fraction": (("point", "contact"), np.full((40, 2), 0.7)),

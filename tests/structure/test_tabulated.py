@@ -141,7 +141,7 @@ def test_a_noise_floor_is_taken_off_and_resonances_stay(lines):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)
         smooth = ss.models.tabulated_structure(data)
-    off, peaks = np.abs(smooth.values - exact) / (1e-3 * largest), np.abs(exact) > 0.3 * largest
+    off, peaks = np.abs(smooth.table - exact) / (1e-3 * largest), np.abs(exact) > 0.3 * largest
     assert np.sqrt(np.mean(off[~peaks] ** 2)) < 0.6
     assert np.sqrt(np.mean(off[peaks] ** 2)) < 2.0  # 400 lines: one or two in the width of a resonance
     assert smooth.natural_frequencies.size < 10

@@ -93,7 +93,7 @@ class CaseDone:
 
 @dataclass(frozen=True, kw_only=True)
 class Working:
-    """What an analysis does, told now and then where it takes long and nothing else is told."""
+    """What an analysis does, sent now and then where it takes long and no other event comes."""
 
     doing: str
     """In words, such as "steady sliding"; empty where it is on the way to the next point."""

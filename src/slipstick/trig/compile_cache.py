@@ -24,8 +24,8 @@ import numba
 from slipstick import __version__
 
 ROOMS = (
-    "trig", "solve/linear", "contact/kernel", "structure/kernel", "balance/kernel", "analysis/stability",
-    "analysis/time_domain/kernel",
+    "trig", "solve/linear", "contact/kernel", "contact/kernel/planar", "structure/kernel", "balance/kernel",
+    "analysis/stability", "analysis/time_domain/kernel",
 )  # fmt: skip
 """Folders of the package with compiled code."""
 
@@ -35,7 +35,7 @@ def code_key() -> str:
     """Key of all compiled code."""
     package = Path(__file__).parent.parent
     digest = hashlib.sha256(f"{__version__} {numba.__version__}".encode())
-    for path in sorted(path for room in ROOMS for path in (package / room).rglob("*.py")):
+    for path in sorted(path for room in ROOMS for path in (package / room).glob("*.py")):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -8,11 +8,12 @@ import numpy as np
 from helpers.reports import branch
 
 from slipstick.cli.verbs.run import peak_lines
+from slipstick.results.peaks import peak_points
 
 
 def test_peaks_are_told_the_largest_first() -> None:
     made = branch().dataset
-    at = np.flatnonzero(made["peak_dof"].to_numpy() >= 0)
+    at = peak_points(branch().table)
     dofs = made["peak_dof"].to_numpy()[at]
     truth = sorted(
         ((float(made["amplitude"][p, d]), "abz"[d], float(made["omega"][p])) for p, d in zip(at, dofs, strict=True)),

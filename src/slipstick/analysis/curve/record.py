@@ -84,7 +84,7 @@ class Run(ABC, Generic[R]):
         self.doing = ""
         self._clock = time.perf_counter() - begun
         self._listeners: tuple[EventFunction, ...] = request.listeners
-        self._told, self._felt, self._seeking = time.monotonic(), 0, False
+        self._told, self._felt, self._seeking = time.perf_counter(), 0, False
 
     @abstractmethod
     def points(self) -> Generator[Point, None, None]:
@@ -110,14 +110,14 @@ class Run(ABC, Generic[R]):
 
     def tell(self, event: Event) -> None:
         """Tell all who listen."""
-        self._told = time.monotonic()
+        self._told = time.perf_counter()
         for listener in self._listeners:
             listener(event)
 
     def feel(self) -> None:
         """An evaluation on the way to a point: where nothing was told for a while, tell, and let interrupts in."""
         self._felt += 1
-        if self._seeking and time.monotonic() - self._told >= _PAUSE:
+        if self._seeking and time.perf_counter() - self._told >= _PAUSE:
             pass_on()
             self.tell(Working(doing=self.doing, points=self.count, evaluations=self._felt, progress=self.progress))
 
