@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 import slipstick as ss
 from slipstick.contact.casing import profile_series
 from slipstick.errors import InputError
+from slipstick.structure.protocol import Around
 
 Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
@@ -203,7 +204,7 @@ def test_a_profile_may_be_its_series_or_round():
 
 class _Wave:
     def __init__(self, engine_order: int) -> None:
-        self.engine_order = engine_order
+        self.around = Around(12, engine_order, whole=False)
 
 
 @pytest.mark.parametrize(("engine_order", "sign"), [(-4, 1.0), (4, -1.0)])

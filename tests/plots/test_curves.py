@@ -53,11 +53,11 @@ def test_drawing_into_given_axes_goes_on_in_them() -> None:
 
 def test_references_are_thin_and_do_not_set_the_scale() -> None:
     plain = plots.response(dataset())
-    ax = plots.response(dataset(), references={"free": dataset(50.0)})
+    ax = plots.response(dataset(), references={"free": dataset(3.0)})
     assert ax.get_ylim()[1] == pytest.approx(plain.get_ylim()[1])
     free = next(line for line in ax.lines if line.get_label() == "free")
     assert free.get_linewidth() < ax.lines[0].get_linewidth()
-    np.testing.assert_allclose(drawn(free)[1], dataset(50.0)["amplitude"].values[:, 0])
+    np.testing.assert_allclose(drawn(free)[1], dataset(3.0)["amplitude"].values[:, 0])
     assert named(ax) == ["x", "free", "peak"]
     far = plots.response(dataset(), references={"free": dataset(1e9)})
     assert named(far) == ["x", "peak"]  # what is out of sight is not named

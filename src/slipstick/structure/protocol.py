@@ -51,7 +51,7 @@ class Structure(ABC):
     """A linear structure with named degrees of freedom; a structure of one's own derives from it.
 
     It needs ``dofs``, ``natural_frequencies`` and ``project``. The rest may be left out: what a structure does not tell
-    is said to be unknown.
+    is reported as unknown.
 
     A structure may have parameters that can be changed and followed by name, such as "loss_factor": ``values`` holds
     them by name, ``changed(**values)`` is a copy with others. Its receptances then have ``changed(**values)`` too, and
