@@ -74,7 +74,13 @@ def coefficients(X, m, v, beta, gamma, n):
                         y[1:] += s * largest * (integral(b) - integral(t))
                     break
                 found = solve_ivp(
-                    rates, (t, b), y, method="DOP853", rtol=1e-12, atol=1e-14 * most, events=saturated if side == s else zero
+                    rates,
+                    (t, b),
+                    y,
+                    method="DOP853",
+                    rtol=1e-12,
+                    atol=1e-14 * most,
+                    events=saturated if side == s else zero,
                 )
                 t, y = found.t[-1], found.y[:, -1]
                 if found.status == 1:

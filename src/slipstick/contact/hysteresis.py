@@ -17,7 +17,7 @@ from slipstick.typing import Array, Numbers, Reals
 
 MOST_SLIDERS = 10_000
 SHARPEST = 20.0
-"""Largest exponent of a Bouc-Wen element, up to which its accuracy was checked; at 40 it is lost."""
+"""Largest exponent of a Bouc-Wen element, up to which its accuracy was checked."""
 _STEP = 1e-30
 
 
@@ -232,7 +232,8 @@ class _Smooth(Hysteresis):
         """Forces of n elements with all derivatives.
 
         Their error is below 1e-8 of the limit, or of the largest force where that is less; that of derivatives
-        likewise, by n 1e-6; checked for n up to 20. Steps and panels follow the shortest scale of the law and a tolerance.
+        likewise, by n 1e-6; checked for motions up to 1e6 times the yield. Steps and panels follow the shortest scale
+        of the law and a tolerance.
         """
         from slipstick.contact.kernel.bouc_wen import RULE, run
 
@@ -365,7 +366,7 @@ class BoucWenContact(_Smooth):
             {"kt": kt, "beta": beta, "gamma": gamma, "n": n, "alpha": alpha},
             {
                 "kt": (0.0, np.inf, "a tangential contact stiffness > 0"), "beta": (0.0, np.inf, "a number > 0"),
-                "gamma": (-np.inf, np.inf, "a number"), "n": (below, SHARPEST, f"an exponent from 1 to {SHARPEST:g}"),
+                "gamma": (-np.inf, np.inf, "a number"), "n": (below, SHARPEST, f"a number from 1 to {SHARPEST:g}"),
                 "alpha": (-np.finfo(float).tiny, 1.0, "a ratio from 0 to 1"),
             },
         )  # fmt: skip

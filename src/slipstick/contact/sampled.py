@@ -15,7 +15,18 @@ import numpy as np
 
 from slipstick.contact.law import ByPort, Law, Motion, Response, TimeSlopes, add_to, default
 from slipstick.errors import InputError
-from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
+from slipstick.faults import (
+    MOST_ITEMS,
+    Gathering,
+    names,
+    number_or_numbers,
+    same_length,
+    shown,
+    table,
+    warn,
+    whole,
+    wrong,
+)
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray, Array, Numbers, Reals
 
@@ -120,11 +131,11 @@ class SampledLaw(Law):
         return _Sampled(self, motion, values, _times(self, motion.harmonics)).response()
 
     def respond_resolved(self, motion: Motion, values: Mapping[str, Array], edges: Edges) -> Response:
-        """As ``respond``, but sampled where the force changes fast: of a contact, which is without force where it is open.
+        """As ``respond``, but sampled where the force of a contact changes fast, and not at all where it is open.
 
         ``edges`` gives phases (k,) at which panels of integration end, of one element: where the force has corners,
         and closer and closer to where it nearly jumps. Panels are divided further until each resolves the force. The
-        error of the coefficients is about 1e-9 of the largest force, as long as ``MOST_PANELS`` suffice.
+        error of the coefficients is about 1e-9 of the largest force; where ``MOST_PANELS`` do not suffice it is told.
         """
         elements = [_one_element(motion, values, e) for e in range(len(motion.Q[0]))]
         responses = [_resolved(self, own, at, edges(own, at)).response() for own, at in elements]
@@ -347,6 +358,10 @@ class _Sampled:
         return {i: self.coefficients(slope) for i, slope in enumerate(self.slopes(self.q, self.rate, stepped))}
 
 
+_TOO_MANY = (
+    "a contact force changes too fast in time for its integration, which is less accurate than it should be; look at "
+    "the parameters of the contacts"
+)
 Edges = Callable[[Motion, Mapping[str, Array]], Array]
 MOST_PANELS = 5_000
 _RESOLVED = 1e-10
@@ -398,7 +413,8 @@ def _resolved(law: SampledLaw, motion: Motion, values: Mapping[str, Array], edge
         size = max(size, float(largest.max(initial=0.0)))
         coarse = _errors(force) * width / (2.0 * np.pi) > _RESOLVED * size  # what is not finite stays as it is
         total += _PARTS * int(coarse.sum())
-        if total > MOST_PANELS:  # it is noise
+        if total > MOST_PANELS:
+            warn([_TOO_MANY])
             coarse[:] = False
         acts = ~coarse & (largest != 0.0)
         kept.append((starts[acts], width[acts]))
