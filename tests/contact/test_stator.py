@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from slipstick.contact import sampled
+from slipstick.contact import sampled, stator
 from slipstick.contact.law import Motion
 from slipstick.errors import SlipstickWarning
 from slipstick.models import StatorContact
@@ -109,3 +109,15 @@ def test_too_many_panels_are_told(monkeypatch):
     law = StatorContact(kn=5.0, gap=1.0, mu=0.3, slip_velocity=0.1)
     with pytest.warns(SlipstickWarning, match="changes too fast in time"):
         law.respond(whirling(), values(law))
+
+
+def test_slopes_are_those_of_complex_steps():
+    rng, at = np.random.default_rng(0), {"kn": 5.0, "mu": 0.3, "gap": 1.0, "cn": 0.2, "slip_velocity": 0.4}
+    arguments = [[2.0 * rng.normal(size=(3, 50)) for _ in range(3)] for _ in range(2)]
+    table = {name: np.full((3, 1), value) for name, value in at.items()}
+    for k, found in enumerate(stator._slopes(*arguments, table)):
+        for j in range(3):
+            moved = [[part.astype(complex) for part in parts] for parts in arguments]
+            moved[k][j] = moved[k][j] + 1e-30j
+            for i, force in enumerate(stator._force(*moved, **table)):
+                np.testing.assert_allclose(found[i, j], np.imag(force) / 1e-30, rtol=0, atol=1e-12)

@@ -130,7 +130,9 @@ class SampledLaw(Law):
         """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""
         return _Sampled(self, motion, values, _times(self, motion.harmonics)).response()
 
-    def respond_resolved(self, motion: Motion, values: Mapping[str, Array], edges: Edges) -> Response:
+    def respond_resolved(
+        self, motion: Motion, values: Mapping[str, Array], edges: Edges, slopes: Slopes | None = None
+    ) -> Response:
         """As ``respond``, but sampled where the force of a contact changes fast, and not at all where it is open.
 
         ``edges`` gives phases (k,) at which panels of integration end, of one element: where the force has corners,
@@ -138,7 +140,7 @@ class SampledLaw(Law):
         error of the coefficients is about 1e-9 of the largest force; where ``MOST_PANELS`` do not suffice it is told.
         """
         elements = [_one_element(motion, values, e) for e in range(len(motion.Q[0]))]
-        responses = [_resolved(self, own, at, edges(own, at)).response() for own, at in elements]
+        responses = [_resolved(self, own, at, edges(own, at), slopes).response() for own, at in elements]
         if len(responses) == 1:
             return responses[0]
 
@@ -286,19 +288,27 @@ def _called(law: SampledLaw, q: list[AnyArray], velocity: list[AnyArray], values
 class _Sampled:
     """One evaluation: motion at phases ``tau`` (times,), and the transforms to and from coefficients.
 
-    ``weights`` (times,) of an integral over the period; those of equidistant times by default.
+    ``weights`` (times,) of an integral over the period; those of equidistant times by default. ``slopes`` of the force
+    by motion and velocity; by complex steps where they are not known.
     """
 
     def __init__(
-        self, law: SampledLaw, motion: Motion, values: Mapping[str, Array], tau: Array, weights: Array | None = None
+        self,
+        law: SampledLaw,
+        motion: Motion,
+        values: Mapping[str, Array],
+        tau: Array,
+        weights: Array | None = None,
+        slopes: Slopes | None = None,
     ) -> None:
         h = motion.harmonics
-        self.law, self.motion, self.given = law, motion, values
+        self.law, self.motion, self.given, self.known = law, motion, values, slopes
         self.omega = np.reshape(motion.omega, (-1, 1))
         self.basis = h.H_minus(tau)
-        self.slope = _basis_slope(h, tau)
+        self.slope = _basis_slope(h, self.basis)
         self.weights = np.full(tau.size, 2.0 * np.pi / tau.size) if weights is None else weights
-        self.project = (self.weights / np.pi)[:, None] * h.H_plus(tau)
+        self.project = (self.weights / np.pi)[:, None] * self.basis
+        self.project[:, 0] *= 0.5
         self.values = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
         self.q = [X @ self.basis.T for X in motion.Q]
         # velocity in time: omega times the derivative by phase, the drift included
@@ -319,7 +329,11 @@ class _Sampled:
     def response(self) -> Response:
         """Forces with all derivatives."""
         force = [np.real(f) for f in self.force(self.q, self.rate, self.values)]
-        stiffness, damping = self._tangents(self.q), self._tangents(self.rate)
+        if self.known is None:
+            stiffness, damping = self._tangents(self.q), self._tangents(self.rate)
+        else:
+            stiffness, damping = self.known(self.q, [self.omega * r for r in self.rate], self.values)
+            damping = {key: self.omega * slope for key, slope in damping.items()}
         work = sum(f * r for f, r in zip(force, self.rate, strict=True)) @ self.weights / (2.0 * np.pi)
         return Response(
             force=tuple(self.coefficients(f) for f in force),
@@ -362,6 +376,10 @@ _TOO_MANY = (
     "a contact force changes too fast in time for its integration, which is less accurate than it should be; look at "
     "the parameters of the contacts"
 )
+ByPorts = dict[tuple[int, int], Array]
+Slopes = Callable[[list[Array], list[Array], Mapping[str, Array]], tuple[ByPorts, ByPorts]]
+"""From motion and velocity in time, (n, times) for each port, and parameters (n, 1): ``(i, j) -> df_i/dq_j``, and those
+by the velocities."""
 Edges = Callable[[Motion, Mapping[str, Array]], Array]
 MOST_PANELS = 5_000
 _RESOLVED = 1e-10
@@ -397,7 +415,9 @@ def moving(motion: Motion) -> Callable[[Array], tuple[Array, Array]]:
     return at
 
 
-def _resolved(law: SampledLaw, motion: Motion, values: Mapping[str, Array], edges: Array) -> _Sampled:
+def _resolved(
+    law: SampledLaw, motion: Motion, values: Mapping[str, Array], edges: Array, slopes: Slopes | None
+) -> _Sampled:
     """One element at nodes of Gauss's rule in panels that resolve its force."""
     ends = np.unique(np.concatenate([base_edges(motion.harmonics), edges % (2.0 * np.pi)]))
     starts, width = ends, np.diff(ends, append=2.0 * np.pi)
@@ -423,7 +443,7 @@ def _resolved(law: SampledLaw, motion: Motion, values: Mapping[str, Array], edge
         width = np.repeat(part, _PARTS)
     begin, width = (np.concatenate(parts)[:, None] for parts in zip(*kept, strict=True))
     tau = (begin + 0.5 * width * (1.0 + _NODES)).ravel()
-    return _Sampled(law, motion, values, tau, (0.5 * width * _WEIGHTS).ravel())
+    return _Sampled(law, motion, values, tau, (0.5 * width * _WEIGHTS).ravel(), slopes)
 
 
 def base_edges(harmonics: Harmonics) -> Array:
@@ -443,9 +463,8 @@ def _errors(force: Array) -> Array:
     return np.asarray(np.where(last > 0.0, last * fall * fall, 0.0).max(axis=0))
 
 
-def _basis_slope(harmonics: Harmonics, tau: Array) -> Array:
-    """``dH_-/dtau`` at times (k,), (k, L)."""
-    out = np.zeros((tau.size, harmonics.size))
-    angle = tau[:, None] * harmonics.m
-    out[:, 1::2], out[:, 2::2] = -harmonics.m * np.sin(angle), harmonics.m * np.cos(angle)
+def _basis_slope(harmonics: Harmonics, basis: Array) -> Array:
+    """``dH_-/dtau`` (k, L) of ``H_-`` (k, L)."""
+    out = np.zeros_like(basis)
+    out[:, 1::2], out[:, 2::2] = -harmonics.m * basis[:, 2::2], harmonics.m * basis[:, 1::2]
     return out

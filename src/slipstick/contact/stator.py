@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from slipstick.contact.law import Law, Motion, Response, TimeSlopes, Variable
-from slipstick.contact.sampled import SampledLaw, base_edges, moving
+from slipstick.contact.sampled import ByPorts, SampledLaw, base_edges, moving
 from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, number_or_numbers, same_length, wrong
 from slipstick.typing import Array, Numbers
@@ -38,6 +38,40 @@ def _force(q: Any, velocity: Any, kn: Any, mu: Any, gap: Any, cn: Any, slip_velo
     friction = mu * normal * slip / np.sqrt(slip * slip + held * held)
     normal, friction = np.where(open_, 0.0, normal / r), np.where(open_, 0.0, friction)
     return normal * x - friction * y / r, normal * y + friction * x / r, friction
+
+
+def _slopes(q: list[Array], velocity: list[Array], values: Mapping[str, Array]) -> tuple[ByPorts, ByPorts]:
+    """Derivatives of ``_force`` by motion and by velocity: by complex steps they take most of the time of a curve."""
+    (x, y, _), (dx, dy, speed) = q, velocity
+    kn, mu, cn, slow = (values[name] for name in ("kn", "mu", "cn", "slip_velocity"))
+    r = np.hypot(x, y)
+    closed = r > values["gap"]
+    r = np.where(closed, r, 1.0)
+    cos, sin = x / r, y / r
+    out, round_ = dx * cos + dy * sin, dy * cos - dx * sin
+    normal, slip = np.where(closed, kn * (r - values["gap"]) + cn * out, 0.0), speed + round_
+    reach = np.sqrt(slip * slip + np.where(slow > 0.0, slow * slow, 1.0))
+    share, steep = slip / reach, (1.0 - (slip / reach) ** 2) / reach
+    zero = np.zeros_like(r)
+    none = {(i, SPIN): zero for i in range(3)}
+
+    def by(grows: Array, turns: Array, outwards: Array, sliding: Array) -> tuple[Array, Array, Array]:
+        """For changes of r, of the angle, and of both velocities."""
+        pressed = np.where(closed, kn * grows + cn * outwards, 0.0)
+        friction = mu * (share * pressed + normal * steep * sliding)
+        across, along = friction + normal * turns, pressed - mu * normal * share * turns
+        return along * cos - across * sin, along * sin + across * cos, friction
+
+    one = np.ones_like(r)
+    motion = {
+        X: by(cos, -sin / r, -sin / r * round_, sin / r * out),
+        Y: by(sin, cos / r, cos / r * round_, -cos / r * out),
+    }
+    rates = {X: by(zero, zero, cos, -sin), Y: by(zero, zero, sin, cos), SPIN: by(zero, zero, zero, one)}
+    by_motion, by_velocity = (
+        {(i, j): part for j, parts in table.items() for i, part in enumerate(parts)} for table in (motion, rates)
+    )
+    return by_motion | none, by_velocity
 
 
 _SAMPLED = SampledLaw(
@@ -144,7 +178,7 @@ class StatorContact(Law):
 
         Derivatives are exact for the samples; the error of the coefficients is about 1e-9 of the force.
         """
-        return _SAMPLED.respond_resolved(motion, values, _edges)
+        return _SAMPLED.respond_resolved(motion, values, _edges, _slopes)
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Forces (n, k) at phases (k,)."""
