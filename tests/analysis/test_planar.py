@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import slipstick as ss
 
@@ -183,3 +185,20 @@ class TestCircleThatSlipsEverywhereAtOnce:
         for start, stop in ((600.0, 1200.0), (1200.0, 600.0)):
             branch = ss.parameter_response(CIRCLE, "foot.normal_load", (start, stop), omega=8.0)
             assert self.marked(branch, "parameter") == [pytest.approx(limit, rel=5e-8)]
+
+    @pytest.mark.parametrize("beyond", [-1e-9, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6])
+    def test_first_points_beside_the_corner(self, beyond: float) -> None:
+        """Slipping, ``p = |r (k - omega^2 + i c omega) + mu N e^{i a}|`` with ``cos a = mu N / (kt r)``."""
+        limit, reach = 240.0, 2.4
+        load = reach * abs(140.0 - 64.0 + 3.2j) * (1.0 + beyond)
+
+        def rest(root: float) -> float:
+            r = reach * (1.0 + root * root)
+            turned = reach / r + 1j * np.sqrt(1.0 - (reach / r) ** 2)
+            return float(abs(r * (40.0 - 64.0 + 3.2j) + limit * turned) - load)
+
+        exact = reach * (1.0 + (brentq(rest, 0.0, 1.0, xtol=1e-15) ** 2 if beyond > 0.0 else beyond))
+        loads = [ss.Load(dof="x", cos=load), ss.Load(dof="y", sin=load)]
+        branch = ss.steady_response(replace(CIRCLE, loads=loads), omega=8.0)
+        assert branch.outcome.ok
+        assert branch.dataset.amplitude.values[0] == pytest.approx([exact, exact], rel=2e-9)

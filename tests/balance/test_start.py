@@ -60,3 +60,29 @@ def test_a_problem_without_solution_in_reach_is_reported() -> None:
     assert x is not None
     assert not tried[0].found
     assert tried[0].reason
+
+
+@pytest.mark.parametrize("slow", [1e-3, 1e-6])
+def test_friction_that_reverses_fast_is_found_from_a_smoother_one(slow: float) -> None:
+    """The last decades change next to nothing, and few evaluations are needed: most are those of the smoother one."""
+    spin, tried = ss.RubbingMotion(velocity=3.3), list[StrategyTried]()
+
+    def rotor(slow: float) -> ss.Problem:
+        law = ss.models.StatorContact(kn=400.0, gap=0.1, mu=0.2, slip_velocity=slow)
+        return ss.Problem(
+            ss.models.jeffcott_rotor(mass=2.0, stiffness=50.0, damping=1.0),
+            contacts=ss.ContactPair(name="stator", contact=law, ports={"x": "x", "y": "y"}, rubbing=spin),
+            loads=[ss.Load(dof="x", cos=60.0), ss.Load(dof="y", sin=-58.0)], harmonics=range(6),
+        )  # fmt: skip
+
+    problem, omega, told = rotor(slow), 9.4, []
+    balance = Balance(problem)
+    balance.pulse.felt = lambda: told.append(None)
+    x = FirstPoint(balance, problem.inputs, omega, report=tried.append).find()
+    assert x is not None
+    assert tried[-1].name == "smoother friction first"
+    assert len(told) < 400
+    residual = FrequencySystem(Balance(problem), problem.inputs).evaluate(x, omega).residual
+    assert np.linalg.norm(residual) < 1e-8 * np.linalg.norm(x)
+    names = [name for name, _ in FirstPoint(Balance(rotor(10.0)), rotor(10.0).inputs, omega).strategies()]
+    assert "smoother friction first" not in names

@@ -183,6 +183,28 @@ def test_bouc_wen_forces_are_those_of_another_integrator(seed):
         assert found.work[0] == pytest.approx(work, rel=1e-7)
 
 
+@pytest.mark.parametrize("size", [30.0, 1e3, 1e6])
+@pytest.mark.parametrize("n", [1.0, 2.0, 14.0, 16.0, 18.518, 20.0])
+def test_bouc_wen_forces_far_beyond_the_yield(n, size):
+    """With ``gamma = beta`` it unloads along a line, after which the first step of the loading is far too long."""
+    for share in (1.0, -1.0 + 1e-4):
+        X, m = size * np.array([0.3, 1.0, 0.3, -0.2, 0.1, 0.0, 0.05]), np.arange(1.0, 4.0)
+        exact, work = coefficients(X, m, 0.0, 1.0, share, n)
+        for sign in (1.0, -1.0):
+            found = answer(sign * X, 0.0, [1.0, share, n])
+            np.testing.assert_allclose(sign * found.force[0][0], exact, rtol=0, atol=1e-8 * np.abs(exact).max())
+            assert found.work[0] == pytest.approx(work, rel=1e-7)
+
+
+def test_a_sharper_yield_is_refused():
+    for n in (np.nextafter(20.0, 21.0), 40.0, [2.0, 40.0], 0.5):
+        with pytest.raises(ss.InputError, match=r"n: found .*; expected a number from 1 to 20"):
+            ss.models.BoucWenContact(kt=1.0, beta=1.0, n=n)
+    law = ss.models.BoucWenContact(kt=1.0, beta=1.0, n=20.0)
+    with pytest.raises(ss.InputError, match="expected a number from 1 to 20"):
+        law.changed(n=21.0)
+
+
 @pytest.mark.verify
 @pytest.mark.parametrize("seed", range(4))
 def test_bouc_wen_derivatives_are_differences_of_another_integrator(seed):

@@ -5,8 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
+from slipstick.contact import sampled, stator
 from slipstick.contact.law import Motion
+from slipstick.errors import SlipstickWarning
 from slipstick.models import StatorContact
 from slipstick.trig.harmonics import Harmonics
 
@@ -67,3 +70,54 @@ def test_derivatives_are_differences_and_many_are_single_ones(slow):
     for i in range(3):
         np.testing.assert_array_equal(response.force[i][1], one.force[i][0])
     np.testing.assert_array_equal(response.by_parameter("mu")[2][0], one.by_parameter("mu")[2][0])
+
+
+@pytest.mark.parametrize("slow", [1.0, 1e-2, 1e-4, 1e-6, 1e-8])
+def test_damping_that_jumps_where_it_touches_is_integrated(slow):
+    """Gauss's rule between all corners and reversals, known to rounding, in panels far shorter than needed."""
+    law, motion = StatorContact(kn=5.0, gap=1.0, mu=0.3, cn=0.1, slip_velocity=slow), whirling()
+    at, grid = values(law), np.linspace(0.0, TURN, 4001)
+
+    def depth(t):
+        x, y = (motion.Q[i][0] @ H.H_minus(t) for i in (0, 1))
+        return np.hypot(x, y) - 1.0
+
+    def slip(t):
+        (x, y), (dx, dy) = ([f(motion.Q[i][0]) @ H.H_minus(t) for i in (0, 1)] for f in (np.asarray, H.derivative))
+        return -1.0 + (x * dy - y * dx) / np.hypot(x, y)
+
+    edges = [grid]
+    for f in (depth, slip):
+        told = np.array([f(t) for t in grid])
+        roots = [
+            brentq(f, a, b, xtol=1e-15)
+            for a, b, p in zip(grid, grid[1:], told[1:] * told[:-1], strict=False)
+            if p < 0.0
+        ]
+        edges += [np.add.outer(roots, sign * np.geomspace(1e-10, 1e-2, 200)).ravel() for sign in (-1.0, 0.0, 1.0)]
+    ends = np.unique(np.clip(np.concatenate(edges), 0.0, TURN))
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    tau = (ends[:-1, None] + 0.5 * np.diff(ends)[:, None] * (1.0 + nodes)).ravel()
+    share = (0.5 * np.diff(ends)[:, None] * weights).ravel() / np.pi
+    found = law.respond(motion, at).force
+    for i, force in enumerate(law.forces_in_time(motion, at, tau)):
+        np.testing.assert_allclose(found[i][0], (share * force[0]) @ H.H_plus(tau), rtol=0, atol=3e-9)
+
+
+def test_too_many_panels_are_told(monkeypatch):
+    monkeypatch.setattr(sampled, "MOST_PANELS", 20)
+    law = StatorContact(kn=5.0, gap=1.0, mu=0.3, slip_velocity=0.1)
+    with pytest.warns(SlipstickWarning, match="changes too fast in time"):
+        law.respond(whirling(), values(law))
+
+
+def test_slopes_are_those_of_complex_steps():
+    rng, at = np.random.default_rng(0), {"kn": 5.0, "mu": 0.3, "gap": 1.0, "cn": 0.2, "slip_velocity": 0.4}
+    arguments = [[2.0 * rng.normal(size=(3, 50)) for _ in range(3)] for _ in range(2)]
+    table = {name: np.full((3, 1), value) for name, value in at.items()}
+    for k, found in enumerate(stator._slopes(*arguments, table)):
+        for j in range(3):
+            moved = [[part.astype(complex) for part in parts] for parts in arguments]
+            moved[k][j] = moved[k][j] + 1e-30j
+            for i, force in enumerate(stator._force(*moved, **table)):
+                np.testing.assert_allclose(found[i, j], np.imag(force) / 1e-30, rtol=0, atol=1e-12)

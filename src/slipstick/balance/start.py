@@ -37,6 +37,8 @@ _RAMP = ContinuationOptions(
 )  # fmt: skip
 """Long steps, roughly corrected: only the end counts, not which way leads there."""
 _LOAD_RAMP = replace(_RAMP, max_step=0.6)
+_SLOW, _DECADE, _LEAST_CHANGE = 0.1, 10.0, 0.9
+"""Of friction that reverses over a velocity: part of that of the vibration to begin with, and how fast it is left."""
 _ROUND = 2.0
 """Weight of the motion along a load ramp: where contacts lift off together the load turns back while the motion grows
 by a few per cent, and that fold is a corner to steps measured by the load alone."""
@@ -88,6 +90,8 @@ class NoStart(Reason):
 
     RAMP = "no solution where the ramp begins"
     FEWER_HARMONICS = "no solution with fewer harmonics"
+    SMOOTHER = "no solution with smoother friction"
+    LESS_SMOOTH = "the motion with smoother friction was lost on the way to this one"
     NEAR_FIELD = "no solution with the near field of the residuals"
 
 
@@ -195,6 +199,11 @@ class FirstPoint:
         linear = [(f"from the linear response, contacts {name}", x) for name, x in motions.items()]
         for name, x in linear[:1]:
             yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
+        for parameter, factor in self._smoother_ones():
+            yield (
+                "smoother friction first",
+                lambda parameter=parameter, factor=factor: self._smoother_first(parameter, factor),
+            )  # type: ignore[misc]
         if self._essential() != self.balance.harmonics:
             yield "fewer harmonics first", self._fewer_harmonics
         for name, x in linear[1:]:
@@ -306,6 +315,32 @@ class FirstPoint:
         full = np.zeros((self.balance.n_ports, self.balance.L))
         full[:, places] = x.reshape(-1, kept.size)
         return self._solve(full.reshape(-1), _FROM_NEAR)
+
+    def _smoother_ones(self) -> Iterator[tuple[str, float]]:
+        """Velocities over which friction reverses, with the factor to what counts as slow beside the vibration."""
+        for batch, contact_inputs in zip(self.balance.batches, self.inputs.batches, strict=True):
+            parameter = batch.law.slow
+            least = 0.0 if parameter is None else float(np.min(contact_inputs.values[parameter], initial=np.inf))
+            if parameter is not None and 0.0 < least < _SLOW / _DECADE * self.scales.velocity:
+                yield parameter, _SLOW * self.scales.velocity / least
+
+    def _smoother_first(self, parameter: str, factor: float) -> Array | None:
+        """Solve where friction reverses gently, found in the same way, then by and by as fast as it does."""
+        extra = self.inputs.only(parameter)
+        x = self._part(self.balance, self.inputs.moved(extra, factor - 1.0)).find()
+        if x is None:
+            self._reason = NoStart.SMOOTHER
+            return None
+        share = 1.0 / _DECADE
+        while factor > 1.0 and share < _LEAST_CHANGE:
+            smaller = max(share * factor, 1.0)
+            found = self._part(self.balance, self.inputs.moved(extra, smaller - 1.0))._solve(x, _FROM_NEAR)
+            if found is None:
+                share = np.sqrt(share)
+            else:
+                x, factor, share = found, smaller, max(share * share, 1.0 / _DECADE)
+        self._reason = None if factor == 1.0 else NoStart.LESS_SMOOTH
+        return x if factor == 1.0 else None
 
     def _near_field_first(self, near: Balance) -> Array | None:
         """Solve without solutions of the full model, found in the same way, then with them."""

@@ -213,7 +213,9 @@ class BoucWenTable(HysteresisTable):
 
     beta: Positive = Field(description="a number > 0, of the loop's shape (1/length^n)")
     gamma: float = Field(default=0.0, description="a number above -beta, at most beta (1/length^n)")
-    n: Annotated[float, Field(ge=1)] = Field(default=1.0, description="a number >= 1, sharpness of the yield")
+    n: Annotated[float, Field(ge=1, le=20)] = Field(
+        default=1.0, description="a number from 1 to 20, sharpness of the yield"
+    )
     alpha: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.0, description="a number from 0 to 1, stiffness after yield over kt"
     )

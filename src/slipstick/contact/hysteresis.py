@@ -16,6 +16,8 @@ from slipstick.faults import Gathering, number_or_numbers, plain, same_length, s
 from slipstick.typing import Array, Numbers, Reals
 
 MOST_SLIDERS = 10_000
+SHARPEST = 20.0
+"""Largest exponent of a Bouc-Wen element, up to which its accuracy was checked."""
 _STEP = 1e-30
 
 
@@ -230,7 +232,8 @@ class _Smooth(Hysteresis):
         """Forces of n elements with all derivatives.
 
         Their error is below 1e-8 of the limit, or of the largest force where that is less; that of derivatives
-        likewise, by n 1e-6; checked for n up to 20. Steps and panels follow the shortest scale of the law.
+        likewise, by n 1e-6; checked for motions up to 1e6 times the yield. Steps and panels follow the shortest scale
+        of the law and a tolerance.
         """
         from slipstick.contact.kernel.bouc_wen import RULE, run
 
@@ -337,7 +340,7 @@ class BoucWenContact(_Smooth):
     beta, gamma
         Of the loop's shape, 1/length^n: beta > 0, -beta < gamma <= beta.
     n
-        Sharpness of the yield, >= 1.
+        Sharpness of the yield, 1 to 20.
     alpha
         Stiffness after yield over ``kt``, 0 to 1.
 
@@ -363,7 +366,7 @@ class BoucWenContact(_Smooth):
             {"kt": kt, "beta": beta, "gamma": gamma, "n": n, "alpha": alpha},
             {
                 "kt": (0.0, np.inf, "a tangential contact stiffness > 0"), "beta": (0.0, np.inf, "a number > 0"),
-                "gamma": (-np.inf, np.inf, "a number"), "n": (below, np.inf, "an exponent >= 1"),
+                "gamma": (-np.inf, np.inf, "a number"), "n": (below, SHARPEST, f"a number from 1 to {SHARPEST:g}"),
                 "alpha": (-np.finfo(float).tiny, 1.0, "a ratio from 0 to 1"),
             },
         )  # fmt: skip

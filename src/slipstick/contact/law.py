@@ -207,6 +207,11 @@ class Law(ABC):
         return ()
 
     @default
+    def slow(self) -> str | None:
+        """Parameter that is the velocity over which friction reverses, length/time; None: it has none."""
+        return None
+
+    @default
     def coulomb(self) -> bool:
         """Whether it is dry friction with the limit ``mu N`` at any velocity."""
         return False

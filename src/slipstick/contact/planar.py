@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipstick.contact.forces import SERIAL, shared_out
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import EDGE, FrictionLaw
-from slipstick.contact.law import ByPort, Interval, Linear, Motion, Response, Variable, default
+from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, Variable, default
 from slipstick.contact.planar_in_time import PlanarInTime
 from slipstick.errors import Fault, InputError, SlipstickError
 from slipstick.faults import number
@@ -140,12 +140,17 @@ class PlanarFrictionContact(FrictionContact):
         """Contacts that never slip: their mean force is one of many."""
         return np.asarray(response.detail.loose)
 
-    @staticmethod
-    def springs(response: Response) -> dict[int, Array]:
-        """Contact springs as far as they act."""
+    def springs(self, response: Response) -> dict[int, Array]:
+        """Contact springs as far as they act, or the slope of the friction where that is steeper.
+
+        Where a whole circle has just begun to slip, friction turns as the root of the motion beyond: its slope has no
+        bound, and rounding of the motion is seen in the force accordingly.
+        """
         f, p = response.detail, response.values
         k = p["kt"] * f.stick_fraction + p["mu"] * p["kn"] * f.slip_fraction
-        return {0: k, 1: k, 2: p["kn"] * (1.0 - f.separation_fraction)}
+        steep = Law.springs(self, response)
+        own = {0: k, 1: k, 2: p["kn"] * (1.0 - f.separation_fraction)}
+        return own | {i: np.maximum(own[i], steep[i]) for i in (0, 1) if i in steep}
 
     @staticmethod
     def linear(state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:

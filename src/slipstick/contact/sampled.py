@@ -15,7 +15,18 @@ import numpy as np
 
 from slipstick.contact.law import ByPort, Law, Motion, Response, TimeSlopes, add_to, default
 from slipstick.errors import InputError
-from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
+from slipstick.faults import (
+    MOST_ITEMS,
+    Gathering,
+    names,
+    number_or_numbers,
+    same_length,
+    shown,
+    table,
+    warn,
+    whole,
+    wrong,
+)
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray, Array, Numbers, Reals
 
@@ -119,14 +130,17 @@ class SampledLaw(Law):
         """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""
         return _Sampled(self, motion, values, _times(self, motion.harmonics)).response()
 
-    def respond_resolved(self, motion: Motion, values: Mapping[str, Array]) -> Response:
-        """As ``respond``, but sampled where the force changes fast: panels are halved until each resolves it.
+    def respond_resolved(
+        self, motion: Motion, values: Mapping[str, Array], edges: Edges, slopes: Slopes | None = None
+    ) -> Response:
+        """As ``respond``, but sampled where the force of a contact changes fast, and not at all where it is open.
 
-        The force may have corners. The error of the coefficients is about 1e-9 of the largest force, as long as
-        ``MOST_PANELS`` suffice.
+        ``edges`` gives phases (k,) at which panels of integration end, of one element: where the force has corners,
+        and closer and closer to where it nearly jumps. Panels are divided further until each resolves the force. The
+        error of the coefficients is about 1e-9 of the largest force; where ``MOST_PANELS`` do not suffice it is told.
         """
         elements = [_one_element(motion, values, e) for e in range(len(motion.Q[0]))]
-        responses = [_resolved(self, own, at).response() for own, at in elements]
+        responses = [_resolved(self, own, at, edges(own, at), slopes).response() for own, at in elements]
         if len(responses) == 1:
             return responses[0]
 
@@ -252,7 +266,7 @@ def _arrays(returned: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]
             f"law force: returned {shown(returned)}; expected a tuple of {ports} arrays, one for each port"
         )
     try:
-        arrays = [np.broadcast_to(f, shape) for f in returned]
+        arrays = [f if np.shape(f) == shape else np.broadcast_to(f, shape) for f in map(np.asarray, returned)]
     except ValueError:
         shapes = [np.shape(f) for f in returned]
         raise InputError(
@@ -274,19 +288,27 @@ def _called(law: SampledLaw, q: list[AnyArray], velocity: list[AnyArray], values
 class _Sampled:
     """One evaluation: motion at phases ``tau`` (times,), and the transforms to and from coefficients.
 
-    ``weights`` (times,) of an integral over the period; those of equidistant times by default.
+    ``weights`` (times,) of an integral over the period; those of equidistant times by default. ``slopes`` of the force
+    by motion and velocity; by complex steps where they are not known.
     """
 
     def __init__(
-        self, law: SampledLaw, motion: Motion, values: Mapping[str, Array], tau: Array, weights: Array | None = None
+        self,
+        law: SampledLaw,
+        motion: Motion,
+        values: Mapping[str, Array],
+        tau: Array,
+        weights: Array | None = None,
+        slopes: Slopes | None = None,
     ) -> None:
         h = motion.harmonics
-        self.law, self.motion, self.given = law, motion, values
+        self.law, self.motion, self.given, self.known = law, motion, values, slopes
         self.omega = np.reshape(motion.omega, (-1, 1))
         self.basis = h.H_minus(tau)
-        self.slope = _basis_slope(h, tau)
+        self.slope = _basis_slope(h, self.basis)
         self.weights = np.full(tau.size, 2.0 * np.pi / tau.size) if weights is None else weights
-        self.project = (self.weights / np.pi)[:, None] * h.H_plus(tau)
+        self.project = (self.weights / np.pi)[:, None] * self.basis
+        self.project[:, 0] *= 0.5
         self.values = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
         self.q = [X @ self.basis.T for X in motion.Q]
         # velocity in time: omega times the derivative by phase, the drift included
@@ -307,7 +329,11 @@ class _Sampled:
     def response(self) -> Response:
         """Forces with all derivatives."""
         force = [np.real(f) for f in self.force(self.q, self.rate, self.values)]
-        stiffness, damping = self._tangents(self.q), self._tangents(self.rate)
+        if self.known is None:
+            stiffness, damping = self._tangents(self.q), self._tangents(self.rate)
+        else:
+            stiffness, damping = self.known(self.q, [self.omega * r for r in self.rate], self.values)
+            damping = {key: self.omega * slope for key, slope in damping.items()}
         work = sum(f * r for f, r in zip(force, self.rate, strict=True)) @ self.weights / (2.0 * np.pi)
         return Response(
             force=tuple(self.coefficients(f) for f in force),
@@ -346,13 +372,23 @@ class _Sampled:
         return {i: self.coefficients(slope) for i, slope in enumerate(self.slopes(self.q, self.rate, stepped))}
 
 
-MOST_PANELS = 20_000
+_TOO_MANY = (
+    "a contact force changes too fast in time for its integration, which is less accurate than it should be; look at "
+    "the parameters of the contacts"
+)
+ByPorts = dict[tuple[int, int], Array]
+Slopes = Callable[[list[Array], list[Array], Mapping[str, Array]], tuple[ByPorts, ByPorts]]
+"""From motion and velocity in time, (n, times) for each port, and parameters (n, 1): ``(i, j) -> df_i/dq_j``, and those
+by the velocities."""
+Edges = Callable[[Motion, Mapping[str, Array]], Array]
+MOST_PANELS = 5_000
 _RESOLVED = 1e-10
-"""What is left of the force in the last terms of a panel, times its share of the period."""
+"""Error of a panel over the largest force, times its share of the period."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
-_PARTS = 4
-_TERMS = np.linalg.inv(np.polynomial.legendre.legvander(_NODES, 9))[-2:]
-"""Last two terms of a Legendre series through the values at the nodes."""
+_PARTS = 2
+_SERIES = np.linalg.inv(np.polynomial.legendre.legvander(_NODES, 9))
+_MIDDLE, _LAST = _SERIES[4:7].T.copy(), _SERIES[7:].T.copy()
+"""Terms of a Legendre series through the values at the nodes."""
 
 
 def _one_element(motion: Motion, values: Mapping[str, Array], e: int) -> tuple[Motion, dict[str, Array]]:
@@ -364,50 +400,71 @@ def _one_element(motion: Motion, values: Mapping[str, Array], e: int) -> tuple[M
     return own, {name: np.asarray(value)[one] for name, value in values.items()}
 
 
-def _moving(motion: Motion, tau: Array) -> tuple[list[Array], list[Array]]:
-    """Motion, and its rate by phase, at phases (k,), (n, k) each for every port."""
-    m = motion.harmonics.m
-    angle = np.outer(m, tau)
-    cos, sin = np.cos(angle), np.sin(angle)
-    q = [X[:, :1] + X[:, 1::2] @ cos + X[:, 2::2] @ sin for X in motion.Q]
-    rate = [
-        (m * X[:, 2::2]) @ cos - (m * X[:, 1::2]) @ sin + d[:, None]
-        for X, d in zip(motion.Q, motion.drift, strict=True)
-    ]
-    return q, rate
+def moving(motion: Motion) -> Callable[[Array], tuple[Array, Array]]:
+    """Of one element: from phases (k,) to its motion and its rate by phase, (ports, k) each."""
+    h = motion.harmonics
+    coefficients = np.concatenate(motion.Q)
+    both = np.concatenate([coefficients, h.derivative(coefficients)])
+    ports = len(coefficients)
+    both[ports:, 0] = motion.drift[:, 0]
+
+    def at(tau: Array) -> tuple[Array, Array]:
+        out = both @ h.H_minus(tau).T
+        return out[:ports], out[ports:]
+
+    return at
 
 
-def _resolved(law: SampledLaw, motion: Motion, values: Mapping[str, Array]) -> _Sampled:
+def _resolved(
+    law: SampledLaw, motion: Motion, values: Mapping[str, Array], edges: Array, slopes: Slopes | None
+) -> _Sampled:
     """One element at nodes of Gauss's rule in panels that resolve its force."""
-    count = 4 * max(motion.harmonics.highest, 1)
-    starts, width = np.arange(count) * (2.0 * np.pi / count), np.full(count, 2.0 * np.pi / count)
+    ends = np.unique(np.concatenate([base_edges(motion.harmonics), edges % (2.0 * np.pi)]))
+    starts, width = ends, np.diff(ends, append=2.0 * np.pi)
     columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
+    omega, path = np.reshape(motion.omega, (-1, 1)), moving(motion)
     kept: list[tuple[Array, Array]] = []
-    size, total = 0.0, count
+    size, total = 0.0, starts.size
     while starts.size:
-        q, rate = _moving(motion, (starts[:, None] + 0.5 * width[:, None] * (1.0 + _NODES)).ravel())
-        told = _called(law, q, [np.reshape(motion.omega, (-1, 1)) * r for r in rate], columns)
+        q, rate = path((starts[:, None] + 0.5 * width[:, None] * (1.0 + _NODES)).ravel())
+        told = _called(law, list(q[:, None]), list(omega * rate[:, None]), columns)
         force = np.stack([np.real(f).reshape(starts.size, -1) for f in told])
-        size = max(size, float(np.abs(force).max(initial=0.0)))
-        left = np.abs(force @ _TERMS.T).max(axis=(0, 2)) * width / (2.0 * np.pi)
-        coarse = left > _RESOLVED * size  # what is not finite is no finer in finer panels
+        largest = np.abs(force).max(axis=(0, 2))
+        size = max(size, float(largest.max(initial=0.0)))
+        coarse = _errors(force) * width / (2.0 * np.pi) > _RESOLVED * size  # what is not finite stays as it is
         total += _PARTS * int(coarse.sum())
-        if total > MOST_PANELS:  # taken as it is: it is a step, or noise
+        if total > MOST_PANELS:
+            warn([_TOO_MANY])
             coarse[:] = False
-        kept.append((starts[~coarse], width[~coarse]))
+        acts = ~coarse & (largest != 0.0)
+        kept.append((starts[acts], width[acts]))
         part = width[coarse] / _PARTS
         starts = (starts[coarse, None] + part[:, None] * np.arange(_PARTS)).ravel()
         width = np.repeat(part, _PARTS)
-    begin, width = (np.concatenate(parts) for parts in zip(*kept, strict=True))
-    order = np.argsort(begin)
-    begin, width = begin[order, None], width[order, None]
+    begin, width = (np.concatenate(parts)[:, None] for parts in zip(*kept, strict=True))
     tau = (begin + 0.5 * width * (1.0 + _NODES)).ravel()
-    return _Sampled(law, motion, values, tau, (0.5 * width * _WEIGHTS).ravel())
+    return _Sampled(law, motion, values, tau, (0.5 * width * _WEIGHTS).ravel(), slopes)
 
 
-def _basis_slope(harmonics: Harmonics, tau: Array) -> Array:
-    """``dH_-/dtau`` at times (k,), (k, L)."""
-    out = np.zeros((tau.size, harmonics.size))
-    angle = tau[:, None] * harmonics.m
-    out[:, 1::2], out[:, 2::2] = -harmonics.m * np.sin(angle), harmonics.m * np.cos(angle)
+def base_edges(harmonics: Harmonics) -> Array:
+    """Phases at which panels begin that resolve the motion."""
+    count = 4 * max(harmonics.highest, 1)
+    return np.asarray(np.arange(count) * (2.0 * np.pi / count), dtype=float)
+
+
+def _errors(force: Array) -> Array:
+    """Errors (panels,) of the rule, from the values (ports, panels, nodes): terms of its series fall on as they fell.
+
+    The rule with n nodes is exact up to the term 2 n - 1.
+    """
+    last, middle = np.abs(force @ _LAST).max(axis=2), np.abs(force @ _MIDDLE).max(axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fall = np.minimum(last / middle, 1.0)
+    return np.asarray(np.where(last > 0.0, last * fall * fall, 0.0).max(axis=0))
+
+
+def _basis_slope(harmonics: Harmonics, basis: Array) -> Array:
+    """``dH_-/dtau`` (k, L) of ``H_-`` (k, L)."""
+    out = np.zeros_like(basis)
+    out[:, 1::2], out[:, 2::2] = -harmonics.m * basis[:, 2::2], harmonics.m * basis[:, 1::2]
     return out

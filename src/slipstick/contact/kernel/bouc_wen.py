@@ -42,6 +42,8 @@ _MOST, _MOST_STEPS = 100, 100_000
 _AT_CORNER = 1e-11
 """z over its largest value that counts as zero to the panels: the march is no better."""
 _ZERO, _ROUNDING = 1e-15, 1e-14
+_WILD = 1e3
+"""Stiffness lost while loading, over that at the beginning, from which a stage tells nothing of its step."""
 _Z, _LOG, _D, _BETA, _GAMMA, _N = range(6)
 """State of the march: z, the logarithm of E, ``z - w`` since it began, and derivatives of z by beta, gamma, n."""
 _A = np.array(
@@ -126,6 +128,8 @@ def march_step(y: Array, now: float, sigma: float, s: float, p: Array, k: Any, f
                 total += _A[r, c] * K[c, i]
             at[i] = y[i] + now * total
         slopes(at, sigma, s, p, full, whole, K[r])
+        if sigma == s and not -s * K[r, _D] < _WILD:  # its power, or that of the next stage, may be no number
+            return np.inf
     if not -s * K[6, _D] < (1.0 if whole else 2.0):  # far beyond what z tends to
         return np.inf
     worst = 0.0
@@ -133,7 +137,10 @@ def march_step(y: Array, now: float, sigma: float, s: float, p: Array, k: Any, f
         total = 0.0
         for c in range(7):
             total += _E[c] * K[c, i]
-        worst = max(worst, abs(now * total) / (error[i] + _ROUNDING * abs(now * K[0, i])))
+        share = abs(now * total) / (error[i] + _ROUNDING * abs(now * K[0, i]))
+        if not share <= 1e300:
+            return np.inf
+        worst = max(worst, share)
     return worst
 
 
