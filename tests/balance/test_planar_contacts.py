@@ -207,3 +207,17 @@ def test_directions_of_unequal_length_are_told() -> None:
     pair = ss.ContactPair(name="foot", contact=FOOT, tangential=({"x": 1.0}, {"y": 2.0}), normal="z")
     told = [str(w) for w in problem_warnings(problem(pair), (1.0, 2.0))]
     assert any("2 times as long as the first" in sentence for sentence in told)
+
+
+def test_a_unit_normal_that_is_not_perpendicular_is_told() -> None:
+    """A shorter one may be the part of a direction that the dofs of a structure leave."""
+
+    def told(normal: dict[str, float]) -> list[str]:
+        pair = ss.ContactPair(name="foot", contact=FOOT, tangential=("x", "y"), normal=normal)
+        return [str(w) for w in problem_warnings(problem(pair), (1.0, 2.0)) if "normal is" in str(w)]
+
+    (sentence,) = told({"x": 0.6, "z": 0.8})
+    assert "normal is 53.13 degrees from the tangential direction" in sentence
+    assert "from the second direction" in told({"y": -0.6, "z": 0.8})[0]
+    assert not told({"x": 0.6, "z": 0.1})
+    assert not told({"z": -1.0})

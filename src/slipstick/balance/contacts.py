@@ -286,7 +286,7 @@ def same_direction(tangential: Direction, normal: Direction) -> bool:
     return equal and max(map(abs, normal.values()), default=0.0) > _MOST_OF_BOTH
 
 
-_PERPENDICULAR = 1e-3
+PERPENDICULAR = 1e-3
 """Largest cosine of the angle between directions that are perpendicular but for the digits they are given with."""
 _COMPONENT = re.compile(r"(?:^|[^A-Za-z])u?[xyz]$", re.IGNORECASE)
 """Names of displacements along axes in space: "x", "uy", "tip_z", "12.x", whatever follows "@"."""
@@ -309,7 +309,7 @@ def perpendicular_faults(tangential: Direction, second: Direction) -> Iterator[F
         return
     product = sum(c * second.get(dof, 0.0) for dof, c in tangential.items())
     cosine = max(-1.0, min(1.0, product / (a * b)))
-    if abs(cosine) <= _PERPENDICULAR:
+    if abs(cosine) <= PERPENDICULAR:
         return
     dofs = dict.fromkeys((*tangential, *second))
     right = {dof: second.get(dof, 0.0) - product / a**2 * tangential.get(dof, 0.0) for dof in dofs}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from math import gcd, pi
+from math import acos, degrees, gcd, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.balance.compliance import lossless
-from slipstick.balance.contacts import in_space, lengths, same_direction
+from slipstick.balance.contacts import PERPENDICULAR, Direction, in_space, lengths, same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.faults import few_alike
@@ -206,6 +206,12 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
                     "slides: give the direction across the contact, or leave normal out for a constant normal load"
                 )
             other = pair.direction("second", k) if "second" in ports else None
+            for name, direction in (("tangential", along), ("second", other)):
+                if direction and across and (cosine := _slanted(direction, across)):
+                    yield (
+                        f"contact '{pair.elements[k]}': normal is {degrees(acos(cosine)):.4g} degrees from the {name} "
+                        "direction, so that sliding along it presses: give perpendicular directions"
+                    )
             if along and other and in_space(along, other):
                 a, b = lengths(along, other)
                 if abs(a - b) > _UNEQUAL * a:
@@ -217,6 +223,17 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
                 values[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
             for sentence in batch.law.warnings(values, ports, approach):
                 yield f"contact '{pair.elements[k]}': {sentence}"
+
+
+def _slanted(along: Direction, across: Direction) -> float:
+    """Cosine of the angle between unit vectors in space that are neither perpendicular nor one line, else 0.
+
+    A shorter one may be what is left of a direction where a body cannot move along all axes: its angle is not known.
+    """
+    if not in_space(along, across) or any(abs(length - 1.0) > _UNEQUAL for length in lengths(along, across)):
+        return 0.0
+    cosine = sum(c * across.get(dof, 0.0) for dof, c in along.items())
+    return cosine if PERPENDICULAR < abs(cosine) < 1.0 - PERPENDICULAR else 0.0
 
 
 def _normal(law: Law) -> list[str]:

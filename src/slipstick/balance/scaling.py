@@ -76,7 +76,11 @@ def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, 
     """Unknowns (N,) of the linear systems in which every law is held in one state, by its name, likeliest first."""
     names = dict.fromkeys(name for batch in balance.batches for name in batch.law.linear_states)
     motions = {name: _linear(balance, inputs, compliance, omega, name) for name in names}
-    return {name: x for name, x in motions.items() if x is not None}
+    found = {name: x for name, x in motions.items() if x is not None}
+    if not found and balance.leaning is not None:  # what contacts alone hold lies on some that are open at rest
+        x = _linear(balance, inputs, compliance, omega, "pressed")
+        found = {} if x is None else {"pressed": x}
+    return found
 
 
 def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float, state: str) -> Array | None:

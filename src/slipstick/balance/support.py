@@ -30,6 +30,11 @@ if TYPE_CHECKING:
 _BALANCED = 1e-8
 """Mean force along a rigid-body motion over the forces that make it, up to which it is in balance."""
 
+_SLIDING = 10.0
+"""Vibration over the motion up to slip at which contacts are asked: in one as large as that they slip or not by rounding."""
+_ROUNDING = 1e-6
+"""Derivative by the mean displacement over the largest one, up to which it is zero."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Support:
@@ -99,10 +104,12 @@ def _answers_mean(batch: Batch, i: int, values: Mapping[str, Array]) -> Any:
     harmonics, n, ports = Harmonics([0, 1]), batch.count, len(batch.law.ports)
     moved = [np.zeros((n, harmonics.size)) for _ in range(ports)]
     size = float(np.max(np.abs(batch.law.size(values)), initial=0.0))
-    moved[i][:, 1] = size if 0.0 < size < np.inf else 1.0
+    moved[i][:, 1] = _SLIDING * (size if 0.0 < size < np.inf else 1.0)
     response = batch.law.respond(Motion(harmonics, 1.0, tuple(moved), np.zeros((ports, n))), values)
     tangent = response.by_motion.get((i, i))
-    return np.zeros(n, dtype=bool) if tangent is None else tangent[:, 0, 0] != 0.0
+    if tangent is None:
+        return np.zeros(n, dtype=bool)
+    return np.abs(tangent[:, 0, 0]) > _ROUNDING * np.abs(tangent).max(axis=(1, 2))
 
 
 def drift_warnings(problem: Problem, values: Mapping[str, Array]) -> Iterator[str]:

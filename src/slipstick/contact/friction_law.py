@@ -124,16 +124,17 @@ class FrictionLaw(Law):
         """The law with contact and friction held in one state.
 
         "free": no contact; "stuck": those closed at rest hold by kt and kn; "sliding": the friction force follows the
-        normal one in the direction of the constant rubbing velocity, where there is any.
+        normal one in the direction of the constant rubbing velocity, where there is any. "pressed": as "stuck" with
+        those closed too that are open at rest.
         """
-        closed = (values["gap"] < 0).astype(float)
+        closed = np.logical_or(state == "pressed", values["gap"] < 0).astype(float)
         kn = values["kn"] * closed
         if state == "sliding":
             if not drift[TANGENTIAL_PORT].any():
                 return None
             slope = np.sign(drift[TANGENTIAL_PORT]) * values["mu"] * kn
             return Linear({(0, 1): slope, (1, 1): kn}, {0: -slope * values["gap"], 1: -kn * values["gap"]})
-        if state == "stuck":
+        if state in ("stuck", "pressed"):
             return Linear({(0, 0): values["kt"] * closed, (1, 1): kn}, {1: -kn * values["gap"]})
         return Linear({}, {})
 

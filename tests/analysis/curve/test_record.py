@@ -1,5 +1,7 @@
 """The road of every analysis: a run adds its points alone; sinks, warnings, interrupts and faults are the road's."""
 
+import os
+import signal
 import tracemalloc
 from dataclasses import dataclass, replace
 
@@ -111,6 +113,23 @@ def test_an_interrupt_keeps_what_was_found():
     assert len(branch) == 3
     branch = every(last=5, fault=TimeIsUp()).branch()
     assert branch.outcome is ss.Outcome.TIME_LIMIT
+
+
+@pytest.mark.parametrize("event", [PointFound, Stopped])
+def test_a_signal_keeps_what_was_found_wherever_it_comes(event):
+    """Between points that take no iterations, and after the last one."""
+
+    def interrupt(told):
+        if isinstance(told, event):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        branch = every(listeners=(interrupt,)).branch()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(branch) == (1 if event is PointFound else len(every().branch()))
+    assert branch.outcome is (ss.Outcome.INTERRUPTED if event is PointFound else ss.Outcome.COMPLETED)
 
 
 def test_pieces_of_a_branch_in_memory_are_let_go_as_they_are_joined():

@@ -132,6 +132,9 @@ def test_a_cosine_without_its_sine_is_missing(tmp_path):
     alone = read_measured(oscillator(), data)
     assert np.isfinite(alone.values).sum() == 15
     assert not alone.notes
+    data.displacement[:, 0, 0] = 0.0  # what the real and imaginary part of nan + 0j leave
+    with raises_fault("measured", "displacement", says="holds no numbers"):
+        read_measured(oscillator(), data)
     with raises_fault("measured", "amplitude", says="complex numbers"):
         read_measured(oscillator(), measured("amplitude") * (1.0 + 0.0j))
 

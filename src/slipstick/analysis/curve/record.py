@@ -178,6 +178,7 @@ class Run(ABC, Generic[R]):
         """Points until they end, or are ended by an interrupt, or by an exception once there are some."""
         with self.kept():
             while True:
+                pass_on()  # points without iterations, such as those of steady sliding, let no interrupt in
                 before, self._seeking = self._seeking, True
                 try:
                     with guard():
@@ -206,10 +207,15 @@ class Run(ABC, Generic[R]):
 
     def branch(self) -> Branch:
         """All points in memory."""
-        memory = Memory(self)
-        with undisturbed():
-            for _ in self.follow(memory, guard=nullcontext):
-                pass
+        memory, ended = Memory(self), False
+        try:
+            with undisturbed():
+                for _ in self.follow(memory, guard=nullcontext):
+                    pass
+                ended = True
+        except KeyboardInterrupt:
+            if not ended:
+                raise  # it came after the last point otherwise: nothing is left to interrupt
         return memory.branch()
 
 

@@ -859,8 +859,8 @@ def _mistakes(request: _Request, best: _End, compared: Sequence[_Tried]) -> list
         values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(request.names, end.p, strict=True))
         said = f"the measured numbers fit to {100.0 * end.misfit:.2g} % where they are {words}, with {values}"
         found.append((end.misfit, f"{said}: {remedy or 'check their scale and phase'}"))
-        if certain and end.misfit < 0.1 * best.misfit:
-            break
+        if certain and end.misfit <= _ROUNDING:
+            break  # of amplitudes, which have no phase, another mistake may come near as well
     if found:
         return [min(found)[1]]
     return [

@@ -231,13 +231,16 @@ def _vibration(problem: Problem, data: xarray.Dataset) -> Vibration:
 def _whole_pairs(values: Array) -> tuple[Array, int]:
     """Coefficients (..., dof, L) with nan in both parts of a complex number that lacks one; how many that took.
 
-    Of a dof and a harmonic of which one part was measured nowhere, the other part stands by itself.
+    Of a dof and a harmonic of which one part was measured nowhere, the other part stands by itself, unless it is 0
+    at all points: it is what ``nan + 0j`` leaves.
     """
     there = np.isfinite(values)
     out = np.where(there, values, np.nan)
     cosine, sine = there[..., 1::2], there[..., 2::2]
     points = tuple(range(values.ndim - 2))
-    lone = (cosine != sine) & np.any(cosine, axis=points) & np.any(sine, axis=points)
+    told = np.any(there & (values != 0.0), axis=points)
+    both = np.any(cosine, axis=points) & np.any(sine, axis=points)
+    lone = (cosine != sine) & (both | ~(told[..., 1::2] | told[..., 2::2]))
     for part in (out[..., 1::2], out[..., 2::2]):
         part[lone] = np.nan
     return out, int(lone.sum())
