@@ -166,10 +166,10 @@ class Curves {
   words(line) {
     const { view } = this.app, { result } = line, verdict = result.verdict(view.point), kind = result.kind(view.point);
     const name = line.name || (this.curve.over === "contact" ? "all contacts" : "");
-    const [, units] = this.app.unitsOf(this.curve, result), after = units === this.curve.units ? this.curve.after : ` ${units}`;
+    const after = result.afterOf(this.curve, view.unit, line.name);
     const beside = [this.companion, this.curve.key === "amplitude" ? result.curve("phase") : null].filter(Boolean)
       .map((own) => [own, result.values(own.key, own.over === "dof" ? (this.curve.over === "dof" ? line.name : view.dof) : "")?.[view.point]]).filter(([, value]) => Number.isFinite(value))
-      .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${own.after}`));
+      .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${result.afterOf(own, view.unit, line.name)}`));
     const said = [
       `point ${view.point + 1} of ${result.points}`, this.app.where(),
       `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${after}`, ...beside,
@@ -271,21 +271,21 @@ class Curves {
     for (const result of model.results) {
       for (const [point, dof, kind] of result.content.notes) {
         const name = dof < 0 ? "" : result.dofs[dof], of = dof < 0 ? (result.dofs.includes(view.dof) ? view.dof : result.dofs[0]) : name;
-        found.push({ result, point, name, kind, size: result.values("amplitude", of)?.[point] ?? NaN });
+        found.push({ result, point, name, kind, size: result.values("amplitude", of)?.[point] ?? NaN, unit: result.unitOf(of) });
       }
     }
     const rank = ({ kind }) => (kind === "optimum" ? 0 : kind === "peak" ? 1 : 2);
-    found.sort((a, b) => rank(a) - rank(b) || (a.kind === "peak" ? b.size - a.size : a.result.index - b.result.index || a.point - b.point));
-    const { analysis } = model.results[0].content, first = model.results[0];
+    found.sort((a, b) => rank(a) - rank(b) || (a.kind === "peak" ? (a.unit === "rad") - (b.unit === "rad") || b.size - a.size : a.result.index - b.result.index || a.point - b.point));
+    const { analysis } = model.results[0].content, first = model.results[0], units = [...new Set(model.results.flatMap((result) => result.content.dofs.units_of))];
     const columns = [...model.overs.slice(0, 1), ...(analysis === "response" || analysis === "parameter" ? [] : model.curves.filter(({ key }) => ["omega", "modal_damping"].includes(key)))];
-    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), ...(analysis === "modes" ? [] : [withUnits("amplitude", first.content.dofs.units)])];
-    const rows = found.slice(0, 40).map((note) => this.noteRow(note, columns, model.results.length > 1));
+    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), ...(analysis === "modes" ? [] : [withUnits("amplitude", units.length > 1 ? "" : units[0] ?? "")])];
+    const rows = found.map((note) => this.noteRow(note, columns, model.results.length > 1, units.length > 1));
     fill(this.side, element("h3", {}, found.some(({ kind }) => kind !== "peak") ? "Points of note" : "Peaks"),
       rows.length ? element("table", { class: "list" }, element("thead", {}, element("tr", {}, ...heads.map((text) => element("th", { scope: "col" }, text)))), element("tbody", {}, ...rows))
         : element("p", { class: "soft" }, analysis === "response" || analysis === "parameter" ? "No peak was located on these curves." : "No point of note on these curves."));
   }
 
-  noteRow({ result, point, name, kind, size }, columns, several) {
+  noteRow({ result, point, name, kind, size, unit }, columns, several, mixed) {
     const { view } = this.app;
     const go = () => this.app.set({ result: result.index, point, ...(name ? { curve: "amplitude", dof: name, dofs: view.dofs.includes(name) ? view.dofs : [...view.dofs, name] } : {}) });
     const verdict = result.verdict(point), stable = verdict && verdict !== "stable" ? ` (${verdict})` : "", load = result.values("load_factor", "")?.[point];
@@ -295,7 +295,7 @@ class Curves {
       return element("td", {}, short((values?.[point] ?? NaN) * this.app.unitsOf(own, result)[0]));
     });
     return element("tr", {}, ...[several ? element("td", { class: "soft" }, result.label) : null,
-      element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, said)), ...values, result.content.analysis === "modes" ? null : element("td", {}, `${short(size)}${stable}`)].filter(Boolean));
+      element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, said)), ...values, result.content.analysis === "modes" ? null : element("td", {}, `${short(size)}${mixed ? ` ${unit}` : ""}${stable}`)].filter(Boolean));
   }
 }
 
