@@ -32,6 +32,7 @@ from slipstick.plots.quantities import (
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
 from slipstick.results.contacts import contact_at, force_of, planar_contacts
 from slipstick.typing import Array, DrawnAxes, Names
+from slipstick.units import after_number, energy_unit
 
 if TYPE_CHECKING:
     import xarray
@@ -203,17 +204,19 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
 def _shade(ax: Axes, branch: Branch, point: int, contact: str) -> None:
     """The area of a loop over the sliding motion, and how much it is."""
     at, period = branch.dataset.isel(point=point), branch.loop(point, contact)
-    unit = units_of(branch.dataset).after("force length")
+    unit, along = after_number(energy_unit(units_of(branch.dataset).label("force length"))), ""
     if "limit" in period:
         area = 2 * np.pi * float(at["dissipated_power"].sel(contact=contact)) / float(at["omega"])
     else:  # of the one port that is drawn: a law may dissipate along others too
         area = float(np.trapezoid(period["force"], period["total"]))
+        law = contact_at(branch, point, known_names(branch.dataset, "contact").index(contact)).law
+        along = f" along {law.ports[0]}" if law is not None and len(law.ports) > 1 else ""
     energy = f"{area:.4g}{unit}"
     w, force = (np.asarray(values) for values in ax.lines[0].get_data())
     if float(at["rubbing_velocity"].sel(contact=contact)):  # does not close: down to no force and back
         w, force = np.append(w, w[[-1, 0]]), np.append(force, [0.0, 0.0])
     ax.fill(w, force, alpha=0.12, color=ax.lines[0].get_color(), linewidth=0)
-    ax.set_title(f"area = energy dissipated a period = {energy}", fontsize="small", parse_math=False)
+    ax.set_title(f"area = energy dissipated a period{along} = {energy}", fontsize="small", parse_math=False)
 
 
 def point_number(dataset: xarray.Dataset, point: int) -> int:

@@ -14,7 +14,7 @@ from slipstick.faults import listed, shown, suggestion
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
 from slipstick.results.schema import branch_parts
-from slipstick.units import Units, after_number, is_rotation, unit_of_dof
+from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
 
 if TYPE_CHECKING:
     import xarray
@@ -126,7 +126,7 @@ def quantity(dataset: xarray.Dataset, name: str, dofs: Iterable[str] = ()) -> st
     words = re.sub(r" \([^)]*\)", "", str(attributes.get("long_name", name.replace("_", " "))))
     if name != "parameter":  # that is the user's own name
         words = words[:1].upper() + words[1:]
-    return with_unit(words, one_unit(str(attributes.get("units", "")), dofs))
+    return with_unit(words, power_unit(one_unit(str(attributes.get("units", "")), dofs)))
 
 
 def one_unit(label: str, dofs: Iterable[str]) -> str:

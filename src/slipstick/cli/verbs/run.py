@@ -39,7 +39,7 @@ from slipstick.cli.verbs.check import print_warnings
 from slipstick.errors import InputError
 from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
-from slipstick.units import Units, after_number, is_rotation
+from slipstick.units import Units, after_number, is_rotation, unit_of_dof
 
 WEAR, WORN_SURFACE = "wear", "worn_surface"
 """Names of its figures."""
@@ -300,7 +300,7 @@ def wear_lines(data: ResultTable, most: int = 12) -> list[str]:
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
-    """One line for each located peak, the largest of each dof first."""
+    """One line for each located peak, the largest first; those of rotations, in rad, after those of lengths."""
     from slipstick.results.peaks import located_peaks
 
     of = data["peak_dof"].to_numpy()
@@ -314,8 +314,6 @@ def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
             where = units.frequency_text(value, str(data.attrs.get("frequency_unit", units.angular)))
         else:
             where = f"{value:.6g}{after_number(data[axis].attrs['units'])}"
-        lines.append(
-            (size, f"peak of {dof}: amplitude {size:.6g}{after_number(data['amplitude'].attrs['units'])} at {where}")
-        )
-    lines.sort(key=lambda pair: -pair[0])
-    return [line for _, line in lines[:most]]
+        unit = after_number(unit_of_dof(str(data["amplitude"].attrs["units"]), dof))
+        lines.append((is_rotation(dof), -size, f"peak of {dof}: amplitude {size:.6g}{unit} at {where}"))
+    return [line for *_, line in sorted(lines)[:most]]

@@ -69,8 +69,8 @@ function powerOf([low, high]) {
 }
 
 /** Label of an axis, and how its ticks are written. */
-function axisWords({ label, units, log }, range) {
-  const power = log ? 0 : powerOf(range);
+function axisWords({ label, units, log, like }, range) {
+  const power = log ? 0 : powerOf(like ?? range);
   return { power, said: power ? `${label} [10${raised(power)}${units ? ` ${units}` : ""}]` : withUnits(label, units) };
 }
 

@@ -33,6 +33,7 @@ class Panels {
     this.loop.card.hidden = !(law || plane || ported);
     this.plane.card.hidden = !plane;
     this.states.card.hidden = !result.friction && !result.planar && !result.orbits;
+    this.worn.card.hidden = !result.curve("worn_depth") || result.content.analysis !== "wear"; // before any chart is drawn: it is as wide as its card
     if (plane) this.drawPlane(plane);
     else if (orbit) this.drawOrbit(orbit);
     else if (law || ported) this.drawLoop(law, ported);
@@ -101,7 +102,8 @@ class Panels {
   /** Lines in a plane, the same scale along both axes. */
   drawPath(host, what, kind, lines, ways = ["first direction", "second direction"]) {
     const height = 340, ranges = sameScale(lines, Math.max(host.clientWidth, 220) - 60, height - 60), units = this.units(kind);
-    const axis = (which, range) => ({ label: `${what}, ${which}`, units, range });
+    const like = [-1, 1].map((sign) => sign * Math.max(...ranges.flat().map(Math.abs))); // one power of ten for both axes
+    const axis = (which, range) => ({ label: `${what}, ${which}`, units, range, like });
     chart(host, { x: axis(ways[0], ranges[0]), y: axis(ways[1], ranges[1]), lines, height, name: `${what.toLowerCase()} of ${this.app.view.contact} at ${this.app.where()}`, marks: zeroLine });
   }
 
@@ -157,7 +159,6 @@ class Panels {
   /** Worn depth of every contact at the cursor, a bar each, on the scale of all cycles; the contact looked at stands out. */
   drawWorn() {
     const { app } = this, { view, result } = app, curve = result.curve("worn_depth");
-    this.worn.card.hidden = !curve || result.content.analysis !== "wear";
     if (this.worn.card.hidden) return;
     const names = result.contacts, all = names.map((name) => result.values("worn_depth", name)), depths = all.map((values) => values[view.point]);
     const bars = (some, fill, name) => ({ kind: "bars", x: some, y: some.map((i) => depths[i]), half: 0.38, fill, stroke: fill, width: 0, name });
