@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from helpers.rotors import whirling
 from helpers.blocks import stressed
 from helpers.figures import branch, problem
 from helpers.rings import disc_and_wave
+from helpers.rotors import whirling
 
 import slipstick as ss
 from slipstick import plots

@@ -16,7 +16,9 @@ def test_the_orbit_is_that_of_the_results() -> None:
     orbits = content_of(made, "a", contacts=1, dofs=2)["contacts"]["orbits"]
     for port in ("x", "y"):
         own = made.dataset[f"contact_{port}"].values
-        np.testing.assert_allclose(decoded_coefficients(orbits[port]), own, rtol=0, atol=1e-6)  # as coefficients are rounded
+        np.testing.assert_allclose(
+            decoded_coefficients(orbits[port]), own, rtol=0, atol=1e-6
+        )  # as coefficients are rounded
     np.testing.assert_array_equal(decoded(orbits["gap"]), 1.0)
     assert decoded(orbits["states"]["counts"]).max() >= 2
 
@@ -28,8 +30,9 @@ def test_the_page_draws_the_orbit_in_the_colours_of_contact() -> None:
     lines = opened(
         {"results": [content_of(made, "a", contacts=1, dofs=2)]},
         """const o = app.result.orbit(0, "stator");
-        return [pathLines(o, (t) => o.motion.map((X) => series(X, o.orders, t))).filter((l) => l.name).map((l) => [l.name, [...l.x], [...l.y]]),
-          document.getElementById("loop-title").textContent, app.panels.loop.note.textContent, app.panels.states.card.hidden]""",
+        const drawn = pathLines(o, (t) => o.motion.map((X) => series(X, o.orders, t))).filter((l) => l.name);
+        const title = document.getElementById("loop-title").textContent, { loop, states } = app.panels;
+        return [drawn.map((l) => [l.name, [...l.x], [...l.y]]), title, loop.note.textContent, states.card.hidden]""",
     )
     paths, title, note, hidden = lines
     assert {name for name, *_ in paths} == {"slip", "separation"}

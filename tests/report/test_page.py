@@ -203,3 +203,22 @@ def test_the_view_starts_at_the_largest_amplitude() -> None:
     view = run(f"viewFrom('', {MODEL})", [content_of(made, "a", contacts=12, dofs=12)])
     point, dof = np.unravel_index(made.dataset["amplitude"].values.argmax(), made.dataset["amplitude"].shape)
     assert (view["point"], view["dof"], view["curve"]) == (point, "abz"[dof], "amplitude")
+
+
+@pytest.mark.parametrize(("low", "high"), [(3295.0, 3677.0), (1.2, 4.5), (2.1e-4, 4.9e-4), (0.02, 7e3)])
+def test_a_logarithmic_axis_has_numbers_that_are_right(low: float, high: float) -> None:
+    """Three at least, within the axis, each written as it is."""
+    ticks = run("ticksOf({ log: true }, given, ...given, 8)", [low, high])
+    assert len(ticks) >= 3
+    powers = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+    for value, text in ticks:
+        assert low <= value <= high
+        mantissa, _, exponent = text.rpartition("10") if any(c in "⁰¹²³⁴⁵⁶⁷⁸⁹" for c in text) else (text, "", "0")
+        told = float(mantissa.rstrip("·") or 1.0) * 10.0 ** int(exponent.translate(powers) or 0)
+        assert told == pytest.approx(value, rel=1e-9)
+
+
+def test_a_logarithmic_axis_is_as_long_as_its_values() -> None:
+    low, high = run("rangeOf([[345, 385]], { log: true, air: 0.015 })")
+    assert 344.0 < low < 345.0
+    assert 385.0 < high < 386.0

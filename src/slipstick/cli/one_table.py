@@ -105,4 +105,4 @@ def peak_text(case: Case, branch: Branch, dof: int, amplitude: float, omega: flo
     """How high a peak of a dof, by its number, is, and where."""
     label, name = str(branch.table["amplitude"].attrs.get("units", "")), str(branch.table["dof"].to_numpy()[dof])
     unit = after_number(unit_of_dof(label, name))
-    return f"amplitude {amplitude:.6g}{unit} at {case.frequency_text(omega)}"
+    return f"amplitude {amplitude:.6g}{unit} of {name} at {case.frequency_text(omega)}"

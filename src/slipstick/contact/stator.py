@@ -151,9 +151,7 @@ class StatorContact(Law):
         wide = Harmonics(2 * motion.harmonics.highest)
         tau = 2.0 * np.pi * np.arange(wide.size) / wide.size
         x, y = (np.atleast_2d(Q) @ motion.harmonics.H_minus(tau).T for Q in motion.Q[:2])
-        return [
-            _touching(wide, square - gap * gap) for square, gap in zip(x * x + y * y, values["gap"], strict=True)
-        ]
+        return [_touching(wide, square - gap * gap) for square, gap in zip(x * x + y * y, values["gap"], strict=True)]
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Forces (n, k) at phases (k,)."""
@@ -186,7 +184,7 @@ class StatorContact(Law):
 
 
 def _touching(harmonics: Harmonics, samples: Array) -> list[Interval]:
-    """States from samples (L,), evenly over a period, of ``r^2 - gap^2``: a trigonometric polynomial of these orders."""
+    """States from samples (L,) over a period of ``r^2 - gap^2``, a trigonometric polynomial of these orders."""
     lines = np.fft.rfft(samples) / samples.size
     p = np.concatenate([lines.real[:1], np.stack([2.0 * lines.real[1:], -2.0 * lines.imag[1:]], axis=1).ravel()])
     at, rising = roots(harmonics, p)

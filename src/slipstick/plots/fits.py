@@ -20,10 +20,10 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = N
     """Draw the ``dataset`` of an identification: circles are measured, lines with dots are fitted.
 
     Each level, points measured under the same conditions, has a curve of its own. Frequencies are in the unit
-    ``frequency``, else in that of the case. Of several coefficients the root of the sum of their squares is drawn, without the mean, over the frequency; over
-    the number of the point where that is one. The two numbers of a backbone are drawn over its amplitude (peaks: over
-    the number of the point), each over the largest that was measured. A free decay is drawn over time, with points
-    where it was measured.
+    ``frequency``, else in that of the case. Of several coefficients the root of the sum of their squares is drawn,
+    without the mean, over the frequency; over the number of the point where that is one. The two numbers of a backbone
+    are drawn over its amplitude (peaks: over the number of the point), each over the largest that was measured. A free
+    decay is drawn over time, with points where it was measured.
     """
     known = set(fitted.variables) if hasattr(fitted, "data_vars") else set()
     if not {"measured", "fitted"} <= known or not known & {"omega", "time"}:
@@ -62,7 +62,9 @@ def _levels(fitted: xr.Dataset) -> list[tuple[str, IntArray]]:
     if len(rows) in (1, every.size):
         return [("", every)]
     varied = [i for i in range(len(known)) if np.ptp(rows[:, i]) > 0.0]
-    return [(", ".join(f"{known[i]} = {row[i]:.4g}" for i in varied), every[of.ravel() == k]) for k, row in enumerate(rows)]
+    return [
+        (", ".join(f"{known[i]} = {row[i]:.4g}" for i in varied), every[of.ravel() == k]) for k, row in enumerate(rows)
+    ]
 
 
 def _backbone(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:

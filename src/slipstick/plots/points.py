@@ -118,6 +118,7 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
     left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
     for ax, over in ((left, "vibration"), (right, "sliding")):
         loop(branch, point, names, over=over, limit=limit, ax=ax)
+        ax.locator_params(axis="x", nbins=6)  # numbers that do not touch
     right.set_ylabel("")
     if len(names) == 1:
         _shade(right, branch_of(branch), point, names[0])

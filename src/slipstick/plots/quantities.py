@@ -103,7 +103,7 @@ def _of_one_unit(dataset: xarray.Dataset, dof: str) -> list[int]:
 
 
 def _size(dataset: xarray.Dataset, name: str) -> float:
-    """What a value is measured by: the largest motion of any dof of its unit; the largest power of a force over a motion."""
+    """What a value is measured by: the largest motion of these dofs; the largest power of a force over a motion."""
     if name in ("amplitude", "mean"):
         return max(_largest(dataset[other]) for other in ("amplitude", "mean") if other in dataset)
     parts = ("omega", "friction_force", "contact_tangential")

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 _SENSES = {1: ("tab:blue", "forward whirl"), -1: ("tab:orange", "backward whirl"), 0: ("0.5", "no whirl")}
 
 
-def campbell(
-    data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, frequency: str | None = None
-) -> DrawnAxes:
+def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, frequency: str | None = None) -> DrawnAxes:
     """Draw what :func:`slipstick.models.campbell` found. Crossings are circles.
 
     Speeds and frequencies are in the unit ``frequency``, "rad/s" by default; with "rpm", or ``rpm=True``, speeds are in
@@ -75,13 +73,23 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None, frequency: str | N
     folded = np.minimum(line % sectors, sectors - line % sectors)
     axes.plot(folded, up * high * line, color="0.8", linestyle="-", linewidth=0.8, zorder=0)
     for n in orders.tolist():
-        axes.plot([folded[n]] * 2, [up * low * n, up * high * n], color="0.6", linestyle="-", linewidth=3.0, alpha=0.5, zorder=0)
+        axes.plot(
+            [folded[n]] * 2,
+            [up * low * n, up * high * n],
+            color="0.6",
+            linestyle="-",
+            linewidth=3.0,
+            alpha=0.5,
+            zorder=0,
+        )
     met = [data[f"crossing_{name}"].to_numpy() for name in ("nodal_diameter", "frequency", "order")]
     top = up * _top(found, met[1], high * float(orders.max(initial=0)))
     axes.plot(met[0], up * met[1], "o", color="k", fillstyle="none", markersize=8)
     for at, height, named in _together(*met, near=0.04 * top / up):
-        axes.annotate(named, (at, up * height), xytext=(6, 0), textcoords="offset points", va="center",
-                      fontsize="small", bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5})  # fmt: skip
+        axes.annotate(
+            named, (at, up * height), xytext=(6, 0), textcoords="offset points", va="center", fontsize="small",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+        )  # fmt: skip
     axes.set_ylim(0.0, top)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     _legend_aside(axes)

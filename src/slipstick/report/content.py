@@ -233,7 +233,12 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
     dataset = branch.table
     friction = friction_of(dataset, branch.harmonics, kept)
     friction_places = np.array(friction["of"] if friction else [], dtype=np.intp)
-    force = next((n for n in ("friction_force", "normal_force") if n in dataset), None)
+    told = (
+        "friction_force",
+        "normal_force",
+        *(n for n, v in dataset.data_vars.items() if n.endswith("_force") and v.dims),
+    )
+    force = next((name for name in told if name in dataset), None)
     return _named(dataset, "contact", kept) | {
         "friction": friction,
         "planar": planar_of(branch, kept),

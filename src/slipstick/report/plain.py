@@ -192,7 +192,12 @@ def _motions(run: RunUp, kept: Sequence[str], steady: Branch | None) -> str:
     if steady is not None:
         head += ["steady", "at", "shift", "ratio"]
     for dof in kept:
-        row = [dof, *(lambda peak: (f"{peak.amplitude:.6g}{after_number(unit_of_dof(label, dof))}", speed(peak.omega)))(run.peak(dof))]
+        row = [
+            dof,
+            *(lambda peak: (f"{peak.amplitude:.6g}{after_number(unit_of_dof(label, dof))}", speed(peak.omega)))(
+                run.peak(dof)
+            ),
+        ]
         if steady is not None:
             row += _lag(run, steady, dof)
         rows.append(row)

@@ -55,9 +55,7 @@ def row_layout(job: Job, plan: StudyPlan) -> Layout:
     for name in plan.names:
         rows[name] = Declared((), parameter_units(job.problem, name), name)
     dofs = tuple(job.problem.outputs or ())
-    labelled = {
-        name: d._replace(units="s" if d.units == "s" else unit_in(units, d, dofs)) for name, d in rows.items()
-    }
+    labelled = {name: d._replace(units="s" if d.units == "s" else unit_in(units, d, dofs)) for name, d in rows.items()}
     return Layout(labels={"dof": dofs}, variables=labelled)
 
 

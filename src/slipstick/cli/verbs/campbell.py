@@ -95,5 +95,7 @@ def campbell(
         )
     if not answer["crossings"]:
         say(f"no crossing between {first:g} and {last:g} rad/s")
-    write_diagram(draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-campbell.png"), answer)
+    write_diagram(
+        draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-campbell.png"), answer
+    )
     return DONE

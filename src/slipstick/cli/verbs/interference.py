@@ -51,5 +51,7 @@ def interference(
         )
     if not rows:
         say("no engine order meets a frequency of its nodal diameter")
-    write_diagram(draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-interference.png"), answer)
+    write_diagram(
+        draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-interference.png"), answer
+    )
     return DONE

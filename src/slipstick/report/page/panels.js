@@ -152,7 +152,7 @@ class Panels {
     const range = most > 0 ? [most * 1e-6, most * 2] : [1e-6, 1];
     lines.forEach((line) => { line.y = line.y.map((v) => (v > range[0] ? v : NaN)); });
     chart(this.spectrum.plot, { x: { label: "Harmonic", units: "", range: [-0.6, orders.length - 0.4], ticks: [orders.map((_, j) => j).filter((j) => j % every === 0), orders.filter((_, j) => j % every === 0).map(String)] },
-      y: { label: kind === "dof" ? "Amplitude" : "Friction force", units: this.units(kind), log: true, range }, lines, height: 300, name: `harmonics of ${kinds[kind]} at ${app.where()}` });
+      y: { label: kind === "dof" ? "Amplitude" : law ? "Friction force" : `Force along ${ported.port}`, units: this.units(kind), log: true, range }, lines, height: 300, name: `harmonics of ${kinds[kind]} at ${app.where()}` });
     fill(this.spectrum.note, named(lines));
   }
 
