@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers import blocks
 from helpers.oscillator import damper, one_mass
+from helpers.pages import opened
 from helpers.reports import branch
 
 import slipstick as ss
@@ -222,3 +223,26 @@ def test_a_logarithmic_axis_is_as_long_as_its_values() -> None:
     low, high = run("rangeOf([[345, 385]], { log: true, air: 0.015 })")
     assert 344.0 < low < 345.0
     assert 385.0 < high < 386.0
+
+
+def test_every_peak_is_listed() -> None:
+    """However many: the list scrolls."""
+    content = content_of(branch(), "a", contacts=2, dofs=3)
+    content["notes"] = [[point, point % 3, "peak"] for point in range(100)]
+    rows = opened({"results": [content]}, 'return app.curves.side.querySelectorAll("tbody tr").length')
+    assert rows == 100
+
+
+@pytest.mark.filterwarnings("ignore:the damping ratio of the mode")
+def test_the_list_of_a_mode_tells_the_amplitude_that_the_terminal_tells() -> None:
+    mode = ss.nonlinear_modes(one_mass(damper()), amplitude=(1.5, 4.5), load_factors=[0.5, 1.0])
+    at = np.flatnonzero(mode.dataset["kind"].values == "requested")
+    texts = opened(
+        {"results": [content_of(mode, "a", contacts=1, dofs=1)]},
+        """return [app.curves.side.querySelectorAll("th").map((cell) => cell.textContent),
+          app.curves.side.querySelectorAll("tbody tr").map((row) => row.children.map((cell) => cell.textContent))]""",
+    )
+    heads, rows = texts
+    assert heads[-1].startswith("amplitude of x")
+    told = [float(row[-1]) for row in rows]
+    np.testing.assert_allclose(told, mode.dataset["amplitude"].values[at, 0], rtol=1e-4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,7 +43,9 @@ def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, fre
         axes.plot(across * speed, up * n * speed, color="0.7", linestyle="--", linewidth=0.8)
         inside = up * n * speed[-1] <= top  # ends at the right, else at the top
         end = speed[-1] if inside else top / (up * n)
-        place = {"xytext": (3, 0), "ha": "left", "va": "center"} if inside else {"xytext": (0, 2), "ha": "center"}
+        place: dict[str, Any] = {"xytext": (0, 2), "ha": "center"}
+        if inside:
+            place = {"xytext": (3, 0), "ha": "left", "va": "center"}
         axes.annotate(f"{n}x", (across * end, up * n * end), textcoords="offset points", color="0.4",
                       fontsize="small", annotation_clip=False, **place)  # fmt: skip
     axes.plot(across * met[0], up * met[1], "o", color="k", fillstyle="none", markersize=5)
@@ -85,7 +88,7 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None, frequency: str | N
     met = [data[f"crossing_{name}"].to_numpy() for name in ("nodal_diameter", "frequency", "order")]
     top = up * _top(found, met[1], high * float(orders.max(initial=0)))
     axes.plot(met[0], up * met[1], "o", color="k", fillstyle="none", markersize=8)
-    for at, height, named in _together(*met, near=0.04 * top / up):
+    for at, height, named in _together(met, 0.04 * top / up):
         axes.annotate(
             named, (at, up * height), xytext=(6, 0), textcoords="offset points", va="center", fontsize="small",
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
@@ -109,8 +112,9 @@ def _top(found: Any, met: Any, reach: float) -> float:
     return min(every, 1.05 * max(reach, float(met.max()))) if met.size else every
 
 
-def _together(diameters: Any, frequencies: Any, orders: Any, near: float) -> list[tuple[float, float, str]]:
+def _together(met: Sequence[Any], near: float) -> list[tuple[float, float, str]]:
     """Place and name of crossings; those too near one another to be named apart share a name, "4x, 20x"."""
+    diameters, frequencies, orders = met
     places: list[tuple[float, float, str]] = []
     for k in np.lexsort((frequencies, diameters)):
         d, w, named = float(diameters[k]), float(frequencies[k]), f"{orders[k]}x"

@@ -118,7 +118,9 @@ def _largest(dataset: ResultTable, dim: str, by: str, most: int, last: Sequence[
     if dim not in dataset.dims or by not in dataset:
         return np.arange(min(most, dataset.sizes.get(dim, 0)))
     sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
-    return np.sort(np.lexsort((-sizes, np.zeros(sizes.size) if last is None else last))[:most])
+    return np.sort(
+        np.lexsort(np.stack([-sizes, np.zeros(sizes.size) if last is None else np.array(last, dtype=float)]))[:most]
+    )
 
 
 def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:

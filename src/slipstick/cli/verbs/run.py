@@ -202,7 +202,9 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
         return every
     branch = Branch.from_dataset(run.table, run.problem)
     names, size = [str(name) for name in data["dof"].to_numpy()], data["amplitude"].max("point").to_numpy()
-    dof = names[np.lexsort((-size, [is_rotation(name) for name in names]))[0]]  # rad and lengths are not compared
+    dof = names[
+        np.lexsort(np.stack([-size, np.array([float(is_rotation(name)) for name in names])]))[0]
+    ]  # rad and lengths are not compared
     top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
     drawings: dict[str, Callable[[], Axes]] = {
         "response": lambda: plots.response(data, dof, references=_references(run.case)),
