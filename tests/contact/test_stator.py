@@ -121,3 +121,20 @@ def test_slopes_are_those_of_complex_steps():
             moved[k][j] = moved[k][j] + 1e-30j
             for i, force in enumerate(stator._force(*moved, **table)):
                 np.testing.assert_allclose(found[i, j], np.imag(force) / 1e-30, rtol=0, atol=1e-12)
+
+
+def test_states_are_where_the_rotor_is_beyond_the_clearance():
+    """Against samples of the distance; inside and outside all period there is one state."""
+    law, motion = StatorContact(kn=5.0, gap=1.0), whirling()
+    (states,) = law.states(motion, values(law))
+    tau = np.linspace(0.0, TURN, 4001)
+    x, y = (H.H_minus(tau) @ Q[0] for Q in motion.Q[:2])
+    touching = np.zeros(tau.size, dtype=bool)
+    for start, end, state in states:
+        touching |= ((tau - start) % TURN < end - start) & (state == "slip")
+    clear = np.abs(np.hypot(x, y) - 1.0) > 1e-9
+    assert (touching == (np.hypot(x, y) > 1.0))[clear].all()
+    assert sum(end - start for start, end, _ in states) == pytest.approx(TURN)
+    assert 0.1 < touching.mean() < 0.9
+    for gap, state in ((0.1, "slip"), (9.0, "separation")):
+        assert law.states(motion, values(StatorContact(kn=5.0, gap=gap)))[0] == [(0.0, TURN, state)]

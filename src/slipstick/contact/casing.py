@@ -183,7 +183,9 @@ def casing_motion(
     at, arm, turning, kept, count = _checked(angles, radius, speed, orders, lobes, backward)
     if wave is not None and (turning < 0.0) != against:
         expected = f"one {'< 0' if against else '> 0'}: angles grow with the numbers of the sectors"
-        raise InputError(Fault("speed", found=f"{turning:g} with engine order {wave.around.engine_order}", expected=expected))
+        raise InputError(
+            Fault("speed", found=f"{turning:g} with engine order {wave.around.engine_order}", expected=expected)
+        )
     series = profile_series(profile, (count * order for order in kept.orders))
     _tell(series, count, kept)
     cos, sin = _met(series, at, float(np.sign(turning)))
