@@ -21,11 +21,11 @@ from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ArclengthScaling, Step
 from slipstick.solve.continuation.corrector import _TOO_FAR, Corrector
 from slipstick.solve.continuation.events import turning_points
-from slipstick.solve.continuation.locate import _NEARLY, _PLACES, _TOLD, Locator, depth
+from slipstick.solve.continuation.locate import _NEARLY, _PLACES, Locator, bottoms
 from slipstick.solve.continuation.lockstep import Correctors, Cubics, Measures, Numbers, Points, Solved
 from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
-from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, TINY
+from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, DIP, TINY
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array, BoolArray
@@ -78,7 +78,7 @@ class Events:
             alone |= (((a < 0.0) & (b >= 0.0)) | ((a > 0.0) & (b <= 0.0))).any(axis=1) | _near_miss(rates)
             before.append(known)
         plain, between = list[tuple[int, Numbers, Array]](), list[tuple[int, Numbers, Array, Array]]()
-        bottoms = list[tuple[Array, Array]]()
+        minima = list[tuple[int, Array, Array]]()
         if self._names:
             slopes, heights = self._slopes(begins)
             for i in range(len(self._names)):
@@ -86,7 +86,7 @@ class Events:
                 crossed = (values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0)
                 missed = _near_miss(np.column_stack((values[:, :1], slopes[:, 1:, i])))
                 alone |= segments.smooth & (missed | (crossed.sum(axis=1) > 1))
-                bottoms.append((values, heights[:, 1, i]))
+                minima.append((i, values, heights[:, 1, i]))
                 plain.append((i, np.flatnonzero(segments.smooth & (crossed.sum(axis=1) == 1)), values))
                 ends = values[:, [0, -1]]
                 falls = (ends[:, 0] > 0.0) & (ends[:, 1] <= 0.0)
@@ -95,8 +95,8 @@ class Events:
                 between.append((i, np.flatnonzero(~segments.smooth & (hidden | falls)), ends, heights[:, :, i]))
                 before.append(values[:, 0])
         found = self._together(plain, between, alone)
-        for values, height in bottoms:
-            self._bottoms(values, height, found, alone)
+        for i, values, height in minima:
+            self._minima(i, values, height, found, alone)
         for s in [s for s in found.nodes if alone[s]]:
             for node in found.nodes.pop(s):
                 del found.kinds[node]
@@ -138,21 +138,24 @@ class Events:
                 del found.kinds[node]
         return found
 
-    def _bottoms(self, values: Array, heights: Array, found: Located, alone: BoolArray) -> None:
+    def _minima(self, i: int, values: Array, heights: Array, found: Located, alone: BoolArray) -> None:
         """Points at minima where ``Locator`` puts them, by slopes (n, 9) and heights (n,); those on segments where
         more is to be located are left to be found ``alone``."""
         smooth, lengths = self._segments.smooth, self._cubics.length
-        which, places = list[int](), list[float]()
-        for s, k in np.argwhere((values[:, :-1] < 0.0) & (values[:, 1:] >= 0.0)).tolist():
-            before, after = values[s, k], values[s, k + 1]
-            across = values[s, 0] < 0.0 <= values[s, -1]
-            if not (smooth[s] or across) or depth(values[s].tolist(), k) * lengths[s] <= _TOLD * heights[s]:
-                continue
-            if alone[s] or not smooth[s] or s in found.nodes or s in which:
-                alone[s] = True
-            else:
-                which.append(s)
-                places.append(_PLACES.u[k] + _PLACES.u[1] * before / (before - after))
+        which, places, rates = list[int](), list[float](), list[float]()
+        falls, rises = values[:, 0] < 0.0, values[:, -1] >= 0.0
+        alone |= ~smooth & falls & rises
+        for s in found.nodes:
+            if not smooth[s] and found.kinds[found.nodes[s][0]][1] == self._names[i]:
+                alone[s] |= falls[s] | rises[s]
+        for s in np.flatnonzero(smooth & ((values[:, :-1] < 0.0) & (values[:, 1:] >= 0.0)).any(axis=1)).tolist():
+            for k in bottoms(values[s].tolist(), float(lengths[s]), float(heights[s])):
+                if alone[s] or s in found.nodes or s in which:
+                    alone[s] = True
+                else:
+                    which.append(s)
+                    rates.append((values[s, k + 1] - values[s, k]) / _PLACES.u[1])
+                    places.append(_PLACES.u[k] - values[s, k] / rates[-1])
         kept = np.flatnonzero(~alone[which]) if which else np.empty(0, dtype=int)
         if not kept.size:
             return
@@ -161,6 +164,12 @@ class Events:
         solved, good = self._solved(
             segments, self._measures.at(segments), cubics, cubics.points(u), cubics.derivatives(u)
         )
+        if good.any():  # at a corner of the largest amplitude one solution is not enough
+            size, slope = self._at(solved.states[good], solved.tangents[good])
+            rest = 0.5 * slope[:, i] ** 2 / np.array(rates)[kept][good] * lengths[segments[good]]
+            enough = rest <= DIP * size[:, i]
+            alone[segments[good][~enough]] = True
+            good[good] = enough
         fine = np.flatnonzero(good)
         inverse = self._correctors.inverses.add(solved.inverse, fine)
         number = len(self._dense.nodes.branch)

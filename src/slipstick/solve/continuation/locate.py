@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.maxima import TINY, Both, Known, Located, Maxima, carried
+from slipstick.solve.continuation.maxima import DEEP, DIP, TINY, Both, Known, Located, Maxima, carried
 from slipstick.solve.continuation.narrowing import Bracket, narrowing
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
@@ -20,8 +20,6 @@ _PLACES = HermiteBasis(np.linspace(0.0, 1.0, 9))
 _AT: list[float] = _PLACES.u.tolist()
 _NEARLY = 0.5
 """An event function that falls to this share between the ends of a segment nearly changes its sign there."""
-_TOLD = 3e-4
-"""Part of a height by which a minimum between two points is deeper than both where a point is put."""
 _EXCEEDS = 1e-6
 """Part by which a watched quantity is expected to exceed all before where a point is put."""
 
@@ -81,7 +79,7 @@ class Locator:
                 located = [self._jump(event, segment, event.place(first, second, segment)) for _ in crossed]
             elif event.maximum:
                 located = self._maxima.maxima(event, segment, crossed, (first, before), (second, values[-1]))
-                located += self._bottoms(event, segment, values, first, second)
+                located += self._minima(event, segment, values, located, first, second)
             else:
                 located = self._changes(event, segment, crossed, (first, before), (second, values[-1]))
             located_points += [step for step in located if step is not None]
@@ -95,46 +93,62 @@ class Locator:
         if self._requested.size:
             located_points += self._passages(first, second, self._in_order(first, second, located_points), segment)
         located_points = self._in_order(first, second, located_points)
-        dips = self._dips([(0.0, first), *located_points, (1.0, second)])
-        if dips:
-            located_points = self._in_order(first, second, [*located_points, *dips])
         for _, step in located_points:
             step.arclength = first.arclength + self._corrector.metric.length(step.state - first.state)
         return [step for _, step in located_points]
 
-    def _bottoms(
-        self, event: BranchEvent, segment: HermiteSegment, values: list[float], first: Step, second: Step
-    ) -> list[Located]:
-        """Ordinary points at minima that are lower than both neighbours by what tells how far a maximum stands out."""
-        if max(values) < 0.0 or not any(a < 0.0 <= b for a, b in pairwise(values)):
-            return []
+    def _minima(
+        self, event: BranchEvent, segment: HermiteSegment, values: list[float], maxima: list[Located], first: Step,
+        second: Step,
+    ) -> list[Located]:  # fmt: skip
+        """Ordinary points at minima between two neighbours: they tell how far the maxima on both sides stand out."""
         assert event.height is not None
-        least, located = _TOLD * event.height(second), list[Located]()
-        for k, (before, after) in enumerate(pairwise(values)):
-            if not before < 0.0 <= after or depth(values, k) * segment.length <= least:
-                continue
-            if second.smooth:
-                u = _AT[k] + (_AT[1] - _AT[0]) * before / (before - after)
-                solved = self._maxima.solved(event, segment, u, 0.0, exact=False)
-                located.append(None if solved is None else (u, solved[0].named("regular", "")))
-            elif values[0] < 0.0 <= values[-1]:
-                located.append(self._maxima.bottom(event, Bracket(first, TINY, second, -TINY, 0.0, 1.0)))
+        located = list[Located]()
+        if second.smooth and max(values) >= 0.0:
+            least = min(event.height(first), event.height(second))
+            for k in bottoms(values, segment.length, least):
+                located.append(self._bottom(event, segment, values, k, least))
+        tops = self._in_order(first, second, [top for top in maxima if top is not None])
+        if not (second.smooth and not tops):
+            located += self._dips(event, values, [(0.0, first), *tops, (1.0, second)])
         return located
 
-    def _dips(self, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
-        """Minima between maxima and a neighbour that is higher: without them none could tell that the branch falls."""
-        dips = []
-        for low, high in pairwise(points):
-            for event in self._events:
-                if not event.maximum or (low[1].name, high[1].name).count(event.name) != 1:
-                    continue
-                assert event.height is not None
-                peak, other = (low[1], high[1]) if low[1].name == event.name else (high[1], low[1])
-                if peak.kind == event.kind and event.height(other) > event.height(peak):
-                    bracket = Bracket(low[1], TINY, high[1], -TINY, low[0], high[0])
-                    dip = self._maxima.bottom(event, bracket)
-                    if dip is not None:
-                        dips.append(dip)
+    def _bottom(
+        self, event: BranchEvent, segment: HermiteSegment, values: list[float], k: int, least: float
+    ) -> Located:
+        """The minimum where the slope of a segment near the branch rises through zero behind one of the places."""
+        height, width = event.height, _AT[1] - _AT[0]
+        assert height is not None
+        rate = (values[k + 1] - values[k]) / width
+        u = _AT[k] - values[k] / rate
+        solved = self._maxima.solved(event, segment, u, 0.0, self._corrector.usual)
+        if solved is None:
+            return None
+        step, slope = solved
+        enough = 0.5 * slope * slope / rate * segment.length <= DIP * height(step)
+        if not enough and height(step) > (1.0 - DEEP) * least:
+            way = -1 if slope > 0.0 else 1
+            other = min(max(u + way * width, 0.0), 1.0)
+            beside = self._maxima.solved(event, segment, other, 0.0, self._corrector.rough)
+            if beside is not None and beside[1] * slope < 0.0:
+                (low, a), (high, b) = (solved, beside)[::way]
+                lower = self._maxima.bottom(event, Bracket(low, -a, high, -b, *sorted((u, other))))
+                if lower is not None:
+                    return lower
+        return u, step.named("regular", "")
+
+    def _dips(self, event: BranchEvent, values: list[float], points: list[tuple[float, Step]]) -> list[Located]:
+        """Minima between maxima and their neighbours, where the segment is not known to be near the branch or an end is
+        higher than the maximum next to it."""
+        height, last, dips = event.height, len(points) - 1, list[Located]()
+        assert height is not None
+        smooth = points[-1][1].smooth
+        for i, (low, high) in enumerate(pairwise(points)):
+            falls, rises = i > 0 or values[0] < 0.0, i + 1 < last or values[-1] >= 0.0
+            higher = (i == 0) != (i + 1 == last) and (height(low[1]) > height(high[1])) == (i == 0)
+            if (falls and rises and not smooth) or higher:
+                ends = TINY if i or values[0] >= 0.0 else -values[0], -values[-1] if i + 1 == last and rises else -TINY
+                dips.append(self._maxima.bottom(event, Bracket(low[1], ends[0], high[1], ends[1], low[0], high[0])))
         return dips
 
     def _in_order(self, first: Step, second: Step, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
@@ -164,7 +178,7 @@ class Locator:
             return
         nearest = size.index(smallest, 1)
         for i in (nearest, max(nearest - 1, 1), min(nearest + 1, len(values) - 2)):
-            solved = self._maxima.solved(event, segment, _AT[i], 0.0, exact=False)
+            solved = self._maxima.solved(event, segment, _AT[i], 0.0, self._corrector.rough)
             if solved is not None:
                 values[i] = solved[1]
                 if (values[i] > 0.0) != positive:
@@ -306,7 +320,13 @@ class Locator:
         return None if best is None else (best[0], best[2])
 
 
-def depth(values: list[float], k: int) -> float:
+def bottoms(values: list[float], length: float, height: float) -> list[int]:
+    """Places behind which slopes along a segment rise through zero, at minima deeper than what they are known to."""
+    rises = [k for k, (a, b) in enumerate(pairwise(values)) if a < 0.0 <= b]
+    return [k for k in rises if _depth(values, k) * length > DIP * height]
+
+
+def _depth(values: list[float], k: int) -> float:
     """How much deeper a minimum between two of the places is than the lower end of the stretch that leads there, over
     the length of the segment; by slopes along it."""
     begin = next((i + 1 for i in range(k, -1, -1) if values[i] >= 0.0), 0)
