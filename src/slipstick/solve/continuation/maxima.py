@@ -191,12 +191,12 @@ class Maxima:
         if second[0].smooth:
             located = [self.near(event, segment, *change, first, second, self.top) for change in crossed]
         if not any(located) and (event.crossed(first[1], second[1]) or not second[0].smooth):
-            parts = self._parted(event, (0.0, 1.0), first, second, _PARTINGS)
+            parts = self.parted(event, (0.0, 1.0), first, second)
             located = [self.top(event, *part) for part in parts]
-        return self._apart(located)
+        return self.apart(located)
 
-    def _parted(
-        self, event: BranchEvent, places: Both, low: Known, high: Known, times: int
+    def parted(
+        self, event: BranchEvent, places: Both, low: Known, high: Known, times: int = _PARTINGS
     ) -> list[tuple[Both, Known, Known]]:
         """Parts of the branch between two solutions, with their places, over which the slope falls through zero."""
         if times and not self._plain(event, low, high):
@@ -209,8 +209,8 @@ class Maxima:
                 value = float(event.function(middle[0]))
                 at, known = 0.5 * (places[0] + places[1]), (middle[0], carried([low[1], value])[1])
                 return [
-                    *self._parted(event, (places[0], at), low, known, times - 1),
-                    *self._parted(event, (at, places[1]), known, high, times - 1),
+                    *self.parted(event, (places[0], at), low, known, times - 1),
+                    *self.parted(event, (at, places[1]), known, high, times - 1),
                 ]
         return [(places, low, high)] if event.crossed(low[1], high[1]) else []
 
@@ -225,7 +225,7 @@ class Maxima:
         limit = min(_STEADY * abs(gain), _STEEP * max(heights)) if steady else 0.0
         return hidden <= max(_HIDDEN * max(heights), limit)
 
-    def _apart(self, located: list[Located]) -> list[Located]:
+    def apart(self, located: list[Located]) -> list[Located]:
         """What was located, each once: the brackets of neighbouring places overlap."""
         kept: list[Located] = []
         for one in located:
