@@ -21,11 +21,11 @@ from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ArclengthScaling, Step
 from slipstick.solve.continuation.corrector import _TOO_FAR, Corrector
 from slipstick.solve.continuation.events import turning_points
-from slipstick.solve.continuation.locate import _NEARLY, _PLACES, _TOLD, Locator, depth
+from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTTOM_SECANTS, Locator, bottoms
 from slipstick.solve.continuation.lockstep import Correctors, Cubics, Measures, Numbers, Points, Solved
 from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
-from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, TINY
+from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, DEEP, DIP, TINY
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array, BoolArray
@@ -78,7 +78,7 @@ class Events:
             alone |= (((a < 0.0) & (b >= 0.0)) | ((a > 0.0) & (b <= 0.0))).any(axis=1) | _near_miss(rates)
             before.append(known)
         plain, between = list[tuple[int, Numbers, Array]](), list[tuple[int, Numbers, Array, Array]]()
-        bottoms = list[tuple[Array, Array]]()
+        minima = list[tuple[int, Array, Array]]()
         if self._names:
             slopes, heights = self._slopes(begins)
             for i in range(len(self._names)):
@@ -86,7 +86,7 @@ class Events:
                 crossed = (values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0)
                 missed = _near_miss(np.column_stack((values[:, :1], slopes[:, 1:, i])))
                 alone |= segments.smooth & (missed | (crossed.sum(axis=1) > 1))
-                bottoms.append((values, heights[:, 1, i]))
+                minima.append((i, values, heights[:, :, i]))
                 plain.append((i, np.flatnonzero(segments.smooth & (crossed.sum(axis=1) == 1)), values))
                 ends = values[:, [0, -1]]
                 falls = (ends[:, 0] > 0.0) & (ends[:, 1] <= 0.0)
@@ -95,8 +95,8 @@ class Events:
                 between.append((i, np.flatnonzero(~segments.smooth & (hidden | falls)), ends, heights[:, :, i]))
                 before.append(values[:, 0])
         found = self._together(plain, between, alone)
-        for values, height in bottoms:
-            self._bottoms(values, height, found, alone)
+        for i, values, height in minima:
+            self._minima(i, values, height, found, alone)
         for s in [s for s in found.nodes if alone[s]]:
             for node in found.nodes.pop(s):
                 del found.kinds[node]
@@ -128,7 +128,7 @@ class Events:
             brackets.append((i, beside))
         for i, some in brackets:
             self._narrowed(i, some.at(~alone[some.segment]), found)
-        self._with_dips(found, alone)
+        self._with_dips(found, np.stack([ends for _, _, ends, _ in between], axis=1) if between else None, alone)
         doubted = self._correctors.doubtful & ~known
         self._correctors.doubtful[:] = known
         for which in [*(part[1] for part in plain), *(part[1] for part in between)]:
@@ -138,50 +138,76 @@ class Events:
                 del found.kinds[node]
         return found
 
-    def _bottoms(self, values: Array, heights: Array, found: Located, alone: BoolArray) -> None:
-        """Points at minima where ``Locator`` puts them, by slopes (n, 9) and heights (n,); those on segments where
+    def _minima(self, i: int, values: Array, heights: Array, found: Located, alone: BoolArray) -> None:
+        """Points at minima where ``Locator`` puts them, by slopes (n, 9) and heights (n, 2); those on segments where
         more is to be located are left to be found ``alone``."""
         smooth, lengths = self._segments.smooth, self._cubics.length
-        which, places = list[int](), list[float]()
-        for s, k in np.argwhere((values[:, :-1] < 0.0) & (values[:, 1:] >= 0.0)).tolist():
-            before, after = values[s, k], values[s, k + 1]
-            across = values[s, 0] < 0.0 <= values[s, -1]
-            if not (smooth[s] or across) or depth(values[s].tolist(), k) * lengths[s] <= _TOLD * heights[s]:
-                continue
-            if alone[s] or not smooth[s] or s in found.nodes or s in which:
-                alone[s] = True
-            else:
-                which.append(s)
-                places.append(_PLACES.u[k] + _PLACES.u[1] * before / (before - after))
+        which, places, rates = list[int](), list[float](), list[float]()
+        falls, rises = values[:, 0] < 0.0, values[:, -1] >= 0.0
+        flat = np.minimum(np.abs(values[:, 0]), np.abs(values[:, -1])) * lengths <= DIP * heights[:, 1]
+        alone |= ~smooth & falls & rises & ~flat
+        for s in found.nodes:
+            if not smooth[s] and found.kinds[found.nodes[s][0]][1] == self._names[i]:
+                alone[s] |= falls[s] | rises[s]
+        for s in np.flatnonzero(smooth & ((values[:, :-1] < 0.0) & (values[:, 1:] >= 0.0)).any(axis=1)).tolist():
+            for k in bottoms(values[s].tolist(), float(lengths[s]), float(heights[s, 1])):
+                if alone[s] or s in found.nodes or s in which:
+                    alone[s] = True
+                else:
+                    which.append(s)
+                    rates.append((values[s, k + 1] - values[s, k]) / _PLACES.u[1])
+                    places.append(_PLACES.u[k] - values[s, k] / rates[-1])
         kept = np.flatnonzero(~alone[which]) if which else np.empty(0, dtype=int)
         if not kept.size:
             return
-        segments, u = np.array(which)[kept], np.array(places)[kept]
-        cubics = self._cubics.at(segments)
-        solved, good = self._solved(
-            segments, self._measures.at(segments), cubics, cubics.points(u), cubics.derivatives(u)
-        )
-        fine = np.flatnonzero(good)
-        inverse = self._correctors.inverses.add(solved.inverse, fine)
-        number = len(self._dense.nodes.branch)
-        points = self._as_nodes(solved, fine, inverse, segments[fine])
-        self._dense.nodes = Points.joined([self._dense.nodes, points])
-        for j, s in enumerate(segments[fine].tolist()):
-            found.nodes[s], found.kinds[number + j] = [number + j], ("regular", "")
+        segments, u, rate = np.array(which)[kept], np.array(places)[kept], np.array(rates)[kept]
+        for _ in range(BOTTOM_SECANTS):
+            cubics = self._cubics.at(segments)
+            solved, good = self._solved(
+                segments, self._measures.at(segments), cubics, cubics.points(u), cubics.derivatives(u)
+            )
+            alone[segments[~good]] = True
+            size, slope = (each[:, i] for each in self._at(solved.states[good], solved.tangents[good]))
+            enough = good.copy()
+            near = 0.5 * slope**2 / rate[good] * lengths[segments[good]] <= DIP * size
+            enough[good] = near | (size < (1.0 - DEEP) * heights[segments[good]].min(axis=1))
+            fine = np.flatnonzero(enough)
+            inverse = self._correctors.inverses.add(solved.inverse, fine)
+            number = len(self._dense.nodes.branch)
+            points = self._as_nodes(solved, fine, inverse, segments[fine])
+            self._dense.nodes = Points.joined([self._dense.nodes, points])
+            for j, s in enumerate(segments[fine].tolist()):
+                found.nodes[s], found.kinds[number + j] = [number + j], ("regular", "")
+            rest = good & ~enough
+            u = np.clip(u[rest] - slope[~enough[good]] / rate[rest], 0.0, 1.0)
+            segments, rate = segments[rest], rate[rest]
+            if not segments.size:
+                break
+        alone[segments] = True
 
-    def _with_dips(self, found: Located, alone: BoolArray) -> None:
-        """Segments of which an end is higher than the peak: the minimum between is found where each is ``alone``."""
+    def _with_dips(self, found: Located, slopes: Array | None, alone: BoolArray) -> None:
+        """Segments of which an end is higher than the peak, or that by slopes (n, n_outputs, 2) at their ends have one
+        of another output beside it: minima, and that peak, are found where each is ``alone``."""
         segments = np.array(list(found.nodes), dtype=int)
         if not segments.size:
             return
         peaks = np.array([found.nodes[s][0] for s in segments.tolist()])
         of = np.array([self._names.index(found.kinds[node][1]) for node in peaks.tolist()])
         every, nodes = np.arange(of.size), self._dense.nodes
-        size, *ends = (
-            self._at(nodes.states[at], nodes.tangents[at])[0][every, of]
+        at_peaks, *at_ends = (
+            self._at(nodes.states[at], nodes.tangents[at])
             for at in (peaks, self._segments.first[segments], self._segments.second[segments])
         )
+        size, ends = at_peaks[0][every, of], [sizes[every, of] for sizes, _ in at_ends]
         alone[segments[np.maximum(*ends) > size]] = True
+        if slopes is not None:
+            slope, (before, after) = at_peaks[1], np.moveaxis(slopes[segments], 2, 0)
+            falls = ((before > 0.0) & (slope <= 0.0)) | ((slope > 0.0) & (after <= 0.0))
+            for sizes, sign, end in ((at_ends[0][0], 1.0, before), (at_ends[1][0], -1.0, after)):
+                gain = sign * (at_peaks[0] / np.maximum(sizes, TINY) - 1.0)
+                falls |= (end * slope > 0.0) & (gain * slope < 0.0) & (np.abs(gain) > _EXCEEDS)
+            falls[every, of] = False
+            alone[segments[falls.any(axis=1)]] = True
 
     def _motion(self, z: Array) -> Array:
         """Motion of the outputs (k, n_outputs, L) that goes with states or their derivatives (k, N + 1)."""

@@ -25,6 +25,8 @@ _OFF = 3e-3
 """Relative error of how far states are off the branch, which the Jacobian of another point does not tell better."""
 _LOCATED = 1e-14
 """Newton tolerance of located points, whose places are known better than the points between: down to rounding."""
+_ROUGH = 1e-5
+"""Newton tolerance of solutions that only tell of slopes and heights."""
 
 
 class Corrector:
@@ -35,9 +37,10 @@ class Corrector:
     """
 
     def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
-        self._system, self._size, self.metric, self._options = system, size, metric, options
+        self._system, self._size, self.metric, self.usual = system, size, metric, options
         self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
         self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
+        self.rough = replace(options, tolerance=max(_ROUGH, options.tolerance))
         self.evaluations = self.solves = 0
         self.context: Any = None
         self.beside: Jacobian | None = None
@@ -70,8 +73,8 @@ class Corrector:
         """The solution on the plane through ``guess`` (N + 1,) across ``normal``, None if the iteration fails.
 
         ``normal`` None keeps the parameter of ``guess`` exactly; the tangent then points along ``forward`` if given.
-        ``options`` are those of the corrector, or its ``exact`` or ``patient`` ones. It is given up where the first
-        correction leads further than a scaled ``reach`` away.
+        ``options`` are those of the corrector, or its ``exact``, ``patient`` or ``rough`` ones. It is given up where
+        the first correction leads further than a scaled ``reach`` away.
         """
         size, weights = self._size, self.metric.weights
         if normal is None:
@@ -80,7 +83,7 @@ class Corrector:
         else:
             row = normal * weights * weights
             row /= np.abs(row).max()
-        options = options or self._options
+        options = options or self.usual
         result = self._solve(guess, row, options, reach=reach)
         while result.converged and (finer := _again(result.evaluation)) is not None:
             guess[:] = result.x

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import copysign
 
 import numpy as np
 
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.maxima import TINY, Both, Known, Located, Maxima, carried
+from slipstick.solve.continuation.maxima import DEEP, DIP, TINY, Both, Known, Located, Maxima, carried
 from slipstick.solve.continuation.narrowing import Bracket, narrowing
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
@@ -20,8 +21,8 @@ _PLACES = HermiteBasis(np.linspace(0.0, 1.0, 9))
 _AT: list[float] = _PLACES.u.tolist()
 _NEARLY = 0.5
 """An event function that falls to this share between the ends of a segment nearly changes its sign there."""
-_TOLD = 3e-4
-"""Part of a height by which a minimum between two points is deeper than both where a point is put."""
+BOTTOM_SECANTS = 3
+"""Solutions that are sought of a minimum where the segment shows it."""
 _EXCEEDS = 1e-6
 """Part by which a watched quantity is expected to exceed all before where a point is put."""
 
@@ -68,7 +69,7 @@ class Locator:
         if segment is None:
             return []
         located_points: list[tuple[float, Step]] = []
-        ends = []
+        ends, maxima = [], list[tuple[BranchEvent, list[float], list[Located]]]()
         self._maxima.begin(first, second)
         watched = len(self.values) - len(self._events)
         for event, before in zip(self._events, self.values[watched:], strict=True):
@@ -81,10 +82,18 @@ class Locator:
                 located = [self._jump(event, segment, event.place(first, second, segment)) for _ in crossed]
             elif event.maximum:
                 located = self._maxima.maxima(event, segment, crossed, (first, before), (second, values[-1]))
-                located += self._bottoms(event, segment, values, first, second)
+                maxima.append((event, values, located))
             else:
                 located = self._changes(event, segment, crossed, (first, before), (second, values[-1]))
             located_points += [step for step in located if step is not None]
+        for event, values, _ in maxima:
+            located_points += self._bottoms(event, segment, values, first, second)
+        others = self._in_order(first, second, located_points)
+        for event, values, located in maxima:
+            if others and not any(located):
+                located = self._beside(event, (first, values[0]), others, (second, values[-1]))
+                located_points += [step for step in located if step is not None]
+            located_points += self._dips(event, values, located, first, second)
         if self._watched is not None:
             largest = self._exceed(
                 self._watched, np.array(self.values[:watched]), located_points, segment, first, second
@@ -95,47 +104,87 @@ class Locator:
         if self._requested.size:
             located_points += self._passages(first, second, self._in_order(first, second, located_points), segment)
         located_points = self._in_order(first, second, located_points)
-        dips = self._dips([(0.0, first), *located_points, (1.0, second)])
-        if dips:
-            located_points = self._in_order(first, second, [*located_points, *dips])
         for _, step in located_points:
             step.arclength = first.arclength + self._corrector.metric.length(step.state - first.state)
         return [step for _, step in located_points]
 
-    def _bottoms(
-        self, event: BranchEvent, segment: HermiteSegment, values: list[float], first: Step, second: Step
+    def _beside(
+        self, event: BranchEvent, first: Known, others: list[tuple[float, Step]], second: Known
     ) -> list[Located]:
-        """Ordinary points at minima that are lower than both neighbours by what tells how far a maximum stands out."""
-        if max(values) < 0.0 or not any(a < 0.0 <= b for a, b in pairwise(values)):
-            return []
+        """Maxima between what was located of other events, where those tell it: at a corner all have their extremes."""
+        known = [(0.0, first), *((u, (step, float(event.function(step)))) for u, step in others), (1.0, second)]
         assert event.height is not None
-        least, located = _TOLD * event.height(second), list[Located]()
-        for k, (before, after) in enumerate(pairwise(values)):
-            if not before < 0.0 <= after or depth(values, k) * segment.length <= least:
-                continue
-            if second.smooth:
-                u = _AT[k] + (_AT[1] - _AT[0]) * before / (before - after)
-                solved = self._maxima.solved(event, segment, u, 0.0, exact=False)
-                located.append(None if solved is None else (u, solved[0].named("regular", "")))
-            elif values[0] < 0.0 <= values[-1]:
-                located.append(self._maxima.bottom(event, Bracket(first, TINY, second, -TINY, 0.0, 1.0)))
+        located = list[Located]()
+        for (u, low), (v, high) in pairwise(known):
+            parts = [((u, v), low, high)] if event.crossed(low[1], high[1]) else []
+            if low[1] * high[1] > 0.0:
+                gain = event.height(high[0]) / event.height(low[0]) - 1.0
+                if gain * low[1] < 0.0 and abs(gain) > _EXCEEDS:  # it does not rise where the slopes say so
+                    parts = self._maxima.parted(event, (u, v), low, high)
+            located += [self._maxima.top(event, *part) for part in parts]
         return located
 
-    def _dips(self, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
-        """Minima between maxima and a neighbour that is higher: without them none could tell that the branch falls."""
-        dips = []
-        for low, high in pairwise(points):
-            for event in self._events:
-                if not event.maximum or (low[1].name, high[1].name).count(event.name) != 1:
-                    continue
-                assert event.height is not None
-                peak, other = (low[1], high[1]) if low[1].name == event.name else (high[1], low[1])
-                if peak.kind == event.kind and event.height(other) > event.height(peak):
-                    bracket = Bracket(low[1], TINY, high[1], -TINY, low[0], high[0])
-                    dip = self._maxima.bottom(event, bracket)
-                    if dip is not None:
-                        dips.append(dip)
-        return dips
+    def _bottoms(
+        self, event: BranchEvent, segment: HermiteSegment, values: list[float], first: Step, second: Step
+    ) -> list[tuple[float, Step]]:
+        """Ordinary points at minima that a segment near the branch shows: they tell how far maxima stand out."""
+        if not second.smooth or max(values) < 0.0:
+            return []
+        assert event.height is not None
+        least = min(event.height(first), event.height(second))
+        located = [
+            self._bottom(event, segment, values, k, least)
+            for k in bottoms(values, segment.length, event.height(second))
+        ]
+        return [one for one in located if one is not None]
+
+    def _bottom(
+        self, event: BranchEvent, segment: HermiteSegment, values: list[float], k: int, least: float
+    ) -> Located:
+        """The minimum where the slope of a segment near the branch rises through zero behind one of the places."""
+        height, width = event.height, _AT[1] - _AT[0]
+        assert height is not None
+        rate = (values[k + 1] - values[k]) / width
+        u, known = _AT[k] - values[k] / rate, list[tuple[float, Known]]()
+        for _ in range(BOTTOM_SECANTS):
+            solved = self._maxima.solved(event, segment, u, 0.0, self._corrector.usual)
+            if solved is None:
+                break
+            step, slope = solved
+            known.append((u, solved))
+            enough = 0.5 * slope * slope / rate * segment.length <= DIP * height(step)
+            if enough or height(step) < (1.0 - DEEP) * least:
+                return u, step.named("regular", "")
+            u = min(max(u - slope / rate, 0.0), 1.0)
+        if not known:
+            return None
+        begin, end = min(known, key=lambda one: one[1][1]), max(known, key=lambda one: one[1][1])
+        if begin[1][1] < 0.0 < end[1][1]:
+            (u, (low, a)), (v, (high, b)) = begin, end
+            lower = self._maxima.bottom(event, Bracket(low, -a, high, -b, u, v))
+            if lower is not None:
+                return lower
+        u, (step, _) = min(known, key=lambda one: height(one[1][0]))
+        return u, step.named("regular", "")
+
+    def _dips(
+        self, event: BranchEvent, values: list[float], maxima: list[Located], first: Step, second: Step
+    ) -> list[tuple[float, Step]]:
+        """Minima between maxima and their neighbours, where the segment is not known to be near the branch or an end is
+        higher than the maximum next to it."""
+        tops = self._in_order(first, second, [top for top in maxima if top is not None])
+        if second.smooth and not tops:
+            return []
+        points = [(0.0, first), *tops, (1.0, second)]
+        height, last, dips = event.height, len(points) - 1, list[Located]()
+        assert height is not None
+        for i, (low, high) in enumerate(pairwise(points)):
+            falls, rises = i > 0 or values[0] < 0.0, i + 1 < last or values[-1] >= 0.0
+            higher = (i == 0) != (i + 1 == last) and (height(low[1]) > height(high[1])) == (i == 0)
+            if (falls and rises and not second.smooth) or higher:
+                ends = TINY if i or values[0] >= 0.0 else -values[0], -values[-1] if i + 1 == last and rises else -TINY
+                dips.append(self._maxima.bottom(event, Bracket(low[1], ends[0], high[1], ends[1], low[0], high[0])))
+        return [dip for dip in dips if dip is not None]
 
     def _in_order(self, first: Step, second: Step, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
         """What was located, in order along the branch: their places tell it only where the segment is near to that."""
@@ -164,7 +213,7 @@ class Locator:
             return
         nearest = size.index(smallest, 1)
         for i in (nearest, max(nearest - 1, 1), min(nearest + 1, len(values) - 2)):
-            solved = self._maxima.solved(event, segment, _AT[i], 0.0, exact=False)
+            solved = self._maxima.solved(event, segment, _AT[i], 0.0, self._corrector.rough)
             if solved is not None:
                 values[i] = solved[1]
                 if (values[i] > 0.0) != positive:
@@ -210,9 +259,25 @@ class Locator:
             return self._change(event, segment, places, low, high)
 
         located = [self._maxima.near(event, segment, *pair, first, second, change) for pair in crossed]
+        apart = self._maxima.apart(located)
+        if event.height is not None and len(apart) == 1 < len([one for one in located if one is not None]):
+            return [*apart, self._other(event, apart[0], first, second)]
         if not any(located):
             located = [change(event, (0.0, 1.0), first, second)]
         return located
+
+    def _other(self, event: BranchEvent, located: Located, first: Known, second: Known) -> Located:
+        """The second of two extremes between two neighbours, of which one was located twice: before it or behind it."""
+        assert located is not None
+        at, step = located
+        for places, low, high in (
+            ((0.0, at), first, (step, -copysign(TINY, first[1]))),
+            ((at, 1.0), (step, -copysign(TINY, second[1])), second),
+        ):
+            other = self._maxima.top(event, places, low, high)
+            if len(self._maxima.apart([located, other])) > 1:
+                return other
+        return None
 
     def _change(
         self, event: BranchEvent, segment: HermiteSegment, places: Both, low: Known | None, high: Known | None
@@ -306,7 +371,13 @@ class Locator:
         return None if best is None else (best[0], best[2])
 
 
-def depth(values: list[float], k: int) -> float:
+def bottoms(values: list[float], length: float, height: float) -> list[int]:
+    """Places behind which slopes along a segment rise through zero, at minima deeper than what they are known to."""
+    rises = [k for k, (a, b) in enumerate(pairwise(values)) if a < 0.0 <= b]
+    return [k for k in rises if _depth(values, k) * length > DIP * height]
+
+
+def _depth(values: list[float], k: int) -> float:
     """How much deeper a minimum between two of the places is than the lower end of the stretch that leads there, over
     the length of the segment; by slopes along it."""
     begin = next((i + 1 for i in range(k, -1, -1) if values[i] >= 0.0), 0)

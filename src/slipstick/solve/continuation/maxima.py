@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import copysign
+from itertools import chain
+from math import copysign, inf
 
 import numpy as np
 
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.narrowing import Bracket, narrowed
+from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.continuation.narrowing import Bracket, guesses_of, narrowed, with_inside
 from slipstick.solve.continuation.step import Step
+from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
 
 TINY = float(np.finfo(float).tiny)
@@ -22,10 +25,18 @@ _HIDDEN = 2e-4
 """Part of a height that a maximum may stand out by unseen there."""
 _STEADY = 0.05
 """Part of the gain that a monotone one may differ by from that of a parabola."""
-_STEEP = 6e-4
+_STEEP = 1e-3
 """Part of a height up to which that holds."""
-_BOTTOM = 1e-3
-"""Scaled arclength to which a minimum is known that only tells how far a maximum stands out."""
+DIP = 1e-5
+"""Part of its height to which a minimum is known: it tells how far the maxima on both sides stand out."""
+DEEP = 1.1e-3
+"""Part of a height by which a minimum is deeper where more need not be known of it."""
+_TRIALS = 12
+"""Solutions that are sought for a minimum."""
+_BESIDE = 0.98
+"""Part of the way to a corner by which its sides are tried."""
+_FLAT = 10.0
+"""Times further than it is known that a minimum may be, by the slope at the side next to it."""
 _SAME = 10.0
 """Tolerances apart that two locations of one maximum are at most."""
 
@@ -72,13 +83,18 @@ class Maxima:
         return located
 
     def solved(
-        self, event: BranchEvent, segment: HermiteSegment, u: float, off: Array | float, *, exact: bool = True
+        self,
+        event: BranchEvent,
+        segment: HermiteSegment,
+        u: float,
+        off: Array | float,
+        options: NewtonOptions | None = None,
     ) -> tuple[Step, float] | None:
         """The solution on the plane across the segment at ``u``, expected ``off`` it, and the event function there.
 
-        ``exact``: as exactly as a located point is known, else as every point of the branch.
+        As exactly as a located point is known unless there are other ``options``.
         """
-        guess, options = segment.point(u) + off, self.corrector.exact if exact else None
+        guess, options = segment.point(u) + off, options or self.corrector.exact
         step, _ = self.corrector.correct(guess, segment.derivative(u), event.kind, name=event.name, options=options)
         if step is None or not self.corrector.near(step.state - guess, segment.length):
             return None
@@ -88,8 +104,8 @@ class Maxima:
         """By secants from where the sign change is expected; None where they lead out of the ``room``."""
         rate = (of[1] - of[0]) / (at[1] - at[0])
         u, off, known = at[0] - of[0] / rate, np.zeros(1), None
-        for _ in range(_SECANTS):
-            solved = self.solved(event, segment, u, off)
+        for trial in range(_SECANTS):
+            solved = self.solved(event, segment, u, off, None if trial else self.corrector.rough)
             if solved is None:
                 return None
             step, value = solved
@@ -100,7 +116,7 @@ class Maxima:
                 rate = slope
             known, off = (u, value), step.state - segment.point(u)
             shift = -value / rate
-            if abs(shift) * segment.length < self.tolerance:
+            if trial and abs(shift) * segment.length < self.tolerance:
                 return u, step
             u += shift
             if not room[0] <= u <= room[1]:
@@ -111,18 +127,51 @@ class Maxima:
         """The extreme between two solutions, at ``places`` on the segment, that bracket one."""
         if low is None or high is None or not event.crossed(low[1], high[1]):
             return None
-        return self.narrowed(event, places, low, high).top(event.falling(low[1]), self.corrector.metric, self.tolerance)
+        narrow = self.narrowed(event, places, low, high)
+        place, step = narrow.top(event.falling(low[1]), self.corrector.metric, self.tolerance)
+        if any(np.array_equal(step.state, end.state) for end, _ in (low, high)):  # it may be known roughly only
+            better, _ = self.corrector.correct(
+                step.state.copy(), step.tangent, step.kind, name=step.name, options=self.corrector.exact
+            )
+            step = better or step
+        return place, step
 
     def bottom(self, event: BranchEvent, bracket: Bracket) -> Located:
         """The minimum between two solutions, the height falling from the first and rising to the second: as an ordinary
         point, None where it is one of them."""
-        assert event.height is not None
-        found = narrowed(self.corrector, event.falling(-1.0), bracket, _BOTTOM)
-        place, step = min(
-            ((found.begin, found.low), (found.end, found.high)),
-            key=lambda end: event.height(end[1]),  # type: ignore[misc]
-        )
-        return None if step in (bracket.low, bracket.high) else (place, step.named("regular", ""))
+        height, metric, falling = event.height, self.corrector.metric, event.falling(-1.0)
+        assert height is not None
+        least, found, now = min(height(bracket.low), height(bracket.high)), None, bracket
+        best, before, lows, changed = least, inf, False, False
+        for trial in range(_TRIALS):
+            ways = now.corner(metric)
+            lowest = _lowest(now, height, metric, ways)
+            told = changed and abs(lowest - before) <= DIP * best
+            flat = min(now.rising, -now.falling) * now.room(metric) <= _FLAT * DIP * best
+            if best < (1.0 - DEEP) * least or ((told or flat) and best - lowest <= DIP * best):
+                break
+            before, room = lowest, now.room(metric)
+            edge = min(0.25, 0.5 * self.tolerance / room)
+            share = now.rising / (now.rising - now.falling) if lowest > -inf else 0.5
+            guesses = guesses_of(self.corrector, now, min(max(share, edge), 1.0 - edge))
+            if trial and ways is not None and max(ways) < room:  # from the side that was left as it is
+                end, way = (now.high, -ways[1]) if lows else (now.low, ways[0])
+                unit = end.tangent / metric.length(end.tangent)
+                guesses = chain([(end.state + _BESIDE * way * unit, unit)], guesses)
+            narrower = with_inside(self.corrector, falling, now, guesses, self.corrector.rough)
+            if narrower is None:
+                break
+            changed, lows = lows != (narrower.low is not now.low), narrower.low is not now.low
+            now = narrower
+            for place, step in ((now.begin, now.low), (now.end, now.high)):
+                if height(step) < best:
+                    best, found = height(step), (place, step)
+        return None if found is None else (found[0], self.settled(found[1]))
+
+    def settled(self, step: Step) -> Step:
+        """A solution that is known roughly, as exactly as every point of the branch."""
+        better, _ = self.corrector.correct(step.state.copy(), step.tangent, "regular")
+        return step.named("regular", "") if better is None else better
 
     def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
         """What two solutions between which an event function changes its sign are narrowed to."""
@@ -142,26 +191,26 @@ class Maxima:
         if second[0].smooth:
             located = [self.near(event, segment, *change, first, second, self.top) for change in crossed]
         if not any(located) and (event.crossed(first[1], second[1]) or not second[0].smooth):
-            parts = self._parted(event, (0.0, 1.0), first, second, _PARTINGS)
+            parts = self.parted(event, (0.0, 1.0), first, second)
             located = [self.top(event, *part) for part in parts]
-        return self._apart(located)
+        return self.apart(located)
 
-    def _parted(
-        self, event: BranchEvent, places: Both, low: Known, high: Known, times: int
+    def parted(
+        self, event: BranchEvent, places: Both, low: Known, high: Known, times: int = _PARTINGS
     ) -> list[tuple[Both, Known, Known]]:
         """Parts of the branch between two solutions, with their places, over which the slope falls through zero."""
         if times and not self._plain(event, low, high):
             key = (id(low[0]), id(high[0]))
             if key not in self._middles:
-                between = self.solved(event, self.corrector.segment(low[0], high[0]), 0.5, 0.0, exact=False)
+                between = self.solved(event, self.corrector.segment(low[0], high[0]), 0.5, 0.0, self.corrector.rough)
                 self._middles[key] = low[0], high[0], between
             middle = self._middles[key][2]
             if middle is not None:
                 value = float(event.function(middle[0]))
                 at, known = 0.5 * (places[0] + places[1]), (middle[0], carried([low[1], value])[1])
                 return [
-                    *self._parted(event, (places[0], at), low, known, times - 1),
-                    *self._parted(event, (at, places[1]), known, high, times - 1),
+                    *self.parted(event, (places[0], at), low, known, times - 1),
+                    *self.parted(event, (at, places[1]), known, high, times - 1),
                 ]
         return [(places, low, high)] if event.crossed(low[1], high[1]) else []
 
@@ -176,7 +225,7 @@ class Maxima:
         limit = min(_STEADY * abs(gain), _STEEP * max(heights)) if steady else 0.0
         return hidden <= max(_HIDDEN * max(heights), limit)
 
-    def _apart(self, located: list[Located]) -> list[Located]:
+    def apart(self, located: list[Located]) -> list[Located]:
         """What was located, each once: the brackets of neighbouring places overlap."""
         kept: list[Located] = []
         for one in located:
@@ -186,6 +235,23 @@ class Maxima:
             ):
                 kept.append(one)
         return kept
+
+
+def _lowest(
+    bracket: Bracket, height: Callable[[Step], float], metric: Metric, ways: tuple[float, float] | None
+) -> float:
+    """The height to which the tangents at both ends fall, at a corner some ``ways`` from them or where they cross.
+
+    At a maximum there is none: any depth.
+    """
+    down, up = bracket.rising, -bracket.falling
+    if min(down, up) <= TINY:
+        return -inf
+    low, high, room = height(bracket.low), height(bracket.high), bracket.room(metric)
+    if ways is None:
+        way = min(max((low - high + up * room) / (down + up), 0.0), room)
+        ways = way, room - way
+    return min(low - down * ways[0], high - up * ways[1])
 
 
 def carried(values: list[float]) -> list[float]:

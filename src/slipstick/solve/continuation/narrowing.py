@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.step import Step
+from slipstick.solve.newton import NewtonOptions
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
@@ -24,6 +25,11 @@ _ENOUGH = 100.0
 """Tolerances to which a turning point must be known where no nearer solution is found."""
 _REVERSED = 1e-12
 """Square of the sine of an angle below which two tangents are on one line."""
+_SHARP = 1e-6
+"""The same from which on a corner is seen."""
+
+Guess = tuple[Array, Array]
+"""Where a solution may be, and the direction of the branch there."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,14 @@ class Bracket:
         if g >= 0.0 or 1.0 - g * g < _REVERSED:
             return None
         return abs(p - g * q) / (1.0 - g * g), abs(q - g * p) / (1.0 - g * g)
+
+    def corner(self, metric: Metric) -> tuple[float, float] | None:
+        """Ways from both ends to a corner between, if the branch is straight but for that; None where it is not."""
+        a, b, chord = self._scaled(metric)
+        g, p, q = float(a.dot(b)), float(a.dot(chord)), float(b.dot(chord))
+        if 1.0 - g * g < _SHARP or p <= g * q or q <= g * p:
+            return None
+        return (p - g * q) / (1.0 - g * g), (q - g * p) / (1.0 - g * g)
 
     def room(self, metric: Metric) -> float:
         """Length of the branch between them: their distance, or more where it turns back."""
@@ -124,30 +138,33 @@ def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolera
             return
         share = 0.5 if bisect else bracket.rising / (bracket.rising - bracket.falling)
         edge = min(0.5, 0.5 * tolerance / room)
-        inside = _inside(corrector, event, bracket, min(max(share, edge), 1.0 - edge))
-        if inside is None:
+        guesses = guesses_of(corrector, bracket, min(max(share, edge), 1.0 - edge))
+        narrower = with_inside(corrector, event, bracket, guesses, corrector.exact)
+        if narrower is None:
             return
-        value = float(event.function(inside)) or _TINY  # a plateau goes on as what comes before
-        bracket = bracket.with_inside(inside, value, metric)
+        bracket = narrower
         yield bracket
         before, room = room, bracket.room(metric)
         # secants approach a smooth maximum from one side; a second slow one in a row is a corner
         bisect = not bisect and room > 0.5 * before
 
 
-def _inside(corrector: Corrector, event: BranchEvent, bracket: Bracket, share: float) -> Step | None:
-    """A solution between the ends of a bracket."""
+def with_inside(
+    corrector: Corrector, event: BranchEvent, bracket: Bracket, guesses: Iterable[Guess], options: NewtonOptions
+) -> Bracket | None:
+    """The part of a bracket that a solution between its ends leaves; None where there is none near any guess."""
     room = bracket.room(corrector.metric)
-    for guess, normal in _guesses(corrector, bracket, share):
-        step, _ = corrector.correct(guess.copy(), normal, event.kind, name=event.name, options=corrector.exact)
+    for guess, normal in guesses:
+        step, _ = corrector.correct(guess.copy(), normal, event.kind, name=event.name, options=options)
         near = step is not None and corrector.near(step.state - guess, room)
         if step is not None and near and bracket.holds(step, corrector.metric):
-            return step
+            value = float(event.function(step)) or _TINY  # a plateau goes on as what comes before
+            return bracket.with_inside(step, value, corrector.metric)
     return None
 
 
-def _guesses(corrector: Corrector, bracket: Bracket, share: float) -> Iterator[tuple[Array, Array]]:
-    """Where solutions may be, and the direction of the branch there."""
+def guesses_of(corrector: Corrector, bracket: Bracket, share: float) -> Iterator[Guess]:
+    """Where solutions may be, at a ``share`` of a bracket first."""
     low, high, metric = bracket.low, bracket.high, corrector.metric
     segment, ways = corrector.segment(low, high), bracket.ways(metric)
     yield segment.point(share), segment.derivative(share)
