@@ -31,7 +31,7 @@ _BALANCED = 1e-8
 """Mean force along a rigid-body motion over the forces that make it, up to which it is in balance."""
 
 _SLIDING = 10.0
-"""Vibration over the motion up to slip at which contacts are asked: in one as large as that they slip or not by rounding."""
+"""Vibration over the motion up to slip at which contacts are asked: at the edge of slip rounding would decide."""
 _ROUNDING = 1e-6
 """Derivative by the mean displacement over the largest one, up to which it is zero."""
 
