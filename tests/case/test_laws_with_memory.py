@@ -74,7 +74,8 @@ AT = "[[contact]] 'joint'"
          f"{AT} kt: found 0.0; expected a number > 0, the stiffness before it yields (force/length)"),
         (BOUC_WEN, "gamma = -1.5", "gamma = 5.0", f"{AT} gamma: found 5.0; expected above -beta, at most beta"),
         (BOUC_WEN, "n = 1.7", "n = 0.5", f"{AT} n: found 0.5; expected a number from 1 to 20, sharpness of the yield"),
-        (BOUC_WEN, "n = 1.7", "n = 40.0", f"{AT} n: found 40.0; expected a number from 1 to 20, sharpness of the yield"),
+        (BOUC_WEN, "n = 1.7", "n = 40.0",
+         f"{AT} n: found 40.0; expected a number from 1 to 20, sharpness of the yield"),
         (BOUC_WEN, "alpha = 0.1", "alpha = 0.1\nrubbing = { velocity = 1.0 }",
          f"{AT} alpha: the opposing surface slides, and the stiffness after yield has no bound; give alpha = 0, or no "
          "rubbing velocity"),
