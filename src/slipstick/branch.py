@@ -717,6 +717,10 @@ class BranchPlots:
         """The loop over the vibration and that over the sliding motion, side by side; of planar contacts both paths."""
         return _plots().loops(self._branch, point, contact, **options)
 
+    def orbit(self, point: int, contact: str | None = None, **options: Any) -> DrawnAxes:
+        """Orbit of a rotor in the clearance of its stator, in the colours of its states."""
+        return _plots().orbit(self._branch, point, contact, **options)
+
     def states(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:
         """States of contacts over a period."""
         return _plots().states(self._branch, point, contact, **options)

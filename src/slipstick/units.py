@@ -7,7 +7,7 @@ base units in their place.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -45,6 +45,7 @@ SIZES: Mapping[str, Mapping[str, float]] = {
 """Sizes of the units whose names are understood, SI."""
 
 _SECONDS = tuple(name for name, size in SIZES["time"].items() if size == 1.0)
+_ROTATION = re.compile(r"n\d+r[xyz](?:@.*)?")
 _WORD = re.compile(r"\b(?:length|force|time|temperature)\b")
 _COMPOUND = re.compile(r"[\s/*·^]")
 
@@ -145,6 +146,22 @@ class Units:
         """The unit as it stands after a number, " N mm/s"; nothing where one of its base units has no name."""
         return after_number(self.label(dimension))
 
+    def of_dof(self, dof: str) -> str:
+        """The unit of the motion of a dof: rad of a rotation, else that of a length.
+
+        >>> Units(length="m").of_dof("n2x"), Units(length="m").of_dof("n2ry")
+        ('m', 'rad')
+        """
+        return "rad" if is_rotation(dof) else self.label("length")
+
+    def of_dofs(self, dofs: Iterable[str]) -> str:
+        """The unit of the motion of all of some dofs; both where some are lengths and some rotations.
+
+        >>> Units(length="m").of_dofs(["n2x", "n2y"]), Units(length="m").of_dofs(["n2x", "n2ry"])
+        ('m', 'm or rad')
+        """
+        return " or ".join(sorted({self.of_dof(dof) for dof in dofs}, key="rad".__eq__)) or self.label("length")
+
     @property
     def angular(self) -> str:
         """The unit of frequencies in input and results, "rad/s"."""
@@ -167,6 +184,24 @@ class Units:
         text = f"{omega:.6g} {self.angular}"
         unit = "Hz" if unit == self.angular else unit
         return f"{text} ({omega / self.frequency_factor(unit):.5g} {unit})" if self.in_seconds else text
+
+
+def is_rotation(dof: str) -> bool:
+    """Whether a dof is a rotation, in rad, by the names that shafts and imported models give: n<node>rx, ry, rz.
+
+    >>> is_rotation("n7ry"), is_rotation("n7ry@next"), is_rotation("n7y"), is_rotation("rx")
+    (True, True, False, False)
+    """
+    return _ROTATION.fullmatch(dof) is not None
+
+
+def unit_of_dof(label: str, dof: str) -> str:
+    """The unit of one dof from that of the motion of several.
+
+    >>> unit_of_dof("mm or rad", "n2x"), unit_of_dof("mm or rad", "n2rx"), unit_of_dof("mm", "x")
+    ('mm', 'rad', 'mm')
+    """
+    return "rad" if is_rotation(dof) else label.removesuffix(" or rad")
 
 
 def after_number(label: str) -> str:

@@ -67,3 +67,20 @@ def test_derivatives_are_differences_and_many_are_single_ones(slow):
     for i in range(3):
         np.testing.assert_array_equal(response.force[i][1], one.force[i][0])
     np.testing.assert_array_equal(response.by_parameter("mu")[2][0], one.by_parameter("mu")[2][0])
+
+
+def test_states_are_where_the_rotor_is_beyond_the_clearance():
+    """Against samples of the distance; inside and outside all period there is one state."""
+    law, motion = StatorContact(kn=5.0, gap=1.0), whirling()
+    (states,) = law.states(motion, values(law))
+    tau = np.linspace(0.0, TURN, 4001)
+    x, y = (H.H_minus(tau) @ Q[0] for Q in motion.Q[:2])
+    touching = np.zeros(tau.size, dtype=bool)
+    for start, end, state in states:
+        touching |= ((tau - start) % TURN < end - start) & (state == "slip")
+    clear = np.abs(np.hypot(x, y) - 1.0) > 1e-9
+    assert (touching == (np.hypot(x, y) > 1.0))[clear].all()
+    assert sum(end - start for start, end, _ in states) == pytest.approx(TURN)
+    assert 0.1 < touching.mean() < 0.9
+    for gap, state in ((0.1, "slip"), (9.0, "separation")):
+        assert law.states(motion, values(StatorContact(kn=5.0, gap=gap)))[0] == [(0.0, TURN, state)]

@@ -13,6 +13,7 @@ import xarray as xr
 from helpers.blocks import stressed
 from helpers.figures import branch, problem
 from helpers.rings import disc_and_wave
+from helpers.rotors import whirling
 
 import slipstick as ss
 from slipstick import plots
@@ -121,6 +122,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {"run": passed(), "dof": "x", "last": 5, "highest": 20.0}
         good = {key: value for key, value in good.items() if key in names}
         good |= {"branch": None} if "branch" in names else {}
+    if name == "orbit":
+        good |= {"branch": whirling(), "point": 0, "contact": "stator"}
     if name == "disc":
         good |= {"branch": disc_and_wave()[0], "point": 0, "dof": "tip", "tau": 0.5}
     if name == "blades":

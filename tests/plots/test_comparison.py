@@ -13,7 +13,7 @@ def test_branches_are_compared_by_label() -> None:
     top, middle, bottom = ss.plots.compare([branch(), branch(5.0)], labels=["still", "rubbed"], dof="x1")
     assert named(top) == ["still", "rubbed", "peak"]
     assert [ax.get_ylabel() for ax in (top, middle, bottom)] == [
-        "Amplitude [mm]", "Mean [mm]", "Dissipated power [N mm/s]",
+        "Amplitude [mm]", "Mean [mm]", "Dissipated power [mW]",
     ]  # fmt: skip
     assert bottom.get_xlabel() == "Fundamental frequency [rad/s]"
     assert title(top) == "Chain (x1)"

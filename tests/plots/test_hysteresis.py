@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 from helpers.figures import branch, drawn, named, title
 from helpers.reports import planar_branch
+from matplotlib.axes import Axes
 
 import slipstick as ss
 from slipstick import plots
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError
+from slipstick.plots.style import GREY, STATE_COLOURS
+
+
+def coloured(ax: Axes) -> dict[str, np.ndarray]:
+    """Places (n, 2) of the lines of each colour of a state."""
+    lines = [line for line in ax.lines if line.get_color() in STATE_COLOURS.values()]
+    colours = {line.get_color() for line in lines}
+    return {c: np.concatenate([np.array(drawn(line)).T for line in lines if line.get_color() == c]) for c in colours}
 
 
 def energy(b: ss.Branch, point: int, contact: str) -> float:
@@ -65,7 +74,7 @@ def test_a_loop_over_the_vibration_and_one_over_the_sliding_motion(velocity: flo
     assert (left.get_ylabel(), right.get_ylabel()) == ("Friction force [N]", "")
     d = b.dataset.isel(point=point).sel(contact="c1")
     size = 2 * np.pi * float(d["dissipated_power"]) / float(d["omega"])
-    assert right.get_title() == f"area = energy dissipated a period = {size:.4g} N mm"
+    assert right.get_title() == f"area = energy dissipated a period = {size:.4g} mJ"
     assert title(left) == f"Chain (c1, at {float(d['omega']):.5g} rad/s)"
     assert len(right.patches) == 1
 
@@ -90,17 +99,23 @@ def test_the_force_of_a_contact_in_a_plane_stays_within_the_circle() -> None:
     made = planar_branch()
     for name, circles in (("heel", [30.0]), ("foot", None)):
         left, right = made.plot.loops(0, name)
+        states = made.states(0)[name]
         first, second = (made.loop(0, name, port=port) for port in ("tangential", "second"))
-        force, vibration = np.array(drawn(left.lines[0])), np.array(drawn(right.lines[0]))
-        np.testing.assert_array_equal(force, (first["force"], second["force"]))
-        np.testing.assert_array_equal(vibration, (first["motion"], second["motion"]))
-        assert (np.hypot(*force) <= first["limit"] * (1 + 1e-8) + 1e-9).all()
-        radii = [np.hypot(*drawn(line)) for line in left.lines[2:]]
+        force, vibration = (coloured(ax) for ax in (left, right))
+        assert set(force) == set(vibration) == {STATE_COLOURS[state] for *_, state in states}
+        for drawn_in, key in ((force, "force"), (vibration, "motion")):
+            places = {tuple(place) for own in drawn_in.values() for place in own}
+            assert set(zip(first[key].tolist(), second[key].tolist(), strict=True)) <= places
+        slipping = force.get(STATE_COLOURS["slip"], np.zeros((0, 2)))
+        assert (np.hypot(*slipping.T) <= first["limit"].max() * (1 + 1e-8) + 1e-9).all()
+        radii = [np.hypot(*drawn(line)) for line in left.lines if line.get_color() == GREY]
         wanted = circles or [first["limit"].min(), first["limit"].max()]
         np.testing.assert_allclose([radius.max() for radius in radii], wanted, rtol=1e-12)
         np.testing.assert_allclose([radius.min() for radius in radii], wanted, rtol=1e-12)
         assert left.get_aspect() == right.get_aspect() == 1.0
     both = made.plot.loops(0, ["foot", "heel"])
-    assert [text.get_text() for text in both[1].get_legend().get_texts()] == ["foot", "heel"]
+    told = {state for name in ("foot", "heel") for *_, state in made.states(0)[name]}
+    assert {text.get_text() for text in both[1].get_legend().get_texts()} == told
+    assert {text.get_text() for text in both[1].texts} == {"foot", "heel"}
     mixed = made.plot.loops(0, ["foot", "joint"])[0]  # along the first port
     np.testing.assert_array_equal(drawn(mixed.lines[0])[1], made.loop(0, "foot")["force"])

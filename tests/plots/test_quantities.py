@@ -13,7 +13,7 @@ from slipstick.plots.quantities import abscissa, chosen, datasets, held_text, qu
 def test_labels() -> None:
     data = branch().dataset
     assert quantity(data, "amplitude") == "Amplitude [mm]"  # what stands in brackets is left out
-    assert quantity(data, "dissipated_power") == "Dissipated power [N mm/s]"
+    assert quantity(data, "dissipated_power") == "Dissipated power [mW]"
     assert quantity(data, "friction_coefficient") == "Friction coefficient"
     assert (with_unit("a", ""), with_unit("a", "1"), with_unit("a", "m")) == ("a", "a", "a [m]")
 

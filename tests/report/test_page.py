@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers import blocks
 from helpers.oscillator import damper, one_mass
+from helpers.pages import opened
 from helpers.reports import branch
 
 import slipstick as ss
@@ -203,3 +204,45 @@ def test_the_view_starts_at_the_largest_amplitude() -> None:
     view = run(f"viewFrom('', {MODEL})", [content_of(made, "a", contacts=12, dofs=12)])
     point, dof = np.unravel_index(made.dataset["amplitude"].values.argmax(), made.dataset["amplitude"].shape)
     assert (view["point"], view["dof"], view["curve"]) == (point, "abz"[dof], "amplitude")
+
+
+@pytest.mark.parametrize(("low", "high"), [(3295.0, 3677.0), (1.2, 4.5), (2.1e-4, 4.9e-4), (0.02, 7e3)])
+def test_a_logarithmic_axis_has_numbers_that_are_right(low: float, high: float) -> None:
+    """Three at least, within the axis, each written as it is."""
+    ticks = run("ticksOf({ log: true }, given, ...given, 8)", [low, high])
+    assert len(ticks) >= 3
+    powers = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+    for value, text in ticks:
+        assert low <= value <= high
+        mantissa, _, exponent = text.rpartition("10") if any(c in "⁰¹²³⁴⁵⁶⁷⁸⁹" for c in text) else (text, "", "0")
+        told = float(mantissa.rstrip("·") or 1.0) * 10.0 ** int(exponent.translate(powers) or 0)
+        assert told == pytest.approx(value, rel=1e-9)
+
+
+def test_a_logarithmic_axis_is_as_long_as_its_values() -> None:
+    low, high = run("rangeOf([[345, 385]], { log: true, air: 0.015 })")
+    assert 344.0 < low < 345.0
+    assert 385.0 < high < 386.0
+
+
+def test_every_peak_is_listed() -> None:
+    """However many: the list scrolls."""
+    content = content_of(branch(), "a", contacts=2, dofs=3)
+    content["notes"] = [[point, point % 3, "peak"] for point in range(100)]
+    rows = opened({"results": [content]}, 'return app.curves.side.querySelectorAll("tbody tr").length')
+    assert rows == 100
+
+
+@pytest.mark.filterwarnings("ignore:the damping ratio of the mode")
+def test_the_list_of_a_mode_tells_the_amplitude_that_the_terminal_tells() -> None:
+    mode = ss.nonlinear_modes(one_mass(damper()), amplitude=(1.5, 4.5), load_factors=[0.5, 1.0])
+    at = np.flatnonzero(mode.dataset["kind"].values == "requested")
+    texts = opened(
+        {"results": [content_of(mode, "a", contacts=1, dofs=1)]},
+        """return [app.curves.side.querySelectorAll("th").map((cell) => cell.textContent),
+          app.curves.side.querySelectorAll("tbody tr").map((row) => row.children.map((cell) => cell.textContent))]""",
+    )
+    heads, rows = texts
+    assert heads[-1].startswith("amplitude of x")
+    told = [float(row[-1]) for row in rows]
+    np.testing.assert_allclose(told, mode.dataset["amplitude"].values[at, 0], rtol=1e-4)

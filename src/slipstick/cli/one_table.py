@@ -21,7 +21,7 @@ from slipstick.cli.terminal.guard import (
 )
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.runs.folder import REPORT, OutputFolder
-from slipstick.units import after_number
+from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.analysis.events import EventFunction
@@ -101,7 +101,8 @@ def range_of(case: Case, table: Any) -> tuple[float, float]:
     return case.span if table.omega is None else table.omega
 
 
-def peak_text(case: Case, branch: Branch, amplitude: float, omega: float) -> str:
-    """How high a peak is, and where."""
-    unit = after_number(str(branch.table["amplitude"].attrs.get("units", "")))
-    return f"amplitude {amplitude:.6g}{unit} at {case.frequency_text(omega)}"
+def peak_text(case: Case, branch: Branch, dof: int, amplitude: float, omega: float) -> str:
+    """How high a peak of a dof, by its number, is, and where."""
+    label, name = str(branch.table["amplitude"].attrs.get("units", "")), str(branch.table["dof"].to_numpy()[dof])
+    unit = after_number(unit_of_dof(label, name))
+    return f"amplitude {amplitude:.6g}{unit} of {name} at {case.frequency_text(omega)}"

@@ -17,10 +17,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.contact.law import Law, Motion, Response, TimeSlopes, Variable
+from slipstick.contact.law import Interval, Law, Motion, Response, TimeSlopes, Variable
 from slipstick.contact.sampled import SampledLaw
 from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, number_or_numbers, same_length, wrong
+from slipstick.trig.harmonics import Harmonics
+from slipstick.trig.roots import roots
 from slipstick.typing import Array, Numbers
 
 X, Y, SPIN = 0, 1, 2
@@ -144,6 +146,13 @@ class StatorContact(Law):
         """
         return _SAMPLED.respond_resolved(motion, values)
 
+    def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
+        """Where the rotor touches the stator it slips, elsewhere it is separated: intervals of n elements, in rad."""
+        wide = Harmonics(2 * motion.harmonics.highest)
+        tau = 2.0 * np.pi * np.arange(wide.size) / wide.size
+        x, y = (np.atleast_2d(Q) @ motion.harmonics.H_minus(tau).T for Q in motion.Q[:2])
+        return [_touching(wide, square - gap * gap) for square, gap in zip(x * x + y * y, values["gap"], strict=True)]
+
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Forces (n, k) at phases (k,)."""
         return _SAMPLED.forces_in_time(motion, values, tau)
@@ -172,6 +181,20 @@ class StatorContact(Law):
         del ports, approach
         if values["kn"] == 0.0:
             yield "kn = 0, so it never acts; give the radial contact stiffness"
+
+
+def _touching(harmonics: Harmonics, samples: Array) -> list[Interval]:
+    """States from samples (L,) over a period of ``r^2 - gap^2``, a trigonometric polynomial of these orders."""
+    lines = np.fft.rfft(samples) / samples.size
+    p = np.concatenate([lines.real[:1], np.stack([2.0 * lines.real[1:], -2.0 * lines.imag[1:]], axis=1).ravel()])
+    at, rising = roots(harmonics, p)
+    if not at.size:
+        return [(0.0, 2.0 * np.pi, "slip" if p[0] > 0.0 else "separation")]
+    ends = [*at[1:].tolist(), float(at[0]) + 2.0 * np.pi]
+    return [
+        (start, end, "slip" if up else "separation")
+        for start, end, up in zip(at.tolist(), ends, rising.tolist(), strict=True)
+    ]
 
 
 def _number(name: str, value: Any, least: float) -> Any:

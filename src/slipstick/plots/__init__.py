@@ -7,7 +7,7 @@ from typing import Any
 
 _FIGURES = {
     "curves": "response phase mean power friction temperature fractions stability compare",
-    "points": "loop loops states history spectrum",
+    "points": "loop loops orbit states history spectrum",
     "discs": "disc blades",
     "fits": "fit",
     "tolerances": "tolerance_band tornado",

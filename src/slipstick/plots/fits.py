@@ -8,20 +8,22 @@ import numpy as np
 
 from slipstick.faults import shown, wrong
 from slipstick.plots.style import COLOURS, legend, styled
-from slipstick.typing import Array, DrawnAxes
+from slipstick.typing import Array, DrawnAxes, IntArray
+from slipstick.units import Units
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
 
-def fit(fitted: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
+def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = None) -> DrawnAxes:
     """Draw the ``dataset`` of an identification: circles are measured, lines with dots are fitted.
 
-    Of several coefficients the root of the sum of their squares is drawn, without the mean, over the frequency; over
-    the number of the point where that is one. The two numbers of a backbone are drawn over its amplitude (peaks: over
-    the number of the point), each over the largest that was measured. A free decay is drawn over time, with points
-    where it was measured.
+    Each level, points measured under the same conditions, has a curve of its own. Frequencies are in the unit
+    ``frequency``, else in that of the case. Of several coefficients the root of the sum of their squares is drawn,
+    without the mean, over the frequency; over the number of the point where that is one. The two numbers of a backbone
+    are drawn over its amplitude (peaks: over the number of the point), each over the largest that was measured. A free
+    decay is drawn over time, with points where it was measured.
     """
     known = set(fitted.variables) if hasattr(fitted, "data_vars") else set()
     if not {"measured", "fitted"} <= known or not known & {"omega", "time"}:
@@ -31,18 +33,38 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
     if "quantity" in fitted.dims:
         return _backbone(fitted, ax)
     measured, found = (_sizes(fitted, name) for name in ("measured", "fitted"))
-    omega, unit = fitted["omega"].to_numpy(), str(fitted["omega"].attrs.get("units", "rad/s"))
+    omega, units = fitted["omega"].to_numpy(), Units.of_results(fitted.attrs)
+    unit = str(fitted.attrs.get("frequency_unit", units.angular)) if frequency is None else frequency
+    omega = omega / units.frequency_factor(unit)
     over, label = (omega, f"frequency [{unit}]") if np.ptp(omega) > 0.0 else (np.arange(1, omega.size + 1), "point")
     what = str(fitted["measured"].attrs.get("long_name", "measured")).removeprefix("measured ")
     axes = styled(ax, label, f"{what} [{fitted['measured'].attrs.get('units', '1')}]")
     names = [str(dof) for dof in fitted["dof"].to_numpy()] if "dof" in fitted.dims else [""]
-    order = np.argsort(over, kind="stable")
-    for k, name in enumerate(names):
-        colour = COLOURS[k % len(COLOURS)]
-        axes.plot(over[order], found[order, k], ".-", color=colour, linewidth=0.8, markersize=4, label=f"{name} fitted")
-        axes.plot(over, measured[:, k], "o", color=colour, fillstyle="none", label=f"{name} measured")
+    curves = [(k, name, level, points) for k, name in enumerate(names) for level, points in _levels(fitted)]
+    for i, (k, name, level, points) in enumerate(curves):
+        colour, at = COLOURS[i % len(COLOURS)], points[np.argsort(over[points], kind="stable")]
+        said = ", ".join(part for part in (name if len(names) > 1 or not level else "", level) if part)
+        axes.plot(over[at], found[at, k], ".-", color=colour, linewidth=0.8, markersize=4, label=f"{said} fitted")
+        axes.plot(over[at], measured[at, k], "o", color=colour, fillstyle="none", linestyle="none",
+                  label=f"{said} measured" if not level else "measured" if i == len(curves) - 1 else None)  # fmt: skip
     legend(axes)
     return axes
+
+
+def _levels(fitted: xr.Dataset) -> list[tuple[str, IntArray]]:
+    """Points measured under the same conditions, with these in words; without a name where there is one level alone."""
+    apart = ("omega", "modal_amplitude")
+    known = [str(name) for name, values in fitted.coords.items() if values.dims == ("point",) and name not in apart]
+    every = np.arange(fitted.sizes["point"])
+    if not known:
+        return [("", every)]
+    rows, of = np.unique(np.column_stack([fitted[name].to_numpy() for name in known]), axis=0, return_inverse=True)
+    if len(rows) in (1, every.size):
+        return [("", every)]
+    varied = [i for i in range(len(known)) if np.ptp(rows[:, i]) > 0.0]
+    return [
+        (", ".join(f"{known[i]} = {row[i]:.4g}" for i in varied), every[of.ravel() == k]) for k, row in enumerate(rows)
+    ]
 
 
 def _backbone(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:

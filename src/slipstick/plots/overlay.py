@@ -62,10 +62,11 @@ class Curves:
 
     def draw(self, name: str, dim: str, names: Names) -> DrawnAxes:
         """A variable of named dofs or contacts."""
-        labels = {quantity(d, name) for _, d in self.overlaid if name in d}
+        of = {id(d): chosen(d, dim, names) for _, d in self.overlaid}
+        labels = {quantity(d, name, of[id(d)] if dim == "dof" else ()) for _, d in self.overlaid if name in d}
         if len(labels) > 1:
             raise InputError(f"branches in different units do not fit in one figure: {', '.join(sorted(labels))}")
-        values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, names)} for _, d in self.overlaid}
+        values = {id(d): {n: values_of(d, name, dim, n) for n in of[id(d)]} for _, d in self.overlaid}
         return self.draw_values(labels.pop(), values)
 
     def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> DrawnAxes:

@@ -13,6 +13,7 @@ from slipstick.plots.quantities import with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, styled
 from slipstick.results.run_up import RunUp, half_range, time_unit
 from slipstick.typing import DrawnAxes
+from slipstick.units import unit_of_dof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +34,8 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, 
         Axes to draw into; by default those of a new figure.
     """
     known, name = _known(run, dof)
-    unit, time = str(known.dataset["amplitude"].attrs.get("units", "1")), time_unit(known.dataset)
+    unit = unit_of_dof(str(known.dataset["amplitude"].attrs.get("units", "1")), name)
+    time = time_unit(known.dataset)
     label = with_unit(f"half range of {name}", unit)
     if known.dataset.attrs["rate"]:
         ax = styled(ax, f"speed of the excitation [rad/{time}]", label)

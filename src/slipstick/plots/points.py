@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.branch import Branch
+from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import shown, truth, whole
 from slipstick.faults import text as one_text
@@ -29,8 +30,9 @@ from slipstick.plots.quantities import (
     with_unit,
 )
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
-from slipstick.results.contacts import force_of, planar_contacts
+from slipstick.results.contacts import contact_at, force_of, planar_contacts
 from slipstick.typing import Array, DrawnAxes, Names
+from slipstick.units import after_number, energy_unit
 
 if TYPE_CHECKING:
     import xarray
@@ -116,6 +118,7 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
     left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
     for ax, over in ((left, "vibration"), (right, "sliding")):
         loop(branch, point, names, over=over, limit=limit, ax=ax)
+        ax.locator_params(axis="x", nbins=6)  # numbers that do not touch
     right.set_ylabel("")
     if len(names) == 1:
         _shade(right, branch_of(branch), point, names[0])
@@ -126,44 +129,95 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
 
 
 def _paths(branch: Branch, dataset: xarray.Dataset, point: int, names: list[str]) -> tuple[Axes, Axes]:
-    """Friction forces and vibrations of planar contacts in their planes."""
+    """Friction forces and vibrations of planar contacts in their planes, in the colours of their states."""
     left, right = new_figure(10.0, 4.8).subplots(1, 2)
-    unit = units_of(dataset)
+    unit, states = units_of(dataset), branch.states(point)
     for ax, text, kind in ((left, "Friction force", "force"), (right, "Vibration", "length")):
         styled(ax, *(with_unit(f"{text}, {which} direction", unit.label(kind)) for which in ("first", "second")))
         ax.set_aspect("equal", adjustable="datalim")
-    turn = np.linspace(0.0, 2.0 * np.pi, 181)
     for name in names:
         first, second = (branch.loop(point, name, port=port) for port in ("tangential", "second"))
         for ax, key in ((left, "force"), (right, "motion")):
-            (line,) = ax.plot(first[key], second[key], linewidth=1.6, label=name)
-            ax.plot(first[key][0], second[key][0], "o", color=line.get_color(), markersize=5)
+            _state_path(ax, first["tau"], first[key], second[key], states[name])
         low, high = first["limit"].min(), first["limit"].max()
         for radius in (high,) if high - low <= 1e-9 * high else (low, high):
-            circle = radius * np.cos(turn), radius * np.sin(turn)
-            left.plot(*circle, color=line.get_color(), linewidth=0.9, linestyle=(0, (5, 3)))
+            _circle(left, radius)
+    if len(names) > 1:
+        for name in names:
+            first, second = (branch.loop(point, name, port=port) for port in ("tangential", "second"))
+            right.annotate(name, (first["motion"][0], second["motion"][0]), fontsize="small", parse_math=False)
     left.set_title("dashed: friction limit μ N, dot: τ = 0", fontsize="small")
     right.set_title("dot: τ = 0", fontsize="small")
-    if len(names) > 1:
-        legend(right)
+    legend(right)
     point_titled(left, dataset, point, names)
     return left, right
+
+
+def _circle(ax: Axes, radius: float) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=GREY, linewidth=0.9, linestyle=(0, (5, 3)))
+
+
+def _state_path(ax: Axes, tau: Array, x: Array, y: Array, states: Sequence[tuple[float, float, str]]) -> None:
+    """A path over one period, a line for each state, with a dot where it begins."""
+    for start, end, name in (piece for span in states for piece in _wrapped(*span)):
+        at = np.concatenate([[start], tau[(tau > start) & (tau < end)], [end]])
+        ax.plot(np.interp(at, tau, x), np.interp(at, tau, y), color=STATE_COLOURS.get(name, GREY),
+                linestyle="-", linewidth=1.8, label=name)  # fmt: skip
+    ax.plot(x[0], y[0], "o", color="black", markersize=5)
+
+
+def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes | None = None) -> DrawnAxes:
+    """Orbit of a rotor's centre in the circle of its clearance, in the colours of separation and contact ("slip").
+
+    Parameters
+    ----------
+    branch, point, contact
+        A contact with a stator (``StatorContact``) at a point; by default the first.
+    ax
+        Axes to draw into.
+
+    Raises
+    ------
+    InputError
+        For a contact of another law, or whose law is not known.
+    """
+    drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
+    point, (name,) = point_number(dataset, point), chosen(dataset, "contact", contact)
+    there = contact_at(drawn, point, known_names(dataset, "contact").index(name))
+    if not isinstance(there.law, StatorContact):
+        raise InputError(f"contact '{name}' is no contact of a rotor with its stator, so it has no orbit to draw")
+    tau, unit = np.linspace(0.0, 2.0 * np.pi, 721), units_of(dataset).label("length")
+    x, y = (there.motion.harmonics.H_minus(tau) @ Q[0] for Q in there.motion.Q[:2])
+    (states,) = there.law.states(there.motion, there.values)
+    ax = styled(ax, with_unit("Motion along x", unit), with_unit("Motion along y", unit), height=5.0)
+    ax.set_aspect("equal", adjustable="datalim")
+    _circle(ax, float(there.values["gap"][0]))
+    _state_path(ax, tau, x, y, states)
+    share = sum(end - start for start, end, state in states if state != "separation") / (2.0 * np.pi)
+    ax.set_title(f"in contact {100.0 * share:.3g} % of the time; dashed: clearance, dot: τ = 0", fontsize="small")
+    if new:
+        point_titled(ax, dataset, point, [name])
+    legend(ax)
+    return ax
 
 
 def _shade(ax: Axes, branch: Branch, point: int, contact: str) -> None:
     """The area of a loop over the sliding motion, and how much it is."""
     at, period = branch.dataset.isel(point=point), branch.loop(point, contact)
-    unit = units_of(branch.dataset).after("force length")
+    unit, along = after_number(energy_unit(units_of(branch.dataset).label("force length"))), ""
     if "limit" in period:
         area = 2 * np.pi * float(at["dissipated_power"].sel(contact=contact)) / float(at["omega"])
     else:  # of the one port that is drawn: a law may dissipate along others too
         area = float(np.trapezoid(period["force"], period["total"]))
+        law = contact_at(branch, point, known_names(branch.dataset, "contact").index(contact)).law
+        along = f" along {law.ports[0]}" if law is not None and len(law.ports) > 1 else ""
     energy = f"{area:.4g}{unit}"
     w, force = (np.asarray(values) for values in ax.lines[0].get_data())
     if float(at["rubbing_velocity"].sel(contact=contact)):  # does not close: down to no force and back
         w, force = np.append(w, w[[-1, 0]]), np.append(force, [0.0, 0.0])
     ax.fill(w, force, alpha=0.12, color=ax.lines[0].get_color(), linewidth=0)
-    ax.set_title(f"area = energy dissipated a period = {energy}", fontsize="small", parse_math=False)
+    ax.set_title(f"area = energy dissipated a period{along} = {energy}", fontsize="small", parse_math=False)
 
 
 def point_number(dataset: xarray.Dataset, point: int) -> int:
@@ -260,7 +314,7 @@ def history(
     names = _names(dataset, dof, contact)
     periods = {name: branch_of(branch).loop(point, name) for name in names} if contact is not None else {}
     text = force_text(periods)
-    y_label = with_unit(text, units_of(dataset).label("force")) if periods else motion_label(dataset)
+    y_label = with_unit(text, units_of(dataset).label("force")) if periods else motion_label(dataset, names)
     ax = styled(ax, "Phase τ = ω t", y_label)
     tau = np.linspace(0.0, 2 * np.pi, 721)
     for name in names:
@@ -297,7 +351,7 @@ def spectrum(
     point, names = point_number(dataset, point), _names(dataset, dof, contact)
     log = None if log is None else truth("log", log)
     if contact is None:
-        text, series = motion_label(dataset), {name: _motion(dataset, point, name) for name in names}
+        text, series = motion_label(dataset, names), {name: _motion(dataset, point, name) for name in names}
     else:
         text, series = _forces(dataset, point, names)
     y_label = f"Amplitude of the {text[0].lower()}{text[1:]}"

@@ -14,7 +14,7 @@ from slipstick.faults import listed, shown, suggestion
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
 from slipstick.results.schema import branch_parts
-from slipstick.units import Units, after_number
+from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
 
 if TYPE_CHECKING:
     import xarray
@@ -91,13 +91,19 @@ def values_of(dataset: xarray.Dataset, name: str, dim: str, label: str) -> np.nd
     """A variable (point,) of a named dof or contact, with zero where it is nothing but rounding."""
     if name not in dataset:
         raise InputError(f"there is no {name.replace('_', ' ')} in these results")
+    alike = dataset if dim != "dof" else dataset.isel(dof=_of_one_unit(dataset, label))
     values = dataset[name]
-    values = values.where(~(abs(values) <= ROUNDING * _size(dataset, name)), 0.0)
+    values = values.where(~(abs(values) <= ROUNDING * _size(alike, name)), 0.0)
     return values.isel({dim: [str(n) for n in dataset[dim].to_numpy()].index(label)}).to_numpy()
 
 
+def _of_one_unit(dataset: xarray.Dataset, dof: str) -> list[int]:
+    """Numbers of the dofs whose motion has the unit of this one."""
+    return [i for i, name in enumerate(known_names(dataset, "dof")) if is_rotation(name) == is_rotation(dof)]
+
+
 def _size(dataset: xarray.Dataset, name: str) -> float:
-    """What a value is measured by: the largest motion of any dof; the largest power of a force over a motion."""
+    """What a value is measured by: the largest motion of these dofs; the largest power of a force over a motion."""
     if name in ("amplitude", "mean"):
         return max(_largest(dataset[other]) for other in ("amplitude", "mean") if other in dataset)
     parts = ("omega", "friction_force", "contact_tangential")
@@ -111,13 +117,25 @@ def _largest(values: xarray.DataArray) -> float:
     return float(size) if np.isfinite(size) else 0.0
 
 
-def quantity(dataset: xarray.Dataset, name: str) -> str:
-    """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself."""
+def quantity(dataset: xarray.Dataset, name: str, dofs: Iterable[str] = ()) -> str:
+    """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself.
+
+    Of ``dofs`` alone; raises InputError where they are of different units, which do not share an axis.
+    """
     attributes = dataset[name].attrs
     words = re.sub(r" \([^)]*\)", "", str(attributes.get("long_name", name.replace("_", " "))))
     if name != "parameter":  # that is the user's own name
         words = words[:1].upper() + words[1:]
-    return with_unit(words, str(attributes.get("units", "")))
+    return with_unit(words, power_unit(one_unit(str(attributes.get("units", "")), dofs)))
+
+
+def one_unit(label: str, dofs: Iterable[str]) -> str:
+    """The unit that the motion of these dofs shares; InputError where they share none."""
+    units = {dof: unit_of_dof(label, dof) for dof in dofs}
+    if len(set(units.values())) > 1:
+        told = ", ".join(f"{dof} in {unit}" for dof, unit in units.items())
+        raise InputError(f"dofs of different units do not share an axis: {told}; draw them apart")
+    return next(iter(units.values()), label)
 
 
 def with_unit(text: str, unit: str) -> str:
@@ -125,10 +143,10 @@ def with_unit(text: str, unit: str) -> str:
     return f"{text} [{unit}]" if unit not in ("", "1") else text
 
 
-def motion_label(dataset: xarray.Dataset) -> str:
+def motion_label(dataset: xarray.Dataset, dofs: Iterable[str] = ()) -> str:
     """Label of the motion of dofs: it says where it is relative to a support that moves."""
-    relative = str(dataset.attrs.get("coordinates_of_motion", ""))
-    return with_unit(", ".join(part for part in ("Motion", relative) if part), units_of(dataset).label("length"))
+    relative, unit = str(dataset.attrs.get("coordinates_of_motion", "")), units_of(dataset).label("length")
+    return with_unit(", ".join(part for part in ("Motion", relative) if part), one_unit(unit, dofs))
 
 
 def units_of(dataset: xarray.Dataset) -> Units:

@@ -15,6 +15,7 @@ from slipstick.plots.style import COLOURS, GREY, legend, over_decades, styled
 from slipstick.results.percentiles import PERCENTILES, checked_percentiles, curve_percentiles, peak_percentiles
 from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
+from slipstick.units import unit_of_dof
 
 if TYPE_CHECKING:
     import xarray
@@ -63,7 +64,8 @@ def study_map(
             lowest = peaks[peaks.argmin(...)]
             fixed = {name: float(lowest[name]) for name in rest}
             peaks, complete = peaks.sel(fixed), complete.sel(fixed)
-    label = _labelled(data["peak_amplitude"], f"peak amplitude of {peaks['dof'].item()}")
+    name = str(peaks["dof"].item())
+    label = _labelled(data["peak_amplitude"], f"peak amplitude of {name}", name)
     axes = _line(data, names[0], peaks, complete, label, ax)
     if len(names) > 1:
         axes = _map(data, names, peaks, complete, label, ax)
@@ -167,7 +169,7 @@ def study_curves(
     one = chosen(curves, "dof", dof)[0]
     x_label, y_label = (
         _labelled(curves[followed], str(curves[followed].long_name)),
-        _labelled(curves["amplitude"], f"amplitude of {one}"),
+        _labelled(curves["amplitude"], f"amplitude of {one}", one),
     )
     ax = styled(ax, x_label, y_label)
     number, value = _flat(data, name)
@@ -231,7 +233,7 @@ def percentile_band(
     followed = "parameter" if "parameter" in found.coords else "omega"
     ax = styled(
         ax, _labelled(curves[followed], str(curves[followed].long_name)),
-        _labelled(curves["amplitude"], f"amplitude of {one}"),
+        _labelled(curves["amplitude"], f"amplitude of {one}", one),
     )  # fmt: skip
     x, sizes = found[followed].to_numpy(), found["amplitude"].sel(dof=one).to_numpy()
     peaks = peak_percentiles(study, asked)
@@ -330,5 +332,6 @@ def _over(data: xarray.Dataset, parameters: Names) -> tuple[str, ...]:
     return names
 
 
-def _labelled(variable: xarray.DataArray, text: str) -> str:
-    return with_unit(text, str(variable.attrs.get("units", "1")))
+def _labelled(variable: xarray.DataArray, text: str, dof: str | None = None) -> str:
+    label = str(variable.attrs.get("units", "1"))
+    return with_unit(text, label if dof is None else unit_of_dof(label, dof))

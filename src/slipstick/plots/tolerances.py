@@ -98,7 +98,7 @@ def tornado(
     at = highest(known, name) if point is None else whole("point", point, -len(known), len(known) - 1)
     bars = ranked_bars(known, name, at, tolerances)[:most][::-1]
     new, dataset = ax is None, known.dataset
-    label = quantity(dataset, "amplitude").replace("Amplitude", f"Change of the amplitude of {name}")
+    label = quantity(dataset, "amplitude", [name]).replace("Amplitude", f"Change of the amplitude of {name}")
     ax = styled(ax, label, "", height=1.4 + 0.3 * max(3, len(bars)))
     places = np.arange(len(bars))
     for sign, colour, text in ((1.0, COLOURS[1], "more"), (-1.0, COLOURS[0], "less")):

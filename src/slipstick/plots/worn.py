@@ -56,7 +56,7 @@ def wear(branch: OneBranch, contact: Names = None, dof: Names = None) -> tuple[A
     cycles = data["cycles"].to_numpy()
     drawn = (("worn_depth", "contact", contacts), ("normal_load", "contact", contacts), ("amplitude", "dof", dofs))
     for ax, (name, dim, labels) in zip(places.flat, drawn, strict=False):
-        styled(ax, "", quantity(data, name))
+        styled(ax, "", quantity(data, name, labels if dim == "dof" else ()))
         for label in labels:
             ax.plot(cycles, values_of(data, name, dim, label), linewidth=1.6, label=label)
         if len(labels) > 1:

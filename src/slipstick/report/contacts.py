@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.contact.forces import element_states
 from slipstick.contact.law import Interval
+from slipstick.contact.stator import StatorContact
 from slipstick.faults import LARGEST
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.contacts import FRICTION_VARIABLES, contacts_at, planar_contacts
@@ -101,6 +102,37 @@ def _planar_at(branch: Branch, point: int, contacts: Indices, tau: Array) -> lis
         limit = there.values["mu"] * forces[2][0]
         found.append((np.concatenate([forces[0][0], forces[1][0]]), np.array([limit.min(), limit.max()]), states[0]))
     return found
+
+
+def orbits_of(branch: Branch, kept: Indices) -> dict[str, Any] | None:
+    """Rotors in a circular stator among those kept: motion of the centre, clearance and states.
+
+    ``of`` are places in ``kept``. None without any, or where their law is not known.
+    """
+    problem = branch.problem
+    if problem is None or not len(branch):
+        return None
+    stators = [batch.elements for batch in problem.batches if isinstance(batch.law, StatorContact)]
+    numbers = np.arange(branch.table.sizes.get("contact", 0))
+    of = np.flatnonzero(np.isin(kept, np.concatenate([numbers[:0], *(numbers[own] for own in stators)])))
+    if not len(of):
+        return None
+    intervals, numbers_of = [], []
+    for point in range(len(branch)):
+        batches = contacts_at(branch, point)
+        for contact in kept[of]:
+            there = next(batch.of(contact) for batch in batches if contact in batch.elements)
+            assert isinstance(there.law, StatorContact)
+            intervals += there.law.states(there.motion, there.values)
+            numbers_of.append([float(there.values[name][0]) for name in ("gap", "mu")])
+    gap, mu = np.moveaxis(np.array(numbers_of).reshape(len(branch), len(of), 2), 2, 0)
+    return {
+        "of": of.tolist(),
+        **{port: fixed(branch.table[f"contact_{port}"].to_numpy()[:, kept[of]], 3) for port in ("x", "y")},
+        "gap": packed(gap, "f8"),
+        "mu": packed(mu, "f8"),
+        "states": _states(intervals, gap.shape),
+    }
 
 
 def _known(dataset: ResultTable, name: str, kept: Indices) -> BoolArray:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
-from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, planar_of, series_of
+from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, orbits_of, planar_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
@@ -19,7 +19,7 @@ from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
 from slipstick.typing import Array
-from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
+from slipstick.units import FREQUENCIES, Units, after_number, energy_unit, is_rotation, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
@@ -43,7 +43,8 @@ def content_of(
     """
     dataset = branch.table
     _check(dataset, label)
-    kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
+    names = [str(name) for name in dataset["dof"].to_numpy()]
+    kept = {"dof": _largest(dataset, "dof", "amplitude", dofs, last=[is_rotation(name) for name in names])}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
     analysis, toleranced = analysis_of(dataset), {}
     provenance = _provenance(branch)
@@ -65,7 +66,7 @@ def content_of(
         **_marks(dataset),
         "dofs": _named(dataset, "dof", kept["dof"])
         | {
-            **meaning(dataset, "displacement"),
+            **_motion(dataset, [names[d] for d in kept["dof"]]),
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
         "asked": _asked(dataset, kept["dof"]),
@@ -109,12 +110,17 @@ def frequency_of(dataset: Any) -> dict[str, Any]:
     return {"unit": chosen if chosen in factors else units.angular, "factors": factors}
 
 
-def _largest(dataset: ResultTable, dim: str, by: str, most: int) -> Indices:
-    """Ascending indices of those with the largest values anywhere along the branch."""
+def _largest(dataset: ResultTable, dim: str, by: str, most: int, last: Sequence[bool] | None = None) -> Indices:
+    """Ascending indices of those with the largest values anywhere along the branch.
+
+    Those of another unit, marked in ``last``, come after the others: numbers of two units are not compared.
+    """
     if dim not in dataset.dims or by not in dataset:
         return np.arange(min(most, dataset.sizes.get(dim, 0)))
     sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
-    return np.sort(np.argsort(-sizes, kind="stable")[:most])
+    return np.sort(
+        np.lexsort(np.stack([-sizes, np.zeros(sizes.size) if last is None else np.array(last, dtype=float)]))[:most]
+    )
 
 
 def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:
@@ -180,6 +186,14 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
     return marks
 
 
+def _motion(dataset: ResultTable, dofs: Sequence[str]) -> dict[str, Any]:
+    """Label and unit of the displacements, a length, and the unit of each dof."""
+    about = meaning(dataset, "displacement")
+    length = unit_of_dof(about["units"], "")
+    units = [unit_of_dof(about["units"], dof) for dof in dofs]
+    return {**about, "units": length, "after": after_number(length), "units_of": units}
+
+
 def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
     """Places, among the dofs kept, of those whose peaks or largest amplitudes were sought, else of those with peaks."""
     names = [str(name) for name in dataset["dof"].to_numpy()]
@@ -221,10 +235,16 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
     dataset = branch.table
     friction = friction_of(dataset, branch.harmonics, kept)
     friction_places = np.array(friction["of"] if friction else [], dtype=np.intp)
-    force = next((n for n in ("friction_force", "normal_force") if n in dataset), None)
+    told = (
+        "friction_force",
+        "normal_force",
+        *(n for n, v in dataset.data_vars.items() if n.endswith("_force") and v.dims),
+    )
+    force = next((name for name in told if name in dataset), None)
     return _named(dataset, "contact", kept) | {
         "friction": friction,
         "planar": planar_of(branch, kept),
+        "orbits": orbits_of(branch, kept),
         "series": series_of(dataset, kept, friction_places) if len(kept) else [],
         "force_units": meaning(dataset, force)["units"] if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),

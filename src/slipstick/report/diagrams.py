@@ -43,11 +43,10 @@ def diagram_of(branch: Branch) -> dict[str, Any] | None:
 def _of_rotor(rotor: MatrixStructure, orders: list[int], top: float) -> dict[str, Any]:
     found = campbell(rotor, np.linspace(0.0, top, _SPEEDS), engine_orders=orders, modes=_MOST_MODES)
     speed, frequency, whirl = (found[name].to_numpy() for name in ("speed", "frequency", "whirl"))
-    lines = [
-        _line(f"mode {k + 1}, {_SENSES[int(whirl[-1, k])]}", speed, frequency[:, k], k)
-        for k in range(frequency.shape[1])
-    ]
-    highest = float(frequency.max(initial=0.0))
+    reach = max(orders) * top if found.sizes["crossing"] else np.inf  # beyond, no engine order meets anything
+    shown = [k for k in range(frequency.shape[1]) if frequency[:, k].min() <= reach]
+    lines = [_line(f"mode {k + 1}, {_SENSES[int(whirl[-1, k])]}", speed, frequency[:, k], k) for k in shown]
+    highest = float(frequency[:, shown].max(initial=0.0))
     for n in orders:
         until = np.array([0.0, min(top, highest / n)])
         lines.append(_line(f"engine order {n}", until, n * until))

@@ -15,7 +15,7 @@ from slipstick.errors import InputError
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.curves import analysis_of
 from slipstick.results.run_up import RunUp, time_unit
-from slipstick.units import Units, after_number, energy_unit
+from slipstick.units import Units, after_number, energy_unit, is_rotation, unit_of_dof
 
 if TYPE_CHECKING:
     import xarray
@@ -40,8 +40,9 @@ def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foo
         _check_steady(data, steady)
     names = [str(name) for name in data["dof"].to_numpy()]
     size = data["amplitude"].to_numpy().max(axis=0)
-    kept = [names[d] for d in np.sort(np.argsort(-size, kind="stable")[:dofs])]
-    drawn = [names[d] for d in np.argsort(-size, kind="stable")[:MOST_DRAWN] if names[d] in kept]
+    ranked = np.lexsort((-size, [is_rotation(name) for name in names]))
+    kept = [names[d] for d in np.sort(ranked[:dofs])]
+    drawn = [names[d] for d in ranked[:MOST_DRAWN] if names[d] in kept]
     return "\n".join(
         [
             *_head(data.attrs, title, _facts_of_run_up(data)),
@@ -184,14 +185,19 @@ def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Branch | None) -> 
 def _motions(run: RunUp, kept: Sequence[str], steady: Branch | None) -> str:
     """Peaks, with their lag behind those of the steady curve; at one speed what motion it is."""
     data = run.dataset
-    speed, unit = _speed(data), after_number(str(data["amplitude"].attrs.get("units", "")))
+    speed, label = _speed(data), str(data["amplitude"].attrs.get("units", ""))
     if not data.attrs["rate"]:
         return _table(["dof", "largest half range", "the last", "motion", "second frequency"], map(_kind(run), kept))
     head, rows = ["dof", "largest half range", "at"], []
     if steady is not None:
         head += ["steady", "at", "shift", "ratio"]
     for dof in kept:
-        row = [dof, *(lambda peak: (f"{peak.amplitude:.6g}{unit}", speed(peak.omega)))(run.peak(dof))]
+        row = [
+            dof,
+            *(lambda peak: (f"{peak.amplitude:.6g}{after_number(unit_of_dof(label, dof))}", speed(peak.omega)))(
+                run.peak(dof)
+            ),
+        ]
         if steady is not None:
             row += _lag(run, steady, dof)
         rows.append(row)
@@ -199,7 +205,8 @@ def _motions(run: RunUp, kept: Sequence[str], steady: Branch | None) -> str:
 
 
 def _lag(run: RunUp, steady: Branch, dof: str) -> list[str]:
-    speed, unit = _speed(run.dataset), after_number(str(run.dataset["amplitude"].attrs.get("units", "")))
+    label = str(run.dataset["amplitude"].attrs.get("units", ""))
+    speed, unit = _speed(run.dataset), after_number(unit_of_dof(label, dof))
     try:
         lag = run.lag(steady, dof)
     except InputError:  # the curve has no such dof, or no peak of it
@@ -209,9 +216,9 @@ def _lag(run: RunUp, steady: Branch, dof: str) -> list[str]:
 
 def _kind(run: RunUp) -> Any:
     speed, sizes = _speed(run.dataset), run.dataset["amplitude"]
-    unit = after_number(str(sizes.attrs.get("units", "")))
 
     def row(dof: str) -> list[str]:
+        unit = after_number(unit_of_dof(str(sizes.attrs.get("units", "")), dof))
         size = sizes.sel(dof=dof).to_numpy()
         said = [dof, f"{size.max():.6g}{unit}", f"{size[-1]:.6g}{unit}"]
         try:

@@ -16,6 +16,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import NORMAL_PORT, TANGENTIAL_PORT, FrictionLaw, is_friction
 from slipstick.contact.law import Interval, Motion
 from slipstick.contact.planar import PlanarFrictionContact
+from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, shown, suggestion
 from slipstick.results.schema import law_variables
@@ -147,6 +148,18 @@ def states_at(branch: Branch, point: int) -> dict[str, list[Interval]]:
         raise InputError(NO_FRICTION)
     names = [str(name) for name in branch.table["contact"].to_numpy()]
     return {name: by_element[i] for i, name in enumerate(names)}
+
+
+def has_states(branch: Branch, point: int) -> bool:
+    """Whether the law of any contact tells its states."""
+    told = (b.law is not None and b.law.states(b.motion, b.values) is not None for b in contacts_at(branch, point))
+    return any(told)
+
+
+def has_orbit(branch: Branch, point: int, contact: str) -> bool:
+    """Whether a contact is one of a rotor with a circular stator."""
+    names = [str(name) for name in branch.table["contact"].to_numpy()]
+    return isinstance(contact_at(branch, point, names.index(contact)).law, StatorContact)
 
 
 def loop_at(branch: Branch, point: int, contact: int, port: str | None, tau: Array) -> dict[str, Array]:

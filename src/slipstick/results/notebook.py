@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from slipstick.html import MOST_SHOWN, html_table
-from slipstick.units import Units, after_number
+from slipstick.units import Units, after_number, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
@@ -26,8 +26,8 @@ def _rows(branch: Branch) -> Iterator[tuple[str, Any]]:
     where = data[branch.followed].to_numpy()
     name = str(data.attrs.get("parameter", "")) or "omega"
     yield "points", f"{len(branch)}, {name} from {_at(branch, where[0])} to {_at(branch, where[-1])}"
-    unit = after_number(str(data["amplitude"].attrs.get("units", "")))
     for dof in [str(label) for label in data["dof"].to_numpy()][:MOST_SHOWN]:
+        unit = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
         peaks = sorted(branch.peaks(dof), key=lambda peak: -peak[1])[:3]
         said = "; ".join(f"{size:.5g}{unit} at {_at(branch, value)}" for value, size in peaks)
         yield f"peaks of {dof}", said or f"none; largest {float(data['amplitude'].sel(dof=dof).max()):.5g}{unit}"

@@ -23,7 +23,7 @@ from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS,
 from slipstick.results.table import ResultColumn, ResultTable
 from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import AnyArray, Array
-from slipstick.units import ANGULAR
+from slipstick.units import ANGULAR, Units
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
@@ -244,9 +244,16 @@ def layout_of(
     }
     used = {dim for declared in variables.values() for dim in declared.dims}
     labelled = {
-        name: declared._replace(units=problem.units.label(declared.units)) for name, declared in variables.items()
+        name: declared._replace(units=unit_in(problem.units, declared, labels["dof"]))
+        for name, declared in variables.items()
     }
     return Layout(labels={dim: names for dim, names in labels.items() if dim in used}, variables=labelled)
+
+
+def unit_in(units: Units, declared: Declared, dofs: Sequence[str]) -> str:
+    """The unit of a variable; of the motion of dofs "m or rad" where some are rotations."""
+    motion = "dof" in declared.dims and declared.units == "length"
+    return units.of_dofs(dofs) if motion else units.label(declared.units)
 
 
 def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]]:

@@ -16,7 +16,7 @@ SUBHARMONICS = "subharmonic_{}.nc"
 FORMATS = ("png", "svg", "pdf")
 FIGURES = (
     *("response", "mean", "phase", "spectrum", "history"),
-    *("power", "fractions", "friction", "temperature", "loop", "states"),
+    *("power", "fractions", "friction", "temperature", "loop", "orbit", "states"),
 )
 _FURTHER_FIGURES = ("backbone", "damping", "stability", "wear", "worn_surface")
 _FILES = (

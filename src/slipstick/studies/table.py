@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.balance.parameters import parameter_units
 from slipstick.errors import Outcome
-from slipstick.results.schema import Declared, Layout, attributes_of, make_table
+from slipstick.results.schema import Declared, Layout, attributes_of, make_table, unit_in
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job
 
@@ -54,8 +54,9 @@ def row_layout(job: Job, plan: StudyPlan) -> Layout:
         rows[followed] = rows[followed]._replace(units=parameter_units(job.problem, job.parameter))
     for name in plan.names:
         rows[name] = Declared((), parameter_units(job.problem, name), name)
-    labelled = {name: d._replace(units=d.units if d.units == "s" else units.label(d.units)) for name, d in rows.items()}
-    return Layout(labels={"dof": tuple(job.problem.outputs or ())}, variables=labelled)
+    dofs = tuple(job.problem.outputs or ())
+    labelled = {name: d._replace(units="s" if d.units == "s" else unit_in(units, d, dofs)) for name, d in rows.items()}
+    return Layout(labels={"dof": dofs}, variables=labelled)
 
 
 def study_dataset(job: Job, plan: StudyPlan, cases: Cases, attributes: Mapping[str, Any]) -> xarray.Dataset:

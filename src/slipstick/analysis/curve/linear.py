@@ -190,11 +190,19 @@ def linear_references(
     """Label and response of each limit over a range of frequencies; a limit that cannot be computed is left out.
 
     As many frequencies as the seconds allow, structures that are solved anew at each get fewer; the natural ones
-    besides, and more about the highest peaks, so that these do not depend on how many there are.
+    besides, and more about the highest peaks, so that these do not depend on how many there are. Where no contact can
+    stick there is one limit.
     """
+    known: LinearLimit | None = None
     for state, label in (("free", "without contact"), ("stuck", "stuck")):
         try:
             limit = LinearLimit(balance, state)
+            if known is not None and all(
+                np.array_equal(own, other)
+                for own, other in ((limit.stiffness, known.stiffness), (limit.constant, known.constant))
+            ):
+                continue
+            known = limit
             yield label, limit.branch(*_with_peaks(limit, *_over(limit, min(omega), max(omega), seconds)))
         except InputError:
             continue

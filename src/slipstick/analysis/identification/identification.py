@@ -1092,7 +1092,7 @@ def _dataset(request: _Request, end: _End, found: Identification, deviation: flo
         if not measured.of_amplitude:
             dims, what = (*dims, "coefficient"), "displacement"
             coords["coefficient"] = coefficients
-    about = {"units": label(unit)}
+    about = {"units": problem.units.of_dofs(measured.dofs) if isinstance(measured, Vibration) else label(unit)}
     data["measured"] = (dims, measured.values, {**about, "long_name": f"measured {what}"})
     data["fitted"] = (dims, end.predicted, {**about, "long_name": f"fitted {what}"})
     deviations = np.full(measured.values.shape, np.nan)

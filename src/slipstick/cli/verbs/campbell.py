@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,10 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.quantities import FREQUENCIES, frequency_unit
+
+if TYPE_CHECKING:
+    from slipstick.case.case import Case
 
 
 def whole_numbers(option: str, given: str) -> list[int]:
@@ -31,6 +35,12 @@ def speed_given(option: str, given: str) -> float:
     except ValueError:
         value = in_radians(option, given)
     return number(option, value, 'a speed in rad/s, or one with its unit such as "9000 rpm"')
+
+
+def unit_asked(read: Case, *speeds: str) -> str:
+    """The unit that speeds are given in, else that of the case's range."""
+    known = [unit for speed in speeds if (unit := frequency_unit(speed)) is not None]
+    return known[0] if known else read.frequency_unit if read.frequency_unit in FREQUENCIES else "rad/s"
 
 
 def write_diagram(axes: Any, path: Path, answer: Answer) -> None:
@@ -85,5 +95,7 @@ def campbell(
         )
     if not answer["crossings"]:
         say(f"no crossing between {first:g} and {last:g} rad/s")
-    write_diagram(draw(found), output or Path(f"{read.name}-campbell.png"), answer)
+    write_diagram(
+        draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-campbell.png"), answer
+    )
     return DONE

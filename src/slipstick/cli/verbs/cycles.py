@@ -12,7 +12,7 @@ from slipstick.cli.options import CasePath, Force, KeptTimeLimit, Quiet, folder_
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import verb
-from slipstick.units import after_number
+from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
@@ -57,7 +57,8 @@ def _asked_for(case: Case, branch: Branch, table: Any, unit: str) -> list[Answer
     data, d = branch.table, branch.dof_index(table.dof)
     part, kinds, stable = (data[name].to_numpy() for name in ("branch_part", "kind", "stable"))
     value, omega = data["parameter"].to_numpy(), data["omega"].to_numpy()
-    size, length = data["amplitude"].to_numpy()[:, d], after_number(str(data["amplitude"].attrs.get("units", "")))
+    size = data["amplitude"].to_numpy()[:, d]
+    length = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), table.dof))
     answers: list[Answer] = []
     for k in ((kinds == "requested") & (part == 1)).nonzero()[0]:
         sure = {0: False, 1: True}.get(int(stable[k]))

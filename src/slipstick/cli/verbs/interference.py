@@ -12,7 +12,7 @@ from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.campbell import speed_given, whole_numbers, write_diagram
+from slipstick.cli.verbs.campbell import speed_given, unit_asked, whole_numbers, write_diagram
 from slipstick.errors import InputError
 
 _WAVES = {1: "wave with the pattern", -1: "wave against the pattern", 0: "standing wave"}
@@ -51,5 +51,7 @@ def interference(
         )
     if not rows:
         say("no engine order meets a frequency of its nodal diameter")
-    write_diagram(draw(found), output or Path(f"{read.name}-interference.png"), answer)
+    write_diagram(
+        draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-interference.png"), answer
+    )
     return DONE

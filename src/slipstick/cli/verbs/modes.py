@@ -41,7 +41,7 @@ def modes(
         size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
         asked = (data["kind"].to_numpy() == "requested").nonzero()[0]
         for k in asked:
-            peak = peak_text(read, branch, size[k], omega[k])
+            peak = peak_text(read, branch, d, size[k], omega[k])
             say(f"loads times {factor[k]:.6g}: {peak}, damping ratio {100.0 * ratio[k]:.3g} %")
         answer["peaks"] = [
             {"load_factor": factor[k], "omega": omega[k], "amplitude": size[k], "damping": ratio[k]} for k in asked

@@ -48,7 +48,8 @@ def optimal(
         answer |= {"value": optimum.value, "omega": optimum.omega, "amplitude": optimum.amplitude, "kind": optimum.kind}
         if optimum.kind:
             unit = after_number(str(optimum.branch.table["parameter"].attrs.get("units", "")))
-            where = peak_text(read, optimum.branch, optimum.amplitude, optimum.omega)
+            d = optimum.branch.dof_index(optimum.dof)
+            where = peak_text(read, optimum.branch, d, optimum.amplitude, optimum.omega)
             at = f"{table.parameter} = {optimum.value:.8g}{unit}"
             say(f"the peak of {optimum.dof} is {optimum.kind} at {at}: {where}")
         drawn = {"response": lambda branch: branch.plot.response(optimum.dof)} if figures and len(branch) > 1 else {}

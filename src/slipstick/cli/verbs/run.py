@@ -39,7 +39,7 @@ from slipstick.cli.verbs.check import print_warnings
 from slipstick.errors import InputError
 from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
-from slipstick.units import Units, after_number
+from slipstick.units import Units, after_number, is_rotation, unit_of_dof
 
 WEAR, WORN_SURFACE = "wear", "worn_surface"
 """Names of its figures."""
@@ -169,13 +169,20 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
 
     try:
         drawings = _drawings(run)
-        for name in wanted.names:
-            if name in drawings:
-                save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
-            elif not wanted.all_there:
-                warn_user(f"figures: there is nothing in these results to draw of '{name}'")
     except Exception as error:
         run.failures.append(f"figures: {fault_sentence(error)}")
+        return
+    for name in wanted.names:
+        if name not in drawings:
+            if not wanted.all_there:
+                warn_user(f"figures: there is nothing in these results to draw of '{name}'")
+            continue
+        try:
+            save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
+        except InputError as error:
+            warn_user(f"figures: '{name}' is not drawn: {error}")
+        except Exception as error:
+            run.failures.append(f"figures: {fault_sentence(error)}")
 
 
 def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
@@ -184,6 +191,7 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
 
     from slipstick import plots
     from slipstick.branch import Branch
+    from slipstick.results.contacts import has_orbit, has_states
 
     data = run.table.to_dataset()
     if run.wear:
@@ -192,25 +200,33 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
             branch = Branch.from_dataset(run.table, run.problem)
             every[WORN_SURFACE] = lambda: plots.worn_surface(branch)[0]
         return every
-    dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
+    branch = Branch.from_dataset(run.table, run.problem)
+    names, size = [str(name) for name in data["dof"].to_numpy()], data["amplitude"].max("point").to_numpy()
+    dof = names[
+        np.lexsort(np.stack([-size, np.array([float(is_rotation(name)) for name in names])]))[0]
+    ]  # rad and lengths are not compared
     top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
     drawings: dict[str, Callable[[], Axes]] = {
         "response": lambda: plots.response(data, dof, references=_references(run.case)),
         "mean": lambda: plots.mean(data, dof),
         "phase": lambda: plots.phase(data, dof),
-        "spectrum": lambda: plots.spectrum(data, top, dof),
-        "history": lambda: plots.history(data, top, dof),
+        "spectrum": lambda: plots.spectrum(branch, top, dof),
+        "history": lambda: plots.history(branch, top, dof),
     }
     if not data.sizes["contact"]:
         return drawings
     busiest = str(data["contact"].to_numpy()[int(data["dissipated_power"].max("point").to_numpy().argmax())])
     drawings |= {
         "power": lambda: plots.power(data),
-        "fractions": lambda: plots.fractions(data, busiest),
-        "loop": lambda: plots.loops(data, top, busiest)[0],
-        "states": lambda: plots.states(data, top),
+        "loop": lambda: plots.loops(branch, top, busiest)[0],
     }
-    if np.ptp(data["friction_coefficient"].to_numpy()) > 0:
+    if has_orbit(branch, top, busiest):
+        drawings["orbit"] = lambda: plots.orbit(branch, top, busiest)
+    if "stick_fraction" in data and np.isfinite(data["stick_fraction"].sel(contact=busiest)).any():
+        drawings["fractions"] = lambda: plots.fractions(data, busiest)
+    if has_states(branch, top):
+        drawings["states"] = lambda: plots.states(branch, top)
+    if "friction_coefficient" in data and np.ptp(data["friction_coefficient"].to_numpy()) > 0:
         drawings["friction"] = lambda: plots.friction(data, busiest)
     if "temperature" in data and data["temperature"].notnull().any():
         drawings["temperature"] = lambda: plots.temperature(data, busiest)
@@ -286,7 +302,7 @@ def wear_lines(data: ResultTable, most: int = 12) -> list[str]:
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
-    """One line for each located peak, the largest of each dof first."""
+    """One line for each located peak, the largest first; those of rotations, in rad, after those of lengths."""
     from slipstick.results.peaks import located_peaks
 
     of = data["peak_dof"].to_numpy()
@@ -300,8 +316,6 @@ def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
             where = units.frequency_text(value, str(data.attrs.get("frequency_unit", units.angular)))
         else:
             where = f"{value:.6g}{after_number(data[axis].attrs['units'])}"
-        lines.append(
-            (size, f"peak of {dof}: amplitude {size:.6g}{after_number(data['amplitude'].attrs['units'])} at {where}")
-        )
-    lines.sort(key=lambda pair: -pair[0])
-    return [line for _, line in lines[:most]]
+        unit = after_number(unit_of_dof(str(data["amplitude"].attrs["units"]), dof))
+        lines.append((is_rotation(dof), -size, f"peak of {dof}: amplitude {size:.6g}{unit} at {where}"))
+    return [line for *_, line in sorted(lines)[:most]]

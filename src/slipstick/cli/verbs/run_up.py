@@ -15,7 +15,7 @@ from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import report_or_warn
 from slipstick.errors import InputError
 from slipstick.runs.folder import PASSED, REPORT
-from slipstick.units import after_number
+from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.analysis.time_domain.long_run import PeriodDone
@@ -59,8 +59,8 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
     data = run.dataset
     for sentence in str(data.attrs["warnings"]).splitlines():
         warn_user(sentence)
-    unit = after_number(str(data["amplitude"].attrs.get("units", "")))
     of = str(table.dof or data["dof"].to_numpy()[0])
+    unit = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), of))
     done = str(data.attrs["outcome"]) == "COMPLETED"
     answer |= {"outcome": str(data.attrs["outcome"]), "periods": data.sizes["period"]}
     if data.sizes["period"]:

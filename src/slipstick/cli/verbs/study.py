@@ -25,7 +25,7 @@ from slipstick.cli.verbs.run import report_or_warn
 from slipstick.errors import InputError
 from slipstick.runs.failures import os_sentence
 from slipstick.runs.folder import REPORT
-from slipstick.units import after_number
+from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
     import xarray
@@ -220,7 +220,7 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
         peaks = data["peak_amplitude"].isel(dof=d)
         if not bool(np.isfinite(peaks).any()):
             continue
-        unit = after_number(data["peak_amplitude"].attrs["units"])
+        unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
         for word, at in (("smallest", peaks.argmin(...)), ("largest", peaks.argmax(...))):
             there = peaks[at]
             names = str(data.attrs["study_parameters"]).splitlines()
@@ -235,9 +235,10 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
     if not is_sampled(data) or not bool((data["outcome"] == "COMPLETED").any()):
         return
     peaks = peak_percentiles(data)
-    unit, (low, _, high) = after_number(data["peak_amplitude"].attrs["units"]), peaks["percentile"].to_numpy()
+    low, _, high = peaks["percentile"].to_numpy()
     for dof in peaks["dof"].to_numpy()[:_FEW]:
         here = peaks["peak_amplitude"].sel(dof=dof).to_numpy()
+        unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
         yield f"peak of {dof}: median {here[1]:.6g}{unit}, {low:g} % to {high:g} % {here[0]:.6g} to {here[2]:.6g}{unit}"
 
 

@@ -42,7 +42,9 @@ def track(
         size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
         marked = [k for k in range(len(branch)) if kinds[k] in ("optimum", "turning point", "tie")]
         for k in marked:
-            say(f"{kinds[k]}: {table.parameter} = {value[k]:.6g}{unit}, {peak_text(read, branch, size[k], omega[k])}")
+            say(
+                f"{kinds[k]}: {table.parameter} = {value[k]:.6g}{unit}, {peak_text(read, branch, d, size[k], omega[k])}"
+            )
         answer["marked"] = [
             {"kind": str(kinds[k]), "parameter": value[k], "omega": omega[k], "amplitude": size[k]} for k in marked
         ]

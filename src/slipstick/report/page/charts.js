@@ -55,7 +55,10 @@ function rangeOf(arrays, { log = false, air = 0.05, zero = false } = {}) {
     for (const v of values) if (Number.isFinite(v) && (!log || v > 0)) { low = Math.min(low, v); high = Math.max(high, v); }
   }
   if (low > high) return log ? [1, 10] : [0, 1];
-  if (log) return [low / 1.3, high * 1.3];
+  if (log) {
+    const grow = high > low * (1 + 1e-6) ? (high / low) ** air : 1.3;
+    return [low / grow, high * grow];
+  }
   if (zero) [low, high] = [Math.min(low, 0), Math.max(high, 0)];
   const spread = high - low, size = Math.max(Math.abs(low), Math.abs(high));
   if (spread <= 1e-6 * size) return size === 0 ? [-1, 1] : [low - 0.2 * size, high + 0.2 * size]; // rounding is not magnified
@@ -69,20 +72,33 @@ function powerOf([low, high]) {
 }
 
 /** Label of an axis, and how its ticks are written. */
-function axisWords({ label, units, log }, range) {
-  const power = log ? 0 : powerOf(range);
+function axisWords({ label, units, log, like }, range) {
+  const power = log ? 0 : powerOf(like ?? range);
   return { power, said: power ? `${label} [10${raised(power)}${units ? ` ${units}` : ""}]` : withUnits(label, units) };
 }
 
 /** Ticks of an axis from low to high as [value, text], about `most` of them. */
 function ticksOf(axis, range, low, high, most) {
   if (axis.ticks) return axis.ticks[0].map((v, i) => [v, axis.ticks[1][i]]);
-  if (axis.log) return logTicks(low, high).map((v) => [v, decimal(v)]);
-  const { power } = axisWords(axis, range), rough = (high - low) / Math.max(1, most), size = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 2.5, 5, 10].map((m) => m * size).find((m) => m >= rough * (1 - 1e-9)), found = [];
+  if (axis.log) {
+    const powers = logTicks(low, high);
+    const ticks = powers.length > 2 ? powers : evenTicks(low, high, Math.min(most, 6)).filter((v) => v > 0);
+    return ticks.map((v) => [v, decimal(v)]);
+  }
+  const { power } = axisWords(axis, range), step = stepOf(low, high, most), places = placesOf(step / 10 ** power);
+  return evenTicks(low, high, most).map((v) => [v, (v / 10 ** power).toFixed(places)]);
+}
+
+/** A round step for about `most` ticks. */
+function stepOf(low, high, most) {
+  const rough = (high - low) / Math.max(1, most), size = 10 ** Math.floor(Math.log10(rough));
+  return [1, 2, 2.5, 5, 10].map((m) => m * size).find((m) => m >= rough * (1 - 1e-9)) ?? 0;
+}
+
+function evenTicks(low, high, most) {
+  const step = stepOf(low, high, most), found = [];
   if (!(step > 0)) return found;
-  const first = Math.ceil(low / step - 1e-9), places = placesOf(step / 10 ** power);
-  for (let k = first; k * step <= high + 1e-9 * step && found.length < 100; k++) found.push([k * step, ((k * step) / 10 ** power).toFixed(places)]);
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step && found.length < 100; k++) found.push(k * step);
   return found;
 }
 
@@ -126,8 +142,8 @@ function logTicks(low, high) {
 }
 
 function decimal(value) {
-  const exponent = Math.floor(Math.log10(value) + 1e-9), mantissa = Math.round(value / 10 ** exponent);
-  if (exponent >= -2 && exponent <= 3) return String(Number(value.toPrecision(3)));
+  const exponent = Math.floor(Math.log10(value) + 1e-9), mantissa = Number((value / 10 ** exponent).toPrecision(3));
+  if (exponent >= -2 && exponent <= 3) return String(Number(value.toPrecision(5)));
   return mantissa === 1 ? `10${raised(exponent)}` : `${mantissa}·10${raised(exponent)}`;
 }
 

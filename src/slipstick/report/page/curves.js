@@ -34,6 +34,9 @@ class Curves {
     return chosen.some(known) ? chosen : model[`${over}s`].filter(known);
   }
 
+  /** Whether contacts of any result can stick, so that there is a limit of every contact stuck. */
+  get bothLimits() { return this.app.model.results.some((result) => result.content.references.length > 1); }
+
   /** What is drawn, in one word: the same word, the same curves. */
   drawn() {
     return JSON.stringify([this.curve, this.companion].map((curve) => (curve ? this.names(curve) : [])));
@@ -86,7 +89,7 @@ class Curves {
   drawChart(host, curve, lines, height) {
     const { view, model } = this.app, { log } = view, first = lines[0].result, over = first.abscissa(view.over);
     const limits = this.limits(curve, lines, log), own = lines.flatMap((line) => [...this.banded(curve, line, log), ...this.styled(line, log)]);
-    const range = (of, axis, zero) => rangeOf([...lines, ...limits].map((line) => line[of]), { log: log.includes(axis), air: of === "x" ? 0.015 : 0.06, zero });
+    const range = (of, axis, zero) => rangeOf([...lines, ...limits].map((line) => line[of]), { log: log.includes(axis), air: of === "x" ? 0.015 : this.companion ? 0.12 : 0.06, zero });
     const inside = range("x", "x", false);
     chart(host, {
       x: { label: over.label, units: this.app.unitsOf(over, first)[1], log: log.includes("x"), range: inside },
@@ -166,10 +169,10 @@ class Curves {
   words(line) {
     const { view } = this.app, { result } = line, verdict = result.verdict(view.point), kind = result.kind(view.point);
     const name = line.name || (this.curve.over === "contact" ? "all contacts" : "");
-    const [, units] = this.app.unitsOf(this.curve, result), after = units === this.curve.units ? this.curve.after : ` ${units}`;
+    const after = result.afterOf(this.curve, view.unit, line.name);
     const beside = [this.companion, this.curve.key === "amplitude" ? result.curve("phase") : null].filter(Boolean)
       .map((own) => [own, result.values(own.key, own.over === "dof" ? (this.curve.over === "dof" ? line.name : view.dof) : "")?.[view.point]]).filter(([, value]) => Number.isFinite(value))
-      .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${own.after}`));
+      .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${result.afterOf(own, view.unit, line.name)}`));
     const said = [
       `point ${view.point + 1} of ${result.points}`, this.app.where(),
       `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${after}`, ...beside,
@@ -233,7 +236,7 @@ class Curves {
       ...(model.overs.length > 1 ? select("over", "Over", model.overs, view.over) : []),
       frequency ? choice("Unit of frequency", Object.fromEntries(model.frequencies.map((u) => [u, u])), view.unit, (unit) => app.set({ unit })) : null,
       element("span", { class: "choice", role: "group", "aria-label": "Logarithmic axes" }, log("x"), log("y")),
-      known ? element("button", { type: "button", id: "limits", "aria-pressed": String(view.limits), onclick: () => app.set({ limits: !view.limits }) }, "free and stuck") : null,
+      known ? element("button", { type: "button", id: "limits", "aria-pressed": String(view.limits), onclick: () => app.set({ limits: !view.limits }) }, this.bothLimits ? "free and stuck" : "without contact") : null,
       element("button", { type: "button", class: "plain", onclick: () => this.draw() }, "whole range"));
   }
 
@@ -251,7 +254,7 @@ class Curves {
       ...(several ? [] : this.lines.filter((line) => line.name === name).map(swatch)), name || "all contacts"));
     const labels = several ? this.lines.map((line) => element("span", { class: "line-name" }, swatch(line), `${line.result.label}${line.name ? ` · ${line.name}` : ""}`)) : [];
     const dashed = model.results.some((result) => result.content.unstable) ? [element("span", { class: "line-name" }, "solid: stable, dashed: unstable, dotted: not known")] : [];
-    const grey = view.limits && this.curve.key === "amplitude" && view.over === "omega" ? [element("span", { class: "line-name" }, "grey, thick: without contact; thin: every contact stuck")] : [];
+    const grey = view.limits && this.curve.key === "amplitude" && view.over === "omega" ? [element("span", { class: "line-name" }, this.bothLimits ? "grey, thick: without contact; thin: every contact stuck" : "grey: without contact")] : [];
     const less = this.app.leftOut(over);
     fill(this.legend,
       element("div", { class: "chips", role: "group", "aria-label": "Curves" }, ...chips, less ? element("span", { class: "soft" }, less) : null),
@@ -270,22 +273,22 @@ class Curves {
     const { model, view } = this.app, found = [];
     for (const result of model.results) {
       for (const [point, dof, kind] of result.content.notes) {
-        const name = dof < 0 ? "" : result.dofs[dof], of = dof < 0 ? (result.dofs.includes(view.dof) ? view.dof : result.dofs[0]) : name;
-        found.push({ result, point, name, kind, size: result.values("amplitude", of)?.[point] ?? NaN });
+        const name = dof < 0 ? "" : result.dofs[dof], of = dof < 0 ? soughtOf(result) : name;
+        found.push({ result, point, name, kind, size: result.values("amplitude", of)?.[point] ?? NaN, unit: result.unitOf(of) });
       }
     }
     const rank = ({ kind }) => (kind === "optimum" ? 0 : kind === "peak" ? 1 : 2);
-    found.sort((a, b) => rank(a) - rank(b) || (a.kind === "peak" ? b.size - a.size : a.result.index - b.result.index || a.point - b.point));
-    const { analysis } = model.results[0].content, first = model.results[0];
+    found.sort((a, b) => rank(a) - rank(b) || (a.kind === "peak" ? (a.unit === "rad") - (b.unit === "rad") || b.size - a.size : a.result.index - b.result.index || a.point - b.point));
+    const { analysis } = model.results[0].content, first = model.results[0], units = [...new Set(model.results.flatMap((result) => result.content.dofs.units_of))];
     const columns = [...model.overs.slice(0, 1), ...(analysis === "response" || analysis === "parameter" ? [] : model.curves.filter(({ key }) => ["omega", "modal_damping"].includes(key)))];
-    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), ...(analysis === "modes" ? [] : [withUnits("amplitude", first.content.dofs.units)])];
-    const rows = found.slice(0, 40).map((note) => this.noteRow(note, columns, model.results.length > 1));
+    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : own.key === "parameter" && own.label.length < 12 ? own.label : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), withUnits(`amplitude${analysis === "response" || analysis === "parameter" ? "" : ` of ${soughtOf(first)}`}`, units.length > 1 ? "" : units[0] ?? "")];
+    const rows = found.map((note) => this.noteRow(note, columns, model.results.length > 1, units.length > 1));
     fill(this.side, element("h3", {}, found.some(({ kind }) => kind !== "peak") ? "Points of note" : "Peaks"),
       rows.length ? element("table", { class: "list" }, element("thead", {}, element("tr", {}, ...heads.map((text) => element("th", { scope: "col" }, text)))), element("tbody", {}, ...rows))
         : element("p", { class: "soft" }, analysis === "response" || analysis === "parameter" ? "No peak was located on these curves." : "No point of note on these curves."));
   }
 
-  noteRow({ result, point, name, kind, size }, columns, several) {
+  noteRow({ result, point, name, kind, size, unit }, columns, several, mixed) {
     const { view } = this.app;
     const go = () => this.app.set({ result: result.index, point, ...(name ? { curve: "amplitude", dof: name, dofs: view.dofs.includes(name) ? view.dofs : [...view.dofs, name] } : {}) });
     const verdict = result.verdict(point), stable = verdict && verdict !== "stable" ? ` (${verdict})` : "", load = result.values("load_factor", "")?.[point];
@@ -295,16 +298,19 @@ class Curves {
       return element("td", {}, short((values?.[point] ?? NaN) * this.app.unitsOf(own, result)[0]));
     });
     return element("tr", {}, ...[several ? element("td", { class: "soft" }, result.label) : null,
-      element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, said)), ...values, result.content.analysis === "modes" ? null : element("td", {}, `${short(size)}${stable}`)].filter(Boolean));
+      element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, said)), ...values, element("td", {}, `${short(size)}${mixed ? ` ${unit}` : ""}${stable}`)].filter(Boolean));
   }
 }
 
 /** Results of few points, each far from the next: their lines are smooth but for corners. */
 const SMOOTH = ["peaks", "modes"], CORNERS = ["tie", "corner"];
-const BRIEF = { modal_amplitude: "amplitude", omega: "frequency", modal_damping: "damping", parameter: "parameter" };
+const BRIEF = { modal_amplitude: "amplitude of the mode", omega: "frequency", modal_damping: "damping", parameter: "parameter" };
 /** Room for the numbers of two charts, one below the other, so that places are. */
 const LETTERS = 6;
 const TITLES = { response: "Response", parameter: "Response over the parameter", peaks: "Peak over the parameter", modes: "Nonlinear mode", cycles: "Self-excited vibration", wear: "Wear over cycles" };
+
+/** The dof whose peaks or amplitudes were sought, else the first. */
+const soughtOf = (result) => result.dofs[result.content.asked[0] ?? 0];
 
 function swatch(line) {
   return element("svg:svg", { width: 18, height: 8, "aria-hidden": "true" },

@@ -24,7 +24,7 @@ class App {
     return this.result.content.abscissae.slice(0, 1).map((own) => this.said(own, this.result.at(own.key)[this.view.point]))[0];
   }
 
-  unitsOf(own, result = this.result) { return result.unitsOf(own, this.view.unit); }
+  unitsOf(own, result = this.result) { return result.unitsOf(own, this.view.unit, this.view.dof); }
 
   /** A value of a quantity in words: "4.26 rad/s", "damper.mu 0.3". */
   said(own, value) {

@@ -8,6 +8,8 @@ class Kept extends Map {
   }
 }
 
+/** Curves in the unit of their dof. */
+const MOTIONS = ["amplitude", "mean"];
 const VERDICTS = ["stable", "unstable", "stability not known"];
 
 class Result {
@@ -17,6 +19,7 @@ class Result {
     this.contacts = content.contacts.names;
     this.friction = content.contacts.friction;
     this.planar = content.contacts.planar;
+    this.orbits = content.contacts.orbits;
     this.kept = new Kept();
   }
 
@@ -48,10 +51,23 @@ class Result {
     return this.kept.of(`at ${own.key}`, () => this.numbers(`at ${own.key}`, own.values).column());
   }
 
-  /** A quantity in the units it is drawn in, factor and unit: frequencies are in the unit chosen. */
-  unitsOf(own, unit) {
+  /** A quantity in the units it is drawn in, factor and unit: frequencies are in the unit chosen, motion in that of the dof. */
+  unitsOf(own, unit, dof) {
     const { factors } = this.content.frequency;
+    if (MOTIONS.includes(own.key) && this.dofs.includes(dof)) return [1, this.unitOf(dof)];
     return own.key === "omega" && unit in factors ? [factors[unit], unit] : [1, own.units];
+  }
+
+  /** The unit as it stands after a number; nothing where it has no name. */
+  afterOf(own, unit, dof) {
+    const [, units] = this.unitsOf(own, unit, dof);
+    if (units === own.units) return own.after;
+    return units === this.content.dofs.units ? this.content.dofs.after : ` ${units}`;
+  }
+
+  /** The unit of the motion of a dof: a length, or rad. */
+  unitOf(dof) {
+    return this.content.dofs.units_of[this.dofs.indexOf(dof)] ?? "";
   }
 
   /** A frequency as an axis. */
@@ -144,9 +160,17 @@ class Result {
     };
   }
 
+  /** A rotor in its stator at a point: motion of the centre, clearance and states; null for another law. */
+  orbit(point, name) {
+    const o = this.orbits, m = o ? o.of.indexOf(this.contacts.indexOf(name)) : -1;
+    if (m < 0) return null;
+    const row = (key) => this.coefficients(`orbit ${key}`, o[key]).row(point, m), one = (key) => this.numbers(`orbit ${key}`, o[key]).get(point, m);
+    return { orders: this.orders, motion: [row("x"), row("y")], gap: one("gap"), mu: one("mu"), states: this.states("orbits", point, m) };
+  }
+
   /** What is known of the states of a contact at a point; null where its law has none. */
   stated(point, name) {
-    return this.element(point, name) ?? this.plane(point, name);
+    return this.element(point, name) ?? this.plane(point, name) ?? this.orbit(point, name);
   }
 
   /** Intervals [start, end, state] of contact m of a kind at a point. */

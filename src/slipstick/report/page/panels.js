@@ -29,10 +29,13 @@ class Panels {
     const law = view.contact ? result.element(view.point, view.contact) : null;
     const plane = law || !view.contact ? null : result.plane(view.point, view.contact);
     const ported = law || !view.contact ? null : result.ported(view.point, view.contact);
+    const orbit = view.contact ? result.orbit(view.point, view.contact) : null;
     this.loop.card.hidden = !(law || plane || ported);
     this.plane.card.hidden = !plane;
-    this.states.card.hidden = !result.friction && !result.planar;
+    this.states.card.hidden = !result.friction && !result.planar && !result.orbits;
+    this.worn.card.hidden = !result.curve("worn_depth") || result.content.analysis !== "wear"; // before any chart is drawn: it is as wide as its card
     if (plane) this.drawPlane(plane);
+    else if (orbit) this.drawOrbit(orbit);
     else if (law || ported) this.drawLoop(law, ported);
     if (!this.states.card.hidden) this.drawStates(result);
     this.drawHistory(law, ported, plane);
@@ -50,17 +53,17 @@ class Panels {
 
   units(kind) {
     const { content } = this.app.result;
-    return kind === "force" ? content.contacts.force_units : content.dofs.units;
+    return kind === "force" ? content.contacts.force_units : kind === "length" ? content.dofs.units : this.app.result.unitOf(this.app.view.dof);
   }
 
   drawLoop(law, ported) {
     const { app } = this, { view } = app, over = view.loop;
-    document.getElementById("loop-title").textContent = "Friction loop";
-    fill(this.loop.tools, choice("Motion of the loop", { total: "over x + u", motion: "over x" }, over, (loop) => app.set({ loop })));
+    document.getElementById("loop-title").textContent = law ? "Friction loop" : "Force over motion";
+    fill(this.loop.tools, !law ? null : choice("Motion of the loop", { total: "over x + u", motion: "over x" }, over, (loop) => app.set({ loop })));
     const own = colourOf(app.model, "contact", view.contact, app.result), lines = law ? loopLines(law, over) : portedLoop(ported, app.result.orders, own);
     const label = over === "total" ? "Sliding motion x + u" : "Vibration x";
     const ranges = (axis) => rangeOf(lines.map((line) => line[axis]), { air: 0.07 });
-    chart(this.loop.plot, { x: { label, units: this.units("dof"), range: ranges("x") }, y: { label: "Friction force", units: this.units("force"), range: ranges("y") },
+    chart(this.loop.plot, { x: { label: law ? label : `Motion along ${ported.port}`, units: this.units("length"), range: ranges("x") }, y: { label: law ? "Friction force" : `Force along ${ported.port}`, units: this.units("force"), range: ranges("y") },
       lines, height: 300, name: `loop of ${view.contact} at ${app.where()}`, marks: zeroLine });
     this.loop.note.textContent = this.inWords(law ? `μ ${short(law.mu)}` : "its law is not stored: force and motion as the harmonics kept");
   }
@@ -75,23 +78,33 @@ class Panels {
 
   /** The friction force in the plane within the circle of its limit, and beside it the vibration. */
   drawPlane(plane) {
-    const { app } = this, { view } = app, own = colourOf(app.model, "contact", view.contact, app.result), tau = times(0, PERIOD, 361);
+    const { app } = this, tau = times(0, PERIOD, 361);
     const [low, high] = plane.limit, radii = high - low <= 1e-9 * high ? [high] : [low, high];
-    const path = (x, y) => [{ x, y, stroke: own, width: 2.2, name: view.contact, arrows: true }, { kind: "rings", x: [x[0]], y: [y[0]], stroke: own, fill: own, width: 1, name: "" }];
     const circles = radii.map((r) => ({ x: tau.map((t) => r * Math.cos(t)), y: tau.map((t) => r * Math.sin(t)), stroke: colour("text-faint"), dash: [6, 4], width: 1.2, name: "friction limit μ N" }));
     fill(this.loop.tools);
     document.getElementById("loop-title").textContent = "Friction force in the plane";
-    this.drawPath(this.loop.plot, "Friction force", "force", [...circles, ...path(...plane.force)]);
-    this.drawPath(this.plane.plot, "Vibration", "dof", path(...plane.motion.map((X) => tau.map((t) => series(X, plane.orders, t)))));
+    this.drawPath(this.loop.plot, "Friction force", "force", [...circles, ...pathLines(plane, (t) => plane.force.map((values) => between(values, t)))]);
+    this.drawPath(this.plane.plot, "Vibration", "length", pathLines(plane, (t) => plane.motion.map((X) => series(X, plane.orders, t))));
     this.loop.note.textContent = this.inWords(`μ ${short(plane.mu)} · dashed: limit μ N ${radii.map((r) => short(r)).join(" to ")} · dot: ωt = 0`);
-    this.plane.note.textContent = "dot: ωt = 0";
+    this.plane.note.textContent = "colours: stick, slip, separation as beside · dot: ωt = 0";
+  }
+
+  /** The centre of a rotor within the circle of its clearance, and how long it touches. */
+  drawOrbit(orbit) {
+    const tau = times(0, PERIOD, 361), touching = orbit.states.reduce((sum, [a, b, state]) => sum + (state === "separation" ? 0 : (b - a) / PERIOD), 0);
+    const circle = { x: tau.map((t) => orbit.gap * Math.cos(t)), y: tau.map((t) => orbit.gap * Math.sin(t)), stroke: colour("text-faint"), dash: [6, 4], width: 1.2, name: "clearance" };
+    fill(this.loop.tools);
+    document.getElementById("loop-title").textContent = "Orbit in the clearance";
+    this.drawPath(this.loop.plot, "Motion", "length", [circle, ...pathLines(orbit, (t) => orbit.motion.map((X) => series(X, orbit.orders, t)))], ["along x", "along y"]);
+    this.loop.note.textContent = this.inWords(`in contact ${touching > 0 && touching < 0.005 ? "< 1" : short(100 * touching, 3)} % of the time · μ ${short(orbit.mu)} · dashed: clearance ${short(orbit.gap)} · orange: in contact, grey: free · dot: ωt = 0`);
   }
 
   /** Lines in a plane, the same scale along both axes. */
-  drawPath(host, what, kind, lines) {
+  drawPath(host, what, kind, lines, ways = ["first direction", "second direction"]) {
     const height = 340, ranges = sameScale(lines, Math.max(host.clientWidth, 220) - 60, height - 60), units = this.units(kind);
-    const axis = (which, range) => ({ label: `${what}, ${which} direction`, units, range });
-    chart(host, { x: axis("first", ranges[0]), y: axis("second", ranges[1]), lines, height, name: `${what.toLowerCase()} of ${this.app.view.contact} at ${this.app.where()}`, marks: zeroLine });
+    const like = [-1, 1].map((sign) => sign * Math.max(...ranges.flat().map(Math.abs))); // one power of ten for both axes
+    const axis = (which, range) => ({ label: `${what}, ${which}`, units, range, like });
+    chart(host, { x: axis(ways[0], ranges[0]), y: axis(ways[1], ranges[1]), lines, height, name: `${what.toLowerCase()} of ${this.app.view.contact} at ${this.app.where()}`, marks: zeroLine });
   }
 
   drawStates(result) {
@@ -106,7 +119,7 @@ class Panels {
 
   drawHistory(law, ported, plane) {
     const { app } = this, { view, result } = app, kinds = { dof: "motion" };
-    if (law || ported) kinds.force = "friction force";
+    if (law || ported) kinds.force = law ? "friction force" : "force";
     if (law) kinds.normal = "normal load";
     const kind = kinds[view.history] ? view.history : "dof";
     fill(this.history.tools, chosenAmong("Quantity over one period", kinds, kind, (history) => app.set({ history })));
@@ -129,7 +142,7 @@ class Panels {
 
   drawSpectrum(law, ported) {
     const { app } = this, { view, result } = app, kinds = { dof: "motion" };
-    if (law || ported) kinds.force = "friction force";
+    if (law || ported) kinds.force = law ? "friction force" : "force";
     const kind = kinds[view.spectrum] ? view.spectrum : "dof";
     fill(this.spectrum.tools, chosenAmong("Quantity of the harmonics", kinds, kind, (spectrum) => app.set({ spectrum })));
     const groups = kind === "dof" ? this.harmonicsOfDofs() : [{ name: view.contact, sizes: law ? amplitudes((t) => frictionAt(law, t), result.orders) : sizesOf(ported.F), stroke: colourOf(app.model, "contact", view.contact, result) }];
@@ -139,14 +152,13 @@ class Panels {
     const range = most > 0 ? [most * 1e-6, most * 2] : [1e-6, 1];
     lines.forEach((line) => { line.y = line.y.map((v) => (v > range[0] ? v : NaN)); });
     chart(this.spectrum.plot, { x: { label: "Harmonic", units: "", range: [-0.6, orders.length - 0.4], ticks: [orders.map((_, j) => j).filter((j) => j % every === 0), orders.filter((_, j) => j % every === 0).map(String)] },
-      y: { label: kind === "dof" ? "Amplitude" : "Friction force", units: this.units(kind), log: true, range }, lines, height: 300, name: `harmonics of ${kinds[kind]} at ${app.where()}` });
+      y: { label: kind === "dof" ? "Amplitude" : law ? "Friction force" : `Force along ${ported.port}`, units: this.units(kind), log: true, range }, lines, height: 300, name: `harmonics of ${kinds[kind]} at ${app.where()}` });
     fill(this.spectrum.note, named(lines));
   }
 
   /** Worn depth of every contact at the cursor, a bar each, on the scale of all cycles; the contact looked at stands out. */
   drawWorn() {
     const { app } = this, { view, result } = app, curve = result.curve("worn_depth");
-    this.worn.card.hidden = !curve || result.content.analysis !== "wear";
     if (this.worn.card.hidden) return;
     const names = result.contacts, all = names.map((name) => result.values("worn_depth", name)), depths = all.map((values) => values[view.point]);
     const bars = (some, fill, name) => ({ kind: "bars", x: some, y: some.map((i) => depths[i]), half: 0.38, fill, stroke: fill, width: 0, name });
@@ -190,6 +202,30 @@ function loopLines(law, over) {
   const tau = times(0, PERIOD, 361), x = tau.map((t) => series(W, law.orders, t) + v * t);
   const limit = (sign) => ({ x, y: tau.map((t) => sign * limitAt(law, t)), stroke: colour("text-faint"), dash: [2, 3], width: 1, name: "" });
   return [limit(1), limit(-1), ...Object.values(lines)];
+}
+
+/** A closed path, a line for each state, and a dot where it begins; `place` gives both coordinates at a time. */
+function pathLines(stated, place) {
+  const lines = {};
+  for (const [a, b, state] of pieces(stated)) {
+    const stroke = colour(state === "separation" ? "text-faint" : STATES[state][0]);
+    const line = (lines[state] ??= { x: [], y: [], stroke, width: 2.4, name: STATE_WORDS[state], arrows: true });
+    for (const tau of times(a, b, Math.max(2, Math.ceil((b - a) * 120)))) {
+      const [x, y] = place(tau);
+      line.x.push(x);
+      line.y.push(y);
+    }
+    line.x.push(NaN);
+    line.y.push(NaN);
+  }
+  const [x, y] = place(0), dot = colour("text");
+  return [...Object.values(lines), { kind: "rings", x: [x], y: [y], stroke: dot, fill: dot, width: 1, name: "" }];
+}
+
+/** A value at a time between samples that lie evenly over the period, both ends among them. */
+function between(values, tau) {
+  const at = (tau / PERIOD) * (values.length - 1), i = Math.min(values.length - 2, Math.max(0, Math.floor(at)));
+  return values[i] + (at - i) * (values[i + 1] - values[i]);
 }
 
 function portedLoop(ported, orders, stroke) {

@@ -56,7 +56,7 @@ function statesInWords(name, law) {
 
 /** What the colours mean, of the states that contacts of a result may have: along a line, in a plane. */
 function stateKey(result) {
-  const of = { "slip": result.planar, "slip+": result.friction, "slip-": result.friction };
+  const of = { "stick": result.friction ?? result.planar, "slip": result.planar ?? result.orbits, "slip+": result.friction, "slip-": result.friction };
   return element("div", { class: "line-names" }, ...Object.keys(STATES).filter((state) => of[state] !== null).map((state) => element("span", { class: "line-name" },
     element("svg:svg", { width: 26, height: 14, "aria-hidden": "true" }, element("svg:rect", { width: 26, height: 14, ...fillOf(state) })), `${STATES[state][1]} ${STATE_WORDS[state]}`)));
 }

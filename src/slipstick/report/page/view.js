@@ -49,6 +49,9 @@ function settled(view, model, start) {
   if (!view.dofs.length) view.dofs = start.dofs;
   if (!view.contacts.length) view.contacts = [""];
   if (!own.dofs.includes(view.dof)) view.dof = view.dofs.find((name) => own.dofs.includes(name)) ?? own.dofs[0] ?? "";
+  // dofs of another unit than the one looked at are not drawn on its axis
+  const unit = own.unitOf(view.dof), alike = view.dofs.filter((name) => !own.dofs.includes(name) || own.unitOf(name) === unit);
+  if (alike.length < view.dofs.length) view.dofs = alike.length ? alike : [view.dof];
   if (!own.contacts.includes(view.contact)) view.contact = start.contact(own);
   return view;
 }
@@ -71,7 +74,8 @@ function addressOf(view) {
 function startOf(model) {
   const first = model.results.find((result) => result.points) ?? model.results[0];
   const asked = first.content.asked.map((place) => first.dofs[place]);
-  const peak = largest(first, "amplitude", asked.length ? asked : first.dofs);
+  const among = asked.length ? asked : first.dofs, alike = among.filter((name) => first.unitOf(name) !== "rad"); // rad and lengths are not compared
+  const peak = largest(first, "amplitude", alike.length ? alike : among);
   const sought = first.content.notes.find(([, , kind]) => kind === "optimum" || (kind === "requested" && first.content.analysis === "modes"));
   return {
     curve: model.curves[0]?.key ?? "", result: first.index, point: first.content.analysis === "wear" ? Math.max(0, first.points - 1) : sought ? sought[0] : peak.point,
