@@ -230,7 +230,8 @@ class _Smooth(Hysteresis):
         """Forces of n elements with all derivatives.
 
         Their error is below 1e-8 of the limit, or of the largest force where that is less; that of derivatives
-        likewise, by n 1e-6; checked for n up to 20. Steps and panels follow the shortest scale of the law and a tolerance.
+        likewise, by n 1e-6; checked for n up to 20. Steps and panels follow the shortest scale of the law and a
+        tolerance.
         """
         from slipstick.contact.kernel.bouc_wen import RULE, run
 
