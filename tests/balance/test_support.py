@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.typing import Array
 
 M, K = np.eye(2), np.array([[40.0, -40.0], [-40.0, 40.0]])
@@ -196,3 +197,49 @@ def test_a_case_file(tmp_path: Path) -> None:
     branch = ss.Case.from_file(tmp_path / "case.toml").run()
     for w in (3.0, 7.0):
         assert phasors(branch, w) == pytest.approx(closed(w, STUCK), abs=1e-8)
+
+
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # of the soft ground
+@pytest.mark.parametrize("limit", [0.3, 1.5, 3.0, 4.5, 6.0, 12.0])
+def test_friction_that_slips_fixes_no_mean_whatever_its_limit(limit: float) -> None:
+    """As with a ground spring that is soft enough to change nothing: no rounding of the limit decides."""
+    law = ss.FrictionContact(kt=60.0, mu=0.3, normal_load=limit / 0.3)
+    contact = ss.ContactPair(name="c", contact=law, tangential="a")
+
+    def amplitudes(ground: float) -> Array:
+        structure = ss.MatrixStructure(M=M, C=C, K=K + ground * np.eye(2), dofs=["a", "b"])
+        given = ss.Problem(structure, contacts=contact, loads=ss.Load(dof="a", sin=8.0), harmonics=range(6))
+        return np.asarray(ss.steady_response(given, omega=4.0).dataset.amplitude[0])
+
+    assert amplitudes(0.0) == pytest.approx(amplitudes(1e-5), rel=1e-5)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.5])
+def test_a_contact_open_at_rest_holds_what_is_pressed_on_it(gap: float) -> None:
+    """A spring while it is closed; the body lies on it, by the load over its stiffness beyond the gap."""
+    law = ss.FrictionContact(kn=100.0, gap=gap)
+    loads = [ss.Load(dof="a", cos=8.0), ss.Load(dof="a", harmonic=0, cos=50.0)]
+    given = ss.Problem(
+        pair(), contacts=ss.ContactPair(name="c", contact=law, normal="a"), loads=loads, harmonics=range(4)
+    )
+    found = ss.steady_response(given, omega=4.0).dataset
+    Z = K - 16.0 * M + 4.0j * C + np.diag([100.0, 0.0])
+    assert found.displacement.values[0, :, 0] == pytest.approx([0.5 + gap] * 2, rel=1e-9)
+    assert found.amplitude.values[0] == pytest.approx(np.abs(np.linalg.solve(Z, [8.0, 0.0])), rel=1e-9)
+
+
+def test_what_can_only_push_and_nothing_presses_on_is_told() -> None:
+    """Nothing, a pull, two contacts on the same side; pressed, or clamped between two, there is nothing to tell."""
+
+    def told(*normals: dict[str, float], load: float = 0.0) -> bool:
+        law = ss.FrictionContact(kn=100.0, gap=-1.0)
+        contacts = [ss.ContactPair(name=f"c{k}", contact=law, normal=normal) for k, normal in enumerate(normals)]
+        loads = [ss.Load(dof="b", cos=2.0), ss.Load(dof="b", harmonic=0, cos=load)]
+        given = ss.Problem(pair(), contacts=contacts, loads=loads, harmonics=range(4))
+        return any("no load of harmonic 0 presses" in str(each) for each in problem_warnings(given, (3.0, 4.0)))
+
+    assert told({"a": 1.0})
+    assert told({"a": 1.0}, load=-5.0)
+    assert told({"a": 1.0}, {"b": 1.0})
+    assert not told({"a": 1.0}, load=5.0)
+    assert not told({"a": 1.0}, {"b": -1.0})

@@ -13,6 +13,7 @@ from slipstick.balance.compliance import lossless
 from slipstick.balance.contacts import PERPENDICULAR, Direction, in_space, lengths, same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
+from slipstick.balance.support import pressing_warnings
 from slipstick.faults import few_alike
 from slipstick.quantities import WithUnit
 from slipstick.structure.residuals import load_compliance, own_compliance
@@ -66,7 +67,7 @@ def problem_warnings(
         *_fed_warnings(problem),
         *_sum_warnings(problem),
     ]
-    sentences += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
+    sentences += [*_harmonic_warnings(problem), *_contact_warnings(problem), *pressing_warnings(problem)]
     # without hold there is no static stiffness, and contacts make the first frequencies
     held = problem.structure.held
     if static is None and held and (len(omega) or len(problem.elements) <= FEW_CONTACTS):

@@ -112,6 +112,39 @@ def _answers_mean(batch: Batch, i: int, values: Mapping[str, Array]) -> Any:
     return np.abs(tangent[:, 0, 0]) > _ROUNDING * np.abs(tangent).max(axis=(1, 2))
 
 
+def pressing_warnings(problem: Problem) -> Iterator[str]:
+    """Whether what can only push can balance the mean of the loads along the rigid-body motions, where it alone holds.
+
+    In a periodic motion the mean forces along a rigid-body motion are in balance. A normal force is never negative.
+    """
+    from scipy.optimize import nnls
+
+    structure: Any = problem.structure
+    if getattr(structure, "held", True) or problem.support is None:
+        return
+    R = structure.rigid_motions
+    seen = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float).T @ R
+    pushing = np.zeros(len(seen), dtype=bool)
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        normal = batch.law.surface_ports.get("normal")
+        for name, port in zip(batch.law.ports, batch.ports, strict=True):
+            if name == normal:
+                pushing[port.rows] = True
+            elif not np.any(np.asarray(given.values.get("mu", 1.0))):
+                seen[port.rows] = 0.0  # without friction no force
+    if not pushing.any() or np.any(np.abs(seen[~pushing]) > _BALANCED * np.abs(R).max()):
+        return
+    loads = (R.T @ _static_loads(problem)).ravel()
+    wanted, columns = loads, seen[pushing].T
+    if not np.any(np.abs(loads) > _BALANCED * np.abs(R).max() * np.abs(_static_loads(problem)).max(initial=0.0)):
+        wanted, columns = np.r_[loads, 1.0], np.vstack([columns, np.ones(columns.shape[1])])  # any that balance
+    if nnls(columns, wanted)[1] > 1e-6 * np.linalg.norm(wanted):
+        yield (
+            "no load of harmonic 0 presses the structure on the contacts, which can only push and alone hold it: it "
+            "leaves them, and no steady motion touches them; give the load that presses it, such as its weight"
+        )
+
+
 def drift_warnings(problem: Problem, values: Mapping[str, Array]) -> Iterator[str]:
     """Whether the mean friction forces in results push a structure along what nothing else holds."""
     support = problem.support

@@ -189,6 +189,11 @@ class MatrixStructure(Structure):
         """Whether the structure is held by itself; else its contacts have to, and harmonic 0 asks for them."""
         return not self._rigid.shape[1]
 
+    @property
+    def rigid_motions(self) -> Array:
+        """Mass-normalised motions (n_dofs, k) that the static stiffness does not resist."""
+        return self._rigid
+
     def standing_on(self, ports: Array, fixing: Array) -> tuple[MatrixStructure, Array, Array]:
         """The structure with reference springs along ports (n_dofs, n_ports) in its static compliance.
 
