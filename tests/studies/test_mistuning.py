@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.events import CaseDone
+from slipstick.analysis.events import CaseDone, PointFound
 from slipstick.errors import InputError
 from slipstick.studies.mistuning import WeibullMaxima, mistuning_study, worst_pattern
 
@@ -87,3 +87,12 @@ def test_other_problems(wrong: object) -> None:
     """Refused."""
     with pytest.raises(InputError, match="disc"):
         mistuning_study(wrong, omega=(1.0, 2.0), spread=0.1, samples=1)  # type: ignore[arg-type]
+
+
+def test_an_interrupt_is_not_taken_for_a_range_without_a_peak() -> None:
+    def interrupt(event) -> None:
+        if isinstance(event, PointFound):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        worst_pattern(disc(), omega=(0.9, 1.3), bound=0.01, steps=1, listeners=interrupt)

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.analysis.curve.response import forced_response
 from slipstick.balance.problem import Problem
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import number, shown, whole
 from slipstick.results.schema import LARGEST
 from slipstick.results.weibull import FEWEST, WeibullMaxima
@@ -194,7 +194,10 @@ def _curve(
 ) -> Branch:
     for s, value in enumerate(deviations.tolist()):
         problem = problem.with_parameter(f"stiffness@{s}", value)
-    return forced_response(problem, omega=omega, peaks_of=LARGEST, options=options, listeners=listeners)
+    branch = forced_response(problem, omega=omega, peaks_of=LARGEST, options=options, listeners=listeners)
+    if branch.outcome is Outcome.INTERRUPTED:  # its peaks are not those of the range
+        raise KeyboardInterrupt
+    return branch
 
 
 def _peaks_of(branch: Branch, dof: str) -> list[tuple[float, float]]:
