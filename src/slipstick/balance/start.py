@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from math import isfinite, nan
 
 import numpy as np
@@ -200,10 +201,7 @@ class FirstPoint:
         for name, x in linear[:1]:
             yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
         for parameter, factor in self._smoother_ones():
-            yield (
-                "smoother friction first",
-                lambda parameter=parameter, factor=factor: self._smoother_first(parameter, factor),
-            )  # type: ignore[misc]
+            yield "smoother friction first", partial(self._smoother_first, parameter, factor)
         if self._essential() != self.balance.harmonics:
             yield "fewer harmonics first", self._fewer_harmonics
         for name, x in linear[1:]:

@@ -104,8 +104,7 @@ class FrictionLaw(Law):
         if mu > LARGEST_FRICTION:
             yield f"mu = {mu:g} is more than dry surfaces reach; expected below {LARGEST_FRICTION:g}"
 
-    @staticmethod
-    def springs(response: Response) -> dict[int, Array]:
+    def springs(self, response: Response) -> dict[int, Array]:
         """Contact springs as far as they act: with the fractions of the period in stick, slip and contact."""
         f, p = response.detail, response.values
         slipping = p["mu"] * p["kn"] * f.slip_fraction
