@@ -218,7 +218,7 @@ def test_bouc_wen_derivatives_are_differences_of_another_integrator(seed):
         at = c - L
         if (at == 1 and room <= 0.0) or (at == 2 and p[2] == 1.0):  # differences leave what is admissible
             continue
-        step = 1e-3 * (np.abs(X).max() if at < 0 else (p[0], room, p[2])[at])
+        step = 1e-3 * (np.abs(X).max() if at < 0 else (min(p[0], p[0] + p[1]), room, p[2])[at])
 
         def moved(h, c=c, at=at):
             Y, q = X.copy(), list(p)
