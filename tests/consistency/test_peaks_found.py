@@ -169,9 +169,13 @@ def varying_by_end(seed):
     ]
 
 
-@pytest.mark.parametrize("seed", [1093, 1175, 1244])
+@pytest.mark.parametrize("seed", [1093, 1175, 1244, 1241, 1296, 2084, 2249, 2251])
 def test_the_same_peaks_and_folds_from_the_other_end(seed):
-    """Two turning points between two steps; a dip within one, and one that only sets apart a maximum beside it."""
+    """Two turning points between two steps; a dip within one, and one that only sets apart a maximum beside it.
+
+    At 1241 a corner at which another output has its peak; at 1296 two turning points in one step; then maxima that
+    stand out by little more or less than a thousandth.
+    """
     assert varying_by_end(seed) == []
 
 

@@ -32,10 +32,13 @@ def test_a_maximum_stands_out_by_a_thousandth_to_be_a_peak(depth, count, way):
     assert len(peak_points(table(sizes, KINDS[::way]), 0)) == count
 
 
-def test_a_dip_between_points_is_seen():
-    """Of a parabola 1.2e-3 deep, of which no point is deeper than 0.9e-3."""
-    sizes = [0.5, 1.0, 1.0 - 0.9e-3, 1.0 - 0.9e-3, 1.0, 1.2, 0.5]
-    assert len(peak_points(table(sizes, ["start", "peak", *["regular"] * 2, "regular", "peak", "end"]), 0)) == 2
+def test_solved_points_alone_tell_how_deep_a_dip_is():
+    """What is interpolated is known to 2e-4 of itself."""
+    sizes = [0.5, 1.0, 1.0 - 0.95e-3, 1.0 - 1.05e-3, 1.2, 0.5]
+    kinds = ["start", "peak", "regular", "interpolated", "peak", "end"]
+    assert len(peak_points(table(sizes, kinds), 0)) == 1
+    kinds[3] = "regular"
+    assert len(peak_points(table(sizes, kinds), 0)) == 2
 
 
 def test_ends_and_equal_maxima_hide_no_peak():

@@ -12,7 +12,7 @@ from slipstick.typing import AnyArray, Array
 PROMINENCE = 1e-3
 """Part of its height by which a maximum stands out at least that is a peak.
 
-Minima are located to a hundredth of it, so this is a rule of the curve: within 1e-5 of the height it may go either way.
+Minima are located to 2e-5 of their height, so this is a rule of the curve: only that near to it may it go either way.
 """
 _EQUAL = 1e-6
 """Part of a height by which another maximum is not higher."""

@@ -25,9 +25,9 @@ _HIDDEN = 2e-4
 """Part of a height that a maximum may stand out by unseen there."""
 _STEADY = 0.05
 """Part of the gain that a monotone one may differ by from that of a parabola."""
-_STEEP = 1e-3
+_STEEP = 6e-4
 """Part of a height up to which that holds."""
-DIP = 1e-5
+DIP = 2e-5
 """Part of its height to which a minimum is known: it tells how far the maxima on both sides stand out."""
 DEEP = 1.1e-3
 """Part of a height by which a minimum is deeper where more need not be known of it."""
