@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,10 @@ def opened(content: Any, script: str, *, study: bool = False, address: str = "")
         console.log(JSON.stringify((() => {{ {script} }})()));
       }}, 0);"""
     told = json.dumps({"content": made, "numbers": numbers, "address": address})
-    done = subprocess.run([str(NODE), "-e", text], input=told, capture_output=True, text=True, timeout=600, check=False)
+    with tempfile.TemporaryDirectory() as folder:  # an argument may not be as long as the scripts are
+        page = Path(folder) / "page.js"
+        page.write_text(text, encoding="utf-8")
+        command = [str(NODE), str(page)]
+        done = subprocess.run(command, input=told, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

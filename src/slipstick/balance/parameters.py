@@ -50,7 +50,7 @@ class Parts(Protocol):
 
     @property
     def structure(self) -> Any:
-        """Its structure."""
+        """Its structure; None where a case does not give a right one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +80,7 @@ def parameter_target(problem: Parts, name: str) -> Target:
     load = find_load(problem, name)
     if load is not None:
         return Target(quantity=load[1], load=load[0])
-    if name in problem.structure.every_value:
+    if problem.structure is not None and name in problem.structure.every_value:
         return Target(quantity=name, structure=True)
     raise InputError(Fault(statement=f"there is no parameter '{name}'", remedy=_meant(problem, name)))
 
@@ -159,7 +159,8 @@ def known_parameters(problem: Parts) -> Iterator[str]:
     yield from dict.fromkeys(f"{ALL}.{quantity}" for pair in problem.contacts for quantity in pair.quantities)
     yield from dict.fromkeys(f"{RUBBING}.{part}" for pair in problem.contacts for part in pair.rubbing.names)
     yield from load_names(problem)
-    yield from problem.structure.every_value
+    if problem.structure is not None:
+        yield from problem.structure.every_value
     yield from FACTORS
 
 

@@ -137,7 +137,8 @@ class SampledLaw(Law):
 
         ``edges`` gives phases (k,) at which panels of integration end, of one element: where the force has corners,
         and closer and closer to where it nearly jumps. Panels are divided further until each resolves the force. The
-        error of the coefficients is about 1e-9 of the largest force; where ``MOST_PANELS`` do not suffice it is told.
+        error of the coefficients is about 1e-9 of the largest force; a warning says where ``MOST_PANELS`` are
+        too few.
         """
         elements = [_one_element(motion, values, e) for e in range(len(motion.Q[0]))]
         responses = [_resolved(self, own, at, edges(own, at), slopes).response() for own, at in elements]

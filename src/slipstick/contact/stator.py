@@ -22,7 +22,6 @@ from slipstick.contact.sampled import ByPorts, SampledLaw, base_edges, moving
 from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, number_or_numbers, same_length, wrong
 from slipstick.trig.harmonics import Harmonics
-from slipstick.trig.roots import roots
 from slipstick.typing import Array, Numbers
 
 X, Y, SPIN = 0, 1, 2
@@ -286,6 +285,8 @@ def _touching(harmonics: Harmonics, samples: Array) -> list[Interval]:
     """States from samples (L,) over a period of ``r^2 - gap^2``, a trigonometric polynomial of these orders."""
     lines = np.fft.rfft(samples) / samples.size
     p = np.concatenate([lines.real[:1], np.stack([2.0 * lines.real[1:], -2.0 * lines.imag[1:]], axis=1).ravel()])
+    from slipstick.trig.roots import roots  # compiled: reading and checking a case needs none
+
     at, rising = roots(harmonics, p)
     if not at.size:
         return [(0.0, 2.0 * np.pi, "slip" if p[0] > 0.0 else "separation")]

@@ -53,6 +53,6 @@ def _stands_out(size: Array, solved: AnyArray, part: AnyArray, k: int) -> bool:
     sizes, at, height = size[own], int(np.searchsorted(own, k)), size[k]
     for side in (sizes[at::-1], sizes[at:]):
         higher = np.flatnonzero(side > height * (1.0 + _EQUAL))
-        if higher.size and side[: higher[0]].min() > height * (1.0 - PROMINENCE):
+        if higher.size and side[: higher[0]].min(initial=height) > height * (1.0 - PROMINENCE):
             return False
     return True

@@ -58,7 +58,7 @@ def _asked_for(case: Case, branch: Branch, table: Any, unit: str) -> list[Answer
     part, kinds, stable = (data[name].to_numpy() for name in ("branch_part", "kind", "stable"))
     value, omega = data["parameter"].to_numpy(), data["omega"].to_numpy()
     size = data["amplitude"].to_numpy()[:, d]
-    length = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), table.dof))
+    length = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), data["dof"].to_numpy()[d]))
     answers: list[Answer] = []
     for k in ((kinds == "requested") & (part == 1)).nonzero()[0]:
         sure = {0: False, 1: True}.get(int(stable[k]))

@@ -118,8 +118,9 @@ class Locator:
         for (u, low), (v, high) in pairwise(known):
             parts = [((u, v), low, high)] if event.crossed(low[1], high[1]) else []
             if low[1] * high[1] > 0.0:
-                gain = event.height(high[0]) / event.height(low[0]) - 1.0
-                if gain * low[1] < 0.0 and abs(gain) > _EXCEEDS:  # it does not rise where the slopes say so
+                before, after = event.height(low[0]), event.height(high[0])
+                gain = after - before
+                if gain * low[1] < 0.0 and abs(gain) > _EXCEEDS * before:  # it does not rise where the slopes say so
                     parts = self._maxima.parted(event, (u, v), low, high)
             located += [self._maxima.top(event, *part) for part in parts]
         return located
