@@ -86,7 +86,7 @@ class ContactPair:
         if not isinstance(contact, Law) or isinstance(contact, type):
             expected = "contact=ss.FrictionContact(...), or a law (a subclass of slipstick.contact.law.Law)"
             checks.faults.append(Fault("contact", found=shown(contact), expected=expected))
-        both = "second" in getattr(contact, "ports", ())
+        both = isinstance(contact, Law) and "second" in contact.ports
         if both and isinstance(tangential, tuple | list) and "second" not in (ports or {}):
             tangential, second = checks.take(_two_directions, ("tangential",), tangential) or (None, None)
             ports = {**(ports or {}), **({} if second is None else {"second": second})}

@@ -117,7 +117,7 @@ class StribeckContact(Law):
             self.form = FORMS[0]
             numbers = checks.take(_table, mu) or {}
         else:
-            self.form = "exponential" if form is None else str(form)
+            self.form = form if isinstance(form, str) else "exponential"
             if not isinstance(form, str | None) or form not in (None, *FORMS[1:]):
                 remedy = ""
                 if self.form in ("tanh", "arctan", "regularised", "regularized", "smooth"):
