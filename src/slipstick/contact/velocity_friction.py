@@ -505,11 +505,17 @@ def _checked(name: str, value: Any) -> Any:
     return value
 
 
+def _length(value: Any) -> int:
+    """How many items a value has; 0 where it is no list, as an array without axes."""
+    try:
+        return len(value)
+    except TypeError:
+        return 0
+
+
 def _table(rows: Any) -> dict[str, Any]:
     expected = "rows of velocity and mu such as [(0.0, 0.4), (2.0, 0.3)], at least two"
-    if isinstance(rows, str | Mapping) or not hasattr(rows, "__len__") or len(rows) < 2:
-        raise wrong("mu", rows, expected)
-    if any(not hasattr(row, "__len__") or len(row) != 2 for row in rows):
+    if isinstance(rows, str | Mapping) or _length(rows) < 2 or any(_length(row) != 2 for row in rows):
         raise wrong("mu", rows, expected)
     checks, speeds, coefficients = Gathering(), {}, {}
     for k, (speed, mu) in enumerate(rows):
