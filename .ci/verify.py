@@ -55,6 +55,10 @@ FAST = {"analysis": 6, "consistency": 6, "tests": 4, "structure": 2, "contact": 
 """Folders of tests, "tests" for the files beside them, whose fast tests run in several pieces."""
 
 
+LONG_ALONE = {"type_checks"}
+"""Folders whose tests are all long: among the fast ones there is nothing to run."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Piece:
     """A share of the verification, run by one command."""
@@ -130,7 +134,7 @@ def _folders() -> dict[str, list[str]]:
         way = file.relative_to(ROOT / "tests").parts
         if len(way) == 1:
             found.setdefault("tests", []).append(f"tests/{way[0]}")
-        else:
+        elif way[0] not in LONG_ALONE:
             found[way[0]] = [f"tests/{way[0]}"]
     return found
 
