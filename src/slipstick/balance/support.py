@@ -67,8 +67,8 @@ def support_of(problem: Problem) -> Support | None:
     for motion in drifting.T:
         if not np.any(np.abs(motion) > _BALANCED * np.abs(free).max(initial=0.0)):
             raise InputError(NOTHING_HOLDS)
-    pushed = _static_loads(problem).T @ free
-    if np.any(np.abs(pushed) > _BALANCED * np.abs(free).max(initial=0.0) * np.abs(_static_loads(problem)).max()):
+    forces = _static_loads(problem)
+    if np.any(np.abs(forces.T @ free) > _BALANCED * np.abs(free).max(initial=0.0) * np.abs(forces).max()):
         raise InputError(
             Fault(
                 "loads",
@@ -119,10 +119,10 @@ def pressing_warnings(problem: Problem) -> Iterator[str]:
     """
     from scipy.optimize import nnls
 
-    structure: Any = problem.structure
-    if getattr(structure, "held", True) or problem.support is None:
+    if problem.support is None:
         return
-    R = structure.rigid_motions
+    structure: Any = problem.structure
+    R, forces = structure.rigid_motions, _static_loads(problem)
     seen = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float).T @ R
     pushing = np.zeros(len(seen), dtype=bool)
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
@@ -134,9 +134,9 @@ def pressing_warnings(problem: Problem) -> Iterator[str]:
                 seen[port.rows] = 0.0  # without friction no force
     if not pushing.any() or np.any(np.abs(seen[~pushing]) > _BALANCED * np.abs(R).max()):
         return
-    loads = (R.T @ _static_loads(problem)).ravel()
+    loads = (R.T @ forces).ravel()
     wanted, columns = loads, seen[pushing].T
-    if not np.any(np.abs(loads) > _BALANCED * np.abs(R).max() * np.abs(_static_loads(problem)).max(initial=0.0)):
+    if not np.any(np.abs(loads) > _BALANCED * np.abs(R).max() * np.abs(forces).max(initial=0.0)):
         wanted, columns = np.r_[loads, 1.0], np.vstack([columns, np.ones(columns.shape[1])])  # any that balance
     if nnls(columns, wanted)[1] > 1e-6 * np.linalg.norm(wanted):
         yield (
