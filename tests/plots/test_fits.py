@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from slipstick import plots
@@ -20,9 +21,11 @@ def levels_over_frequency() -> xr.Dataset:
     )
 
 
-def test_each_level_has_a_curve_in_the_unit_of_the_case() -> None:
+@pytest.mark.parametrize("read", [False, True])
+def test_each_level_has_a_curve_in_the_unit_of_the_case(read: bool) -> None:
+    """Read from a file the level is a variable, not a coordinate."""
     data = levels_over_frequency()
-    ax = plots.fit(data)
+    ax = plots.fit(data.reset_coords("load.x.amplitude") if read else data)
     fitted = [line for line in ax.lines if line.get_linestyle() == "-"]
     assert len(fitted) == 3
     for line, load in zip(fitted, (1.0, 2.0, 5.0), strict=True):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.figures import branch, dataset, named, title
+from matplotlib.figure import Figure
 
 from slipstick import plots
 from slipstick.plots.style import COLOURS, DASHES, legend, new_figure, over_decades, styled, titled
@@ -45,13 +46,38 @@ def test_long_legends_stand_beside_the_axes_with_names_that_differ() -> None:
 def test_from_how_many_entries_on_a_legend_is_another(entries: int, beside: bool, last: str) -> None:
     ax = styled(None, "x", "y")
     for i in range(entries):
-        ax.plot([0, 1], [0, i], label=str(i))
+        ax.plot([0, 1], [0, 0.01 * i], label=str(i))
+    ax.set_ylim(0.0, 1.0)
     legend(ax)
     made = ax.get_legend()
     names = [text.get_text() for text in made.get_texts()]
     assert (len(names), names[-1]) == (min(entries, 20), last)
     box = made.get_bbox_to_anchor().transformed(ax.transAxes.inverted())
     assert (box.x0 > 0.99) == beside
+
+
+@pytest.mark.parametrize("high, beside", [(10.0, False), (0.6, True)])
+def test_a_legend_hides_no_curve(high: float, beside: bool) -> None:
+    """Waves all over the axes; with a high ordinate there is room above them."""
+    ax, x = styled(None, "x", "y"), np.linspace(0.0, 60.0, 400)
+    for k in range(3):
+        ax.plot(x, 0.5 * np.sin(x + k), label=f"wave {k}")
+    ax.set_ylim(-0.6, high)
+    legend(ax)
+    ax.figure.canvas.draw()
+    box = ax.get_legend().get_window_extent()
+    assert (box.x0 > ax.get_window_extent().x1) == beside
+    hidden = [line.get_transform().transform_path(line.get_path()).intersects_bbox(box) for line in ax.lines]
+    assert not any(hidden)
+
+
+def test_a_legend_stays_inside_a_figure_that_cannot_make_room() -> None:
+    figure = Figure()
+    ax, x = figure.add_subplot(), np.linspace(0.0, 60.0, 400)
+    ax.plot(x, np.sin(x), label="wave")
+    legend(ax)
+    figure.canvas.draw()
+    assert ax.get_legend().get_window_extent().x1 < ax.get_window_extent().x1
 
 
 def test_scales_are_logarithmic_from_two_decades_on() -> None:
@@ -92,7 +118,6 @@ def test_titles_name_what_is_alone() -> None:
 
 def test_small_lengths_are_ticked_in_millimetres_and_stay_metres() -> None:
     ax = plots.response(dataset(1e-3 / float(dataset()["amplitude"].max())))
-    assert ax.get_ylabel() == "Amplitude [m]"
     ax.figure.canvas.draw()
     assert ax.get_ylabel() == "Amplitude [mm]"
     for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True):

@@ -54,7 +54,7 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = N
 def _levels(fitted: xr.Dataset) -> list[tuple[str, IntArray]]:
     """Points measured under the same conditions, with these in words; without a name where there is one level alone."""
     apart = ("omega", "modal_amplitude")
-    known = [str(name) for name, values in fitted.coords.items() if values.dims == ("point",) and name not in apart]
+    known = [str(name) for name, values in fitted.variables.items() if values.dims == ("point",) and name not in apart]
     every = np.arange(fitted.sizes["point"])
     if not known:
         return [("", every)]

@@ -16,6 +16,7 @@ from slipstick.typing import DrawnAxes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe and Ito's palette."""
@@ -33,6 +34,8 @@ _MOST_INSIDE = 7
 """With more entries a legend stands beside the axes."""
 _MOST_NAMED = 20
 """With more entries a legend says how many there are."""
+_MARKER = 5.0
+"""Radius of the largest markers, points."""
 DECADES = 100.0
 """From this ratio of the largest to the smallest value a scale is logarithmic."""
 
@@ -106,7 +109,7 @@ def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
 
 
 def legend(ax: Axes, *, least: int = 1) -> None:
-    """Legend of at least so many names, once each, markers last; beside the axes where it is long."""
+    """Legend of at least so many names, once each, markers last; beside the axes if it is long or would hide data."""
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     entries = {name: handle for name, handle in entries.items() if name and not name.startswith("_")}
     if PEAK in entries:
@@ -116,11 +119,36 @@ def legend(ax: Axes, *, least: int = 1) -> None:
     many, names = len(entries) > _MOST_INSIDE, short(list(entries))
     if len(entries) > _MOST_NAMED:
         names = [*names[: _MOST_NAMED - 1], f"... ({len(names)} in all)"]
-    place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
-    look = {"frameon": True, "framealpha": 0.85, "edgecolor": "none", "fontsize": "small", **place}
-    made = ax.legend(list(entries.values())[: len(names)], names, **look)
+    look: dict[str, Any] = {"frameon": True, "framealpha": 0.85, "edgecolor": "none", "fontsize": "small"}
+    made = ax.legend(list(entries.values())[: len(names)], names, loc="upper right", **look)
     for text in made.get_texts():
         text.set_parse_math(False)
+    if many or not _placed_inside(made, ax):
+        made.set_loc("center left")
+        made.set_bbox_to_anchor((1.0, 0.5))
+
+
+_PLACES = ("upper right", "upper left", "lower left", "lower right", "center right", "center left", "upper center",
+           "lower center")  # fmt: skip
+
+
+def _placed_inside(made: Legend, ax: Axes) -> bool:
+    """Put a legend where it hides no data; False if there is no such place, but room can be made beside the axes."""
+    figure = ax.get_figure(root=True)
+    if figure is None or figure.get_layout_engine() is None:
+        made.set_loc("best")
+        return True
+    figure.draw_without_rendering()
+    curves = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
+    marks = [drawn.get_offset_transform().transform(drawn.get_offsets()) for drawn in ax.collections]
+    for place in _PLACES:
+        made.set_loc(place)
+        box = made.get_window_extent().padded(_MARKER * figure.dpi / 72.0)
+        if not any(curve.intersects_bbox(box, filled=False) for curve in curves) and not any(
+            map(box.count_contains, marks)
+        ):
+            return True
+    return False
 
 
 def over_decades(values: Iterable[np.ndarray]) -> bool:

@@ -80,6 +80,8 @@ class Segment:
         """From where to where, and how it ended."""
         if not self.points:
             return f"from {self.start:.6g} no first point was found"
+        if self.points == 1 and not self.outcome.ok:
+            return f"at {self.start:.6g} one point alone, where it {_ENDED[self.outcome]}"
         how = "" if self.outcome.ok else f", where it {_ENDED[self.outcome]}"
         return f"from {self.start:.6g} to {self.reach:.6g}{how}"
 
