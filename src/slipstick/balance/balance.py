@@ -22,7 +22,7 @@ from slipstick.typing import Array, ComplexArray
 _UNDAMPED = 1e-5
 """Imaginary part of a receptance over itself, below which there is as good as no damping."""
 
-_ADRIFT = 1e12
+_UNSUPPORTED = 1e12
 """Condition number of harmonic 0 above which nothing holds the structure."""
 
 
@@ -53,7 +53,7 @@ class Balance:
         Of it and of those made from it.
     springs
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
-    leaning
+    support_springs
         Reference springs in harmonic 0 of a structure that its contacts alone hold (n_ports,), or None.
     linear_known
         The linear motions asked for last, see ``balance.scaling.motions_at``.
@@ -67,7 +67,7 @@ class Balance:
         self.receptance = self.rows_to(self.directions)
         self._asked, self.backend = backend, backend_of(backend, self.receptance, self.size)
         self.springs: Array | None = None
-        self.leaning = None if problem.support is None else problem.support.springs
+        self.support_springs = None if problem.support is None else problem.support.springs
         self.linear_known: tuple[tuple[Any, ...], float, dict[str, Array]] | None = None
 
     def _take(self, problem: Problem) -> None:
@@ -115,7 +115,7 @@ class Balance:
 
     def rows_to(self, rows: Array) -> Receptance:
         """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
-        return self.problem.load_columns.receptance(self.problem.standing, rows, self.directions)
+        return self.problem.load_columns.receptance(self.problem.supported_structure, rows, self.directions)
 
     def anchor_if_undamped(self, omega: float) -> None:
         """Write the balance with springs ``i k`` on both sides where the structure has next to no damping.
@@ -155,7 +155,7 @@ class Balance:
 
     def anchoring(self, x: Array, G: ComplexArray) -> None:
         """Take the force of the springs at unknowns (N,) off the forces on all columns."""
-        self.lean(x, G)
+        self.subtract_support(x, G)
         self.anchor(x, G)
 
     def anchor(self, x: Array, G: ComplexArray) -> None:
@@ -165,19 +165,19 @@ class Balance:
             X[:, 2:] = x.reshape(self.n_ports, -1)[:, 1:]
             G[: self.n_ports] += 1j * self.springs[:, None] * X.view(complex)
 
-    def lean(self, x: Array, G: ComplexArray) -> None:
+    def subtract_support(self, x: Array, G: ComplexArray) -> None:
         """Take the force of the reference springs in harmonic 0 at unknowns (N,) off the forces on all columns."""
-        if self.leaning is not None:
-            G[: self.n_ports, 0] -= self.leaning * x.reshape(self.n_ports, self.L)[:, 0]
+        if self.support_springs is not None:
+            G[: self.n_ports, 0] -= self.support_springs * x.reshape(self.n_ports, self.L)[:, 0]
 
-    def adrift(self, tangents: Tangents | Array) -> bool:
+    def is_unsupported(self, tangents: Tangents | Array) -> bool:
         """Whether contacts leave the structure without hold in harmonic 0, though nothing else holds it.
 
         By their tangents by batch, or their stiffness (n_ports, n_ports).
         """
-        if self.leaning is None:
+        if self.support_springs is None:
             return False
-        K = -np.diag(self.leaning)
+        K = -np.diag(self.support_springs)
         if isinstance(tangents, np.ndarray):
             K += tangents
         else:
@@ -186,7 +186,7 @@ class Balance:
                     members, felt, moving = batch.couplings[pair]
                     np.add.at(K, (felt, moving), tangent[members, 0, 0])
         still = np.eye(self.n_ports) + self.receptance.static[:, : self.n_ports] @ K
-        return not np.linalg.cond(still) < _ADRIFT
+        return not np.linalg.cond(still) < _UNSUPPORTED
 
     def moved_by(self, forces: Forces, P: Array, compliance: AnyCompliance) -> Array:
         """``A (F - P)`` (N,)."""

@@ -26,7 +26,7 @@ def forces_together(balance: Balance) -> bool:
     Not with contact states, which depend on the neighbouring solution, and not with springs, whose forces go with the
     motion.
     """
-    return not balance.states and balance.springs is None and balance.leaning is None
+    return not balance.states and balance.springs is None and balance.support_springs is None
 
 
 def evaluated_together(balance: Balance) -> bool:

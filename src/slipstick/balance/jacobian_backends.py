@@ -108,16 +108,16 @@ def _anchored(
     balance: Balance, number: int, tangents: Mapping[tuple[int, int], Array]
 ) -> Mapping[tuple[int, int], Array]:
     """Tangents of one batch less the springs of the balance: ``i k``, and those that hold it in harmonic 0."""
-    k, leaning = balance.springs, balance.leaning
-    if k is None and leaning is None:
+    k, support_springs = balance.springs, balance.support_springs
+    if k is None and support_springs is None:
         return tangents
     batch, anchored = balance.batches[number], dict(tangents)
     sine, cosine = np.arange(2, balance.L, 2), np.arange(1, balance.L, 2)
     for i, port in enumerate(batch.ports):
         turned = np.zeros((batch.count, balance.L, balance.L))
         members = np.arange(batch.count)[port.members]
-        if leaning is not None:
-            turned[members, 0, 0] = -leaning[port.rows]
+        if support_springs is not None:
+            turned[members, 0, 0] = -support_springs[port.rows]
         if k is not None:
             springs = k[port.rows]
             turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))

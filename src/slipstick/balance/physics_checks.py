@@ -101,7 +101,7 @@ def _static(problem: Problem) -> Any:
     if not problem.contacts:
         return np.zeros((0, 0))
     ports = problem.direction_matrix(problem.port_directions)
-    return problem.load_columns.receptance(problem.standing, ports, ports).static
+    return problem.load_columns.receptance(problem.supported_structure, ports, ports).static
 
 
 def _may_feed(problem: Problem) -> bool:
@@ -304,7 +304,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
         dofs = [load.dof for load in problem.loads if load.dof is not None]
         rows = problem.direction_matrix({dof: 1.0} for dof in (*dofs, *problem.structure.dofs)[:1])
     at = 0.5 * natural[0] if natural.size else omega
-    value, _ = problem.standing.project(rows, rows).at(np.ones(1), at)
+    value, _ = problem.supported_structure.project(rows, rows).at(np.ones(1), at)
     if np.all(lossless(value, _UNDAMPED)):
         yield (
             "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "

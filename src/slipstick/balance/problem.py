@@ -199,7 +199,7 @@ class Problem:
         return support_of(self)
 
     @property
-    def standing(self) -> Structure:
+    def supported_structure(self) -> Structure:
         """The structure as its contacts hold it in harmonic 0."""
         return self.structure if self.support is None else self.support.structure
 

@@ -77,7 +77,7 @@ def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, 
     names = dict.fromkeys(name for batch in balance.batches for name in batch.law.linear_states)
     motions = {name: _linear(balance, inputs, compliance, omega, name) for name in names}
     found = {name: x for name, x in motions.items() if x is not None}
-    if not found and balance.leaning is not None:  # what contacts alone hold lies on some that are open at rest
+    if not found and balance.support_springs is not None:  # what contacts alone hold lies on some that are open at rest
         x = _linear(balance, inputs, compliance, omega, "pressed")
         found = {} if x is None else {"pressed": x}
     return found
@@ -97,7 +97,7 @@ def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: 
     jacobian = balance.jacobian(tangents, compliance)
     if jacobian.singular:
         return None
-    if balance.adrift(tangents):
+    if balance.is_unsupported(tangents):
         return None
     x = jacobian.solve(-balance.moved_by(constants, inputs.P, compliance))
     return x if np.all(np.isfinite(x)) else None

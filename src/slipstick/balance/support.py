@@ -46,13 +46,13 @@ class Support:
         The structure with the reference springs in its static compliance.
     springs
         Reference stiffness of each port (n_ports,), to be taken off the contact forces.
-    drifting
+    held_by_friction
         Rigid-body motions of the ports that friction alone holds, (n_ports, k); mass-normalised.
     """
 
     structure: Any
     springs: Array
-    drifting: Array
+    held_by_friction: Array
 
 
 def support_of(problem: Problem) -> Support | None:
@@ -62,9 +62,9 @@ def support_of(problem: Problem) -> Support | None:
         return None
     directions = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float)
     fixing = _fixing(problem)
-    standing, springs, free = structure.standing_on(directions, fixing)
-    drifting = directions.T @ free
-    for motion in drifting.T:
+    supported, springs, free = structure.supported_at(directions, fixing)
+    held_by_friction = directions.T @ free
+    for motion in held_by_friction.T:
         if not np.any(np.abs(motion) > _BALANCED * np.abs(free).max(initial=0.0)):
             raise InputError(NOTHING_HOLDS)
     forces = _static_loads(problem)
@@ -77,7 +77,7 @@ def support_of(problem: Problem) -> Support | None:
                 remedy="hold the structure there, or leave the mean of the loads out",
             )
         )
-    return Support(structure=standing, springs=springs, drifting=drifting)
+    return Support(structure=supported, springs=springs, held_by_friction=held_by_friction)
 
 
 def _static_loads(problem: Problem) -> Array:
@@ -148,15 +148,15 @@ def pressing_warnings(problem: Problem) -> Iterator[str]:
 def drift_warnings(problem: Problem, values: Mapping[str, Array]) -> Iterator[str]:
     """Whether the mean friction forces in results push a structure along what nothing else holds."""
     support = problem.support
-    if support is None or not support.drifting.shape[1]:
+    if support is None or not support.held_by_friction.shape[1]:
         return
     force, largest = np.zeros((len(values["omega"]), len(support.springs))), 0.0
     for batch in problem.batches:
         for name, port in zip(batch.law.force_names, batch.ports, strict=True):
             found = np.asarray(values[f"{name}_force"])[:, batch.elements][:, port.members]
             force[:, port.rows], largest = found[..., 0], max(largest, float(np.nanmax(np.abs(found), initial=0.0)))
-    pushed = float(np.nanmax(np.abs(force @ support.drifting), initial=0.0))
-    if pushed > _BALANCED * largest * np.abs(support.drifting).max():
+    pushed = float(np.nanmax(np.abs(force @ support.held_by_friction), initial=0.0))
+    if pushed > _BALANCED * largest * np.abs(support.held_by_friction).max():
         yield (
             "the mean friction force pushes the structure along a motion that nothing but friction holds: it would "
             "creep away, so the mean displacement means nothing; hold the structure there"

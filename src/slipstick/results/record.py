@@ -160,9 +160,9 @@ class Outputs:
     def far_motion(self, x: Array, force: Array, P: Array, omega: Array, structures: Structures) -> Array:
         """The same of those that are no contact ports, (n, n_far, L)."""
         b = self.balance
-        if b.leaning is not None:
+        if b.support_springs is not None:
             force = force.copy()
-            force[:, :, 0] -= b.leaning * x.reshape(force.shape)[:, :, 0]
+            force[:, :, 0] -= b.support_springs * x.reshape(force.shape)[:, :, 0]
         return self._answer(np.concatenate([force, -P], axis=1), omega, structures)
 
     def motion_along(self, step: Step, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
@@ -184,8 +184,8 @@ class Outputs:
             rate = float(tangent[-1])
             G = b.layout.excitation(detail.forces, detail.inputs.P)
             dG = b.layout.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
-            b.lean(step.x, G)
-            b.lean(tangent[:-1], dG)
+            b.subtract_support(step.x, G)
+            b.subtract_support(tangent[:-1], dG)
             assert self.receptance is not None
             along = None if isinstance(system, FrequencySystem) else system.path.at(step.parameter)[1].structure
             at = Compliance(self.receptance.adjusted(detail.inputs.structure), b.orders, detail.omega, along)

@@ -144,7 +144,7 @@ class MatrixStructure(Structure):
         self.speed = 0.0 if speed is None else float(real(speed))
         self.engine_order = None if engine_order is None else int(engine_order)
         self._elastic, self._skew_stiffness = _parts(self.K)
-        self._standing: Array | None = None
+        self._support_stiffness: Array | None = None
         self._viscous: Any = None
         self._skew_damping: Any = None
         if given_damping is not None:
@@ -194,7 +194,7 @@ class MatrixStructure(Structure):
         """Mass-normalised motions (n_dofs, k) that the static stiffness does not resist."""
         return self._rigid
 
-    def standing_on(self, ports: Array, fixing: Array) -> tuple[MatrixStructure, Array, Array]:
+    def supported_at(self, ports: Array, fixing: Array) -> tuple[MatrixStructure, Array, Array]:
         """The structure with reference springs along ports (n_dofs, n_ports) in its static compliance.
 
         ``fixing`` (n_ports,) marks those along which a mean displacement is resisted. Returned too: the stiffness of
@@ -215,7 +215,7 @@ class MatrixStructure(Structure):
         inertia = self.M @ free
         new = copy(self)
         new.__dict__.pop("_static_factors", None)
-        new._standing = (ports * springs) @ ports.T + square * inertia @ inertia.T
+        new._support_stiffness = (ports * springs) @ ports.T + square * inertia @ inertia.T
         return new, springs, np.asarray(free)
 
     @property
@@ -517,9 +517,9 @@ class MatrixStructure(Structure):
             from scipy.linalg import cho_factor, cho_solve, lu_factor, lu_solve
 
             if not self.held:
-                if self._standing is None:
+                if self._support_stiffness is None:
                     raise InputError(NOTHING_HOLDS)
-                return partial(lu_solve, lu_factor(self.static_stiffness + self._standing))
+                return partial(lu_solve, lu_factor(self.static_stiffness + self._support_stiffness))
             if self._circulates or self._indefinite:
                 return partial(lu_solve, lu_factor(self.static_stiffness))
             return partial(cho_solve, cho_factor(self.K))

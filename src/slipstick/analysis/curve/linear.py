@@ -165,8 +165,8 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
     push = np.concatenate([-c, P])
     receptance = balance.receptance.written()
     static = receptance.static
-    still = stiffness if balance.leaning is None else stiffness - np.diag(balance.leaning)
-    if balance.adrift(stiffness):
+    still = stiffness if balance.support_springs is None else stiffness - np.diag(balance.support_springs)
+    if balance.is_unsupported(stiffness):
         raise InputError(
             Fault("state", "nothing holds the structure in harmonic 0", remedy="take ss.models.free_structure")
         )

@@ -59,7 +59,7 @@ class Linearization:
         self._G = self.at.G
         if balance.springs is not None:  # those of the balance are less the forces of its springs
             self._G = balance.layout.excitation(self.detail.forces, inputs.P)
-            balance.lean(x, self._G)
+            balance.subtract_support(x, self._G)
 
     @property
     def lost(self) -> bool:
@@ -76,7 +76,7 @@ class Linearization:
         b = self.balance
         forces, dpowers, dP = self._sources(direction)
         dG = b.layout.excitation(force_rates(b, self.detail, dx, forces, dpowers), dP)
-        b.lean(dx, dG)
+        b.subtract_support(dx, dG)
         dU = self._outputs_change(dx, dG, direction)
         b.anchor(dx, dG)
         dR = dx + self.at.compliance.answer(dG)
@@ -142,8 +142,8 @@ class Linearization:
             if self._far is not None:
                 pulled = self._far.transposed(_pairs(rest))[: self.balance.n_ports]
                 gradient -= self.forces_pulled(pulled)
-                if self.balance.leaning is not None:
-                    gradient.reshape(self.balance.n_ports, -1)[:, 0] += self.balance.leaning * pulled[:, 0].real
+                if self.balance.support_springs is not None:
+                    gradient.reshape(self.balance.n_ports, -1)[:, 0] += self.balance.support_springs * pulled[:, 0].real
         if z is not None:
             gradient += self.jacobian.multiply(z, transposed=True)
         return gradient
