@@ -17,16 +17,25 @@ BIN = $(VENV)/$(SCRIPTS)
 
 .PHONY: demo test verify docs paper package lowest lint bench bench-all clean
 
-$(VENV)/.ready: pyproject.toml
+# what runs the package alone
+$(VENV)/.installed: pyproject.toml
+	@echo "installing slipstick and what it runs on into $(VENV)/ (0.7 GB)"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -q --upgrade "pip>=25.1"
-	$(BIN)/python -m pip install -q -e . --group dev
-	$(BIN)/python -c "open('$(VENV)/.ready', 'w').close()"
+	$(BIN)/python -m pip install -q -e .
+	@$(BIN)/python -c "open('$(VENV)/.installed', 'w').close()"
 
-demo: $(VENV)/.ready
+# and the tools of those who develop it
+$(VENV)/.ready: $(VENV)/.installed
+	@echo "installing the tools for tests, lint and type checks into $(VENV)/"
+	$(BIN)/python -m pip install -q -e . --group dev
+	@$(BIN)/python -c "open('$(VENV)/.ready', 'w').close()"
+
+demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
 
 test: $(VENV)/.ready
+	@echo "about 9000 tests, 6 minutes on 2 quiet cores"
 	$(BIN)/python -m pytest -n 2 $(TESTS)
 
 # all of the verification that has not passed yet on this commit, JOBS=2 pieces at a time, or the pieces named in TESTS

@@ -90,6 +90,7 @@ if __name__ == "__main__":
     folder.mkdir(parents=True, exist_ok=True)
     found = compute()
     for name, branch in found.items():
-        print(name, len(branch), "points,", *(f"{a:.6g} at {w:.5g}" for w, a in branch.peaks()[:3]))
-    print(f"amplification {amplification(found):.4f}")
+        peaks = ", ".join(f"{a:.6g} m at {w:.5g} rad/s" for w, a in branch.peaks()[:3])
+        print(f"{name}: {len(branch)} points, peaks {peaks}")
+    print(f"amplification by mistuning {amplification(found):.4f}")
     draw(found, folder)

@@ -20,4 +20,4 @@ def draw(branches, folder):
 
 
 if __name__ == "__main__":
-    oscillator.main(compute, draw)
+    oscillator.main(compute, draw, "rubbing velocity")

@@ -34,12 +34,12 @@ def draw(branches, name, legend, folder, *, mean=False, log=False):
     figure.savefig(folder / f"oscillator_{name}.png", dpi=120)
 
 
-def main(compute, draw_into):
-    """Run an example: peaks of every branch on the screen, the figure in the folder given."""
+def main(compute, draw_into, label):
+    """Run an example: peaks of every branch on the screen, called by the label, the figure in the folder given."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
     folder.mkdir(parents=True, exist_ok=True)
     branches = compute()
     for key, branch in branches.items():
         peaks = ", ".join(f"{amplitude:.3f} at {omega:.3f} rad/s" for omega, amplitude in branch.peaks("x"))
-        print(f"{key!s:>9}: {branch.dataset.sizes['point']:3d} points, peaks {peaks}")
+        print(f"{label} {key!s:>9}: {branch.dataset.sizes['point']:3d} points, peaks of x {peaks}")
     draw_into(branches, folder)

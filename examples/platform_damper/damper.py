@@ -82,5 +82,5 @@ if __name__ == "__main__":
     found = compute()
     for load, (omega, amplitude) in peaks(found).items():
         slip = float(found[load].dataset.slip_fraction.max())
-        print(f"{load:g} N: {amplitude:.6g} m at {omega:.6g} rad/s, slips {slip:.3f} of the period")
+        print(f"normal load {load:g} N: peak {amplitude:.6g} m at {omega:.6g} rad/s, slips {slip:.3f} of the period")
     draw(found, folder)
