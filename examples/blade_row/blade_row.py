@@ -67,5 +67,5 @@ if __name__ == "__main__":
     for name, branch in found.items():
         omega, amplitude = max(branch.peaks("y"), key=lambda peak: peak[1])
         contact = 1.0 - branch.dataset.separation_fraction.to_numpy().min()
-        print(f"clearance {name}: peak {amplitude:.6g} m at {omega:.6g} rad/s, touches {contact:.3f} of the period")
+        print(f"lobe height {name}: peak {amplitude:.6g} m at {omega:.6g} rad/s, touches {contact:.3f} of the period")
     draw(found, folder)
