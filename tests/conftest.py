@@ -3,7 +3,7 @@
 import gc
 import os
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -19,6 +19,17 @@ settings.load_profile("any machine")
 
 # the runner makes the commands from their signatures again for each call, which takes as long as many of the calls do
 typer.testing._get_command = cache(typer.testing._get_command)
+
+
+os.environ["MPLBACKEND"] = "agg"  # no windows
+
+
+@pytest.fixture(autouse=True)
+def _no_figures_left() -> Iterator[None]:
+    """Figures are pyplot's, which keeps them until they are closed."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
 
 
 def pytest_configure(config: pytest.Config) -> None:

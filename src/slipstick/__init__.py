@@ -6,8 +6,9 @@ Multiharmonic balance with exact analytical friction contact elements. Public na
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from slipstick.public_names import on_first_use
 
 __version__ = "0.1.0"
 
@@ -115,18 +116,4 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.trig.harmonics import Harmonics as Harmonics
 
 
-def __getattr__(name: str) -> Any:
-    if name in _ROOMS:
-        return import_module(f"slipstick.{name}")
-    if name not in _PUBLIC:
-        from difflib import get_close_matches
-
-        close = get_close_matches(name, _PUBLIC, n=1)
-        hint = f"; did you mean '{close[0]}'?" if close else ""
-        raise AttributeError(f"module 'slipstick' has no attribute '{name}'{hint}")
-    value = globals()[name] = getattr(import_module(_PUBLIC[name]), name)
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *_PUBLIC, *_ROOMS])
+__getattr__, __dir__ = on_first_use("slipstick", _PUBLIC, _ROOMS)

@@ -1,4 +1,4 @@
-"""Titles and legends that fit, files, and no pyplot."""
+"""Titles and legends that fit, files, and figures that show themselves."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from helpers.figures import branch, dataset, named, title
 from matplotlib.figure import Figure
 
 from slipstick import plots
+from slipstick.plots.shown import for_files
 from slipstick.plots.style import COLOURS, DASHES, legend, new_figure, over_decades, styled, titled
 
 
@@ -105,10 +106,25 @@ def test_figures_are_written_as_png_and_svg(tmp_path: Path) -> None:
 def test_pyplot_and_matplotlib_stay_out_until_a_figure_is_drawn() -> None:
     code = (
         "import sys, slipstick as ss; p = ss.plots; assert 'matplotlib' not in sys.modules; "
-        "from slipstick.plots.points import draw_states; draw_states({'a': [(0.0, 1.0, 'stick')]}); "
+        "from slipstick.plots.points import draw_states; from slipstick.plots.shown import for_files\n"
+        "with for_files(): draw_states({'a': [(0.0, 1.0, 'stick')]})\n"
         "assert 'matplotlib' in sys.modules; assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_new_figures_are_shown_by_notebooks_and_pyplot() -> None:
+    from matplotlib import pyplot
+
+    ax = plots.response(dataset())
+    assert pyplot.get_fignums() == [ax.figure.number]
+    with pyplot.rc_context({"font.size": 19.0}):
+        assert plots.response(dataset()).xaxis.label.get_fontsize() == 19.0
+    with for_files():
+        plots.response(dataset())
+    assert len(pyplot.get_fignums()) == 2
+    plots.response(dataset(), ax=ax)
+    assert len(pyplot.get_fignums()) == 2
 
 
 def test_titles_name_what_is_alone() -> None:

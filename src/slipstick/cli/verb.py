@@ -12,6 +12,7 @@ import typer
 from slipstick.cli.terminal.answers import answering
 from slipstick.cli.terminal.guard import DONE
 from slipstick.cli.terminal.wrong_calls import Verbs
+from slipstick.plots.shown import for_files
 
 app = typer.Typer(
     name="slipstick",
@@ -44,7 +45,7 @@ def verb(function: Callable[..., int | None]) -> Callable[..., None]:
 
     @wraps(function)
     def called(as_json: bool = False, **arguments: Any) -> None:
-        with answering(as_json) as answer:
+        with answering(as_json) as answer, for_files():
             code = function(**arguments, **({"answer": answer} if answers else {}))
             if code is not None and code != DONE:
                 raise typer.Exit(code)

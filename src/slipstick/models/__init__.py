@@ -5,8 +5,9 @@ Rotors, modal tests and further contact laws are reached as ``ss.models.beam_rot
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from slipstick.public_names import on_first_use
 
 _PUBLIC = {
     "campbell": "slipstick.structure.campbell",
@@ -56,7 +57,4 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.structure.reduction.craig_bampton import craig_bampton as craig_bampton
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'slipstick.models' has no attribute '{name}'")
-    return getattr(import_module(_PUBLIC[name]), name)
+__getattr__, __dir__ = on_first_use("slipstick.models", _PUBLIC)

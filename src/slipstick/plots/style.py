@@ -1,4 +1,4 @@
-"""Look of the figures: sizes, colours told apart by colour-blind readers, titles and legends that fit. No pyplot."""
+"""Look of the figures: sizes, colours told apart by colour-blind readers, titles and legends that fit."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from cycler import cycler
 
 from slipstick.faults import wrong
+from slipstick.plots.shown import by_pyplot
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -41,7 +42,11 @@ DECADES = 100.0
 
 
 def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
-    """A figure not known to pyplot."""
+    """A figure of pyplot, which notebooks and ``plt.show()`` show; inside ``for_files`` one that nothing else knows."""
+    if by_pyplot():
+        from matplotlib import pyplot
+
+        return pyplot.figure(figsize=(width, height), layout="constrained")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

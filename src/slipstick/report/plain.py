@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.curves import analysis_of
 from slipstick.results.run_up import RunUp, time_unit
@@ -31,6 +32,7 @@ _FIT = "circles are measured, lines with dots are fitted"
 _FIT_IN_TIME = "points are measured, the line is fitted"
 
 
+@for_files()
 def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foot: str) -> str:
     """The page of a run-up: envelopes beside the steady curve, spectra, sections, peaks with lag, contacts, energy."""
     data = run.dataset
@@ -65,6 +67,7 @@ def _check_steady(data: Any, steady: Branch) -> None:
         raise InputError(f"report: the run-up is in {known} and the curve in {other}; give one with the same units")
 
 
+@for_files()
 def fit_body(fitted: xarray.Dataset, *, title: str, foot: str) -> str:
     """The page of an identification: values with errors, what cannot be separated, correlations, and the fit."""
     from slipstick.plots.fits import fit

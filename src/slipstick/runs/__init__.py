@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from slipstick.public_names import on_first_use
 
 _PUBLIC = {"run_up": "slipstick.runs.passing_through", "save_table": "slipstick.runs.tables"}
 
@@ -14,7 +15,4 @@ if TYPE_CHECKING:
     from slipstick.runs.tables import save_table as save_table
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'slipstick.runs' has no attribute '{name}'")
-    return getattr(import_module(_PUBLIC[name]), name)
+__getattr__, __dir__ = on_first_use("slipstick.runs", _PUBLIC)
