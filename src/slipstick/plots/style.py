@@ -133,8 +133,10 @@ def legend(ax: Axes, *, least: int = 1) -> None:
         made.set_bbox_to_anchor((1.0, 0.5))
 
 
-_PLACES = ("upper right", "upper left", "lower left", "lower right", "center right", "center left", "upper center",
-           "lower center")  # fmt: skip
+_PLACES = (
+    *("upper right", "upper left", "lower left", "lower right"),
+    *("center right", "center left", "upper center", "lower center"),
+)
 
 
 def _placed_inside(made: Legend, ax: Axes) -> bool:
@@ -147,7 +149,7 @@ def _placed_inside(made: Legend, ax: Axes) -> bool:
     curves = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
     marks = [drawn.get_offset_transform().transform(drawn.get_offsets()) for drawn in ax.collections]
     for place in _PLACES:
-        made.set_loc(place)
+        made.set_loc(cast("Any", place))
         box = made.get_window_extent().padded(_MARKER * figure.dpi / 72.0)
         if not any(curve.intersects_bbox(box, filled=False) for curve in curves) and not any(
             map(box.count_contains, marks)

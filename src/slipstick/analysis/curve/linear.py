@@ -209,11 +209,12 @@ def linear_references(
 
 
 def _over(limit: LinearLimit, low: float, high: float, seconds: float) -> tuple[Array, Array]:
-    """Frequencies and motion over the range, as many as the time they take allows."""
+    """Frequencies and motion over the range, as many as the processor time they take allows."""
     first = np.linspace(low, high, _LEAST)
-    begin = time.perf_counter()
+    limit.motion(first[:1])  # what is made once is not what a frequency costs
+    begin = time.process_time()  # which other programs do not make longer: the same curve each time
     motion = limit.motion(first)
-    count = int(np.clip(_LEAST * seconds / (time.perf_counter() - begin), _LEAST, _MOST))
+    count = int(np.clip(_LEAST * seconds / max(time.process_time() - begin, 1e-6), _LEAST, _MOST))
     known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
     more = np.concatenate([np.linspace(low, high, count), known[(known > low) & (known < high)]])
     return _joined(limit, first, motion, more)
