@@ -54,3 +54,9 @@ def test_signatures_name_every_argument(name: str) -> None:
         kinds = {p.kind for p in inspect.signature(thing).parameters.values()}
         assert inspect.Parameter.VAR_KEYWORD not in kinds
         assert "Parameters" in inspect.getdoc(thing) or "arguments" in inspect.getdoc(thing) or ">>>" in thing.__doc__
+
+
+@pytest.mark.parametrize("room", [slipstick, slipstick.models, slipstick.plots, slipstick.runs])
+def test_completion_lists_public_names_alone(room: object) -> None:
+    assert dir(room) == sorted({*room.__all__, *(("models", "plots", "runs") if room is slipstick else ())})
+    assert all(getattr(room, name) is not None for name in dir(room))

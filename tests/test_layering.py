@@ -14,7 +14,7 @@ ROOT = Path(slipstick.__file__).parent
 ORDER = (
     ("errors",),
     ("quantities",),
-    ("faults", "html", "interrupts", "replacing", "typing"),
+    ("faults", "html", "interrupts", "public_names", "replacing", "typing"),
     ("trig", "units"),
     ("solve",),
     ("contact", "structure"),

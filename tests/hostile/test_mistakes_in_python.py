@@ -66,11 +66,13 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
     # calls
     "contacts by position": (lambda: ss.Problem(STRUCTURE, PAIR), TypeError, ("positional",)),
     "contact= for contacts=": (lambda: problem(contact=PAIR), TypeError, ("'contact'",)),
-    "range by position": (lambda: ss.forced_response(PROBLEM, RANGE), TypeError, ("positional",)),
+    "options by position": (lambda: ss.forced_response(PROBLEM, RANGE, [7.0]), TypeError, ("positional",)),
     "frequency= for omega=": (lambda: forced(frequency=RANGE), TypeError, ("'frequency'",)),
     "k_t= for kt=": (lambda: contact(k_t=1.0), TypeError, ("'k_t'",)),
     "parameters by position": (lambda: ss.FrictionContact(100.0, 0.3), TypeError, ("positional",)),
     "misspelt function": (lambda: ss.forced_responce, AttributeError, ("did you mean 'forced_response'?",)),
+    "misspelt figure": (lambda: ss.plots.respons, AttributeError, ("did you mean 'response'?",)),
+    "misspelt model": (lambda: ss.models.beam_roter, AttributeError, ("did you mean 'beam_rotor'?",)),
     "no omega": (lambda: ss.parameter_response(PROBLEM, "damper.mu", (0.1, 0.3)), TypeError, ("'omega'",)),
     "X without Y": (lambda: ss.contact_forces(CONTACT, 1, [0, 0, 1], omega=2.0), TypeError, ("'Y'",)),
     # contacts

@@ -39,6 +39,15 @@ def curve(omega: tuple[float, float] = (2.0, 15.0), **given: Any) -> ss.Branch:
     return ss.forced_response(oscillator(**given), omega=omega)
 
 
+def test_the_range_by_position_is_that_by_name() -> None:
+    by_position, by_name = (
+        ss.forced_response(oscillator(), (5.0, 6.0)),
+        ss.forced_response(oscillator(), omega=(5.0, 6.0)),
+    )
+    np.testing.assert_array_equal(by_position.dataset.amplitude, by_name.dataset.amplitude)
+    assert ss.linear_response(oscillator(), [5.0]).dataset.omega.values == [5.0]
+
+
 @pytest.mark.parametrize("velocity, a, p, wanted", [
     (0, 0, 100, (10.78, 3.340)), (1, 0, 100, (10.78, 3.362)), (10, 0, 100, (4.25, 4.820)), (10, 0, 100, (9.84, 3.675)),
     (50, 0, 100, (5.82, 10.034)), (100, 0, 100, (6.14, 18.249)), (250, 0, 100, (6.3182, 39.548)),

@@ -25,7 +25,7 @@ from slipstick.typing import Array, FrequencyList
 from slipstick.units import Units
 
 
-def linear_response(problem: Problem, *, omega: FrequencyList, state: str = "free") -> Branch:
+def linear_response(problem: Problem, omega: FrequencyList, *, state: str = "free") -> Branch:
     """Linear response at given frequencies, as a reference for the nonlinear one.
 
     Parameters

@@ -25,8 +25,8 @@ FollowRequest = Literal["subharmonic"] | None
 
 def forced_response(
     problem: Problem,
-    *,
     omega: FrequencyRange,
+    *,
     requested: FrequencyList = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
