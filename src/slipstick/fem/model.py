@@ -15,7 +15,7 @@ from slipstick.fem.assembly import SolidMatrices, assemble
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import linear_warnings
-from slipstick.typing import Array, IntArray, Sparse
+from slipstick.typing import IntArray, Sparse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,15 +62,6 @@ class ElasticModel:
         if self.basis is not None:
             return (self.basis.T @ full).tocsr() if hasattr(full, "tocsr") else self.basis.T @ full
         return full.tocsr()[self.free] if hasattr(full, "tocsr") else full[self.free]
-
-    def expand(self, vectors: Array) -> Array:
-        """Displacements of all nodes (n_nodes, 3, ...) from values at the free degrees of freedom (n_free, ...)."""
-        if self.basis is not None:
-            moved: Array = self.basis @ vectors
-            return moved.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
-        full = np.zeros((3 * self.mesh.n_nodes, *vectors.shape[1:]), dtype=vectors.dtype)
-        full[self.free] = vectors
-        return full.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
 
     def rows_of(self, nodes: IntArray) -> csr_array:
         """Sparse (n_free, 3 n): the columns take x, y, z of each node out of a motion; zero where it is held."""
