@@ -58,7 +58,7 @@ def _by_fields(thing: Any) -> dict[str, Any]:
 
 
 def _arguments(problem: Problem) -> dict[str, Any]:
-    """Arguments of a problem; states, which earlier versions do not know, only where there are any."""
+    """Arguments of a problem; states only where there are any."""
     return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
 
 

@@ -93,7 +93,7 @@ class Skin:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal skin is made from; what earlier versions do not know, only where it is there."""
+        """What an equal skin is made from; rows and places only where they are there."""
         known = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: value for name, value in known.items() if name not in ("rows", "places") or value is not None}
 
