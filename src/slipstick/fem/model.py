@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, issparse
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.assembly import SolidMatrices, assemble
@@ -60,8 +60,8 @@ class ElasticModel:
     def restrict(self, full: Sparse) -> csr_array:
         """Forces on the free degrees of freedom by those on all (3 n_nodes,), or columns of them, dense or sparse."""
         if self.basis is not None:
-            return (self.basis.T @ full).tocsr() if hasattr(full, "tocsr") else self.basis.T @ full
-        return full.tocsr()[self.free] if hasattr(full, "tocsr") else full[self.free]
+            return (self.basis.T @ full).tocsr() if issparse(full) else self.basis.T @ full
+        return full.tocsr()[self.free] if issparse(full) else full[self.free]
 
     def rows_of(self, nodes: IntArray) -> csr_array:
         """Sparse (n_free, 3 n): the columns take x, y, z of each node out of a motion; zero where it is held."""
