@@ -13,7 +13,7 @@ from slipstick.balance.parameters import FACTORS
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, whole, wrong
-from slipstick.results.foreign import foreign_dataset
+from slipstick.results.foreign import foreign_dataset, is_dataset
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def dataset_of(problem: Problem, measured: Any) -> xarray.Dataset:
     """A dataset, or that of a file; InputError for what is neither."""
     if isinstance(measured, str | Path):
         measured = read_file(problem, path("measured", measured))
-    if not hasattr(measured, "data_vars"):
+    if not is_dataset(measured):
         raise wrong("measured", measured, _EXPECTED)
     return measured
 
