@@ -19,7 +19,6 @@ ORDER = (
     ("solve",),
     ("contact", "structure"),
     ("state", "fem"),
-    ("thermal",),
     ("balance",),
     ("results",),
     ("branch",),

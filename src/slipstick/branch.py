@@ -23,6 +23,7 @@ from slipstick.faults import MOST_ITEMS, in_radians, number, one, shown, suggest
 from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.disc import disc_of
+from slipstick.results.foreign import is_dataset
 from slipstick.results.notebook import branch_html
 from slipstick.results.peaks import peak_points
 from slipstick.results.saved_table import write_table
@@ -73,7 +74,7 @@ class Branch:
     def __init__(
         self, dataset: object, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
     ) -> None:
-        if not hasattr(dataset, "data_vars"):
+        if not is_dataset(dataset):
             raise wrong("branch, dataset", dataset, "an xarray.Dataset")
         self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
         message, without = text("branch, message", message), text("branch, without", without)

@@ -102,7 +102,7 @@ def shown(value: Any, limit: int = 60) -> str:
     '[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1...'
     """
     try:
-        few = hasattr(value, "tolist") and hasattr(value, "dtype") and 0 < value.size <= 1000
+        few = _of_numpy(value) and 0 < value.size <= 1000
         text = plain(value) if few else repr(value)
     except Exception:  # such as an integer of more digits than Python writes
         text = f"a {type(value).__name__}"
@@ -119,7 +119,7 @@ def plain(value: object) -> str:
     """
     if isinstance(value, Mapping):
         return f"{{{', '.join(f'{plain(key)}: {plain(item)}' for key, item in value.items())}}}"
-    return repr(value.tolist() if hasattr(value, "tolist") and hasattr(value, "dtype") else value)
+    return repr(value.tolist() if _of_numpy(value) else value)
 
 
 def wrong(name: Name, value: object, expected: str) -> InputError:
@@ -208,7 +208,7 @@ def point_numbers(name: Name, value: Any, count: int) -> list[int]:
     """
     if value is None:
         return list(range(count))
-    given = value.tolist() if hasattr(value, "tolist") and hasattr(value, "dtype") else value
+    given = value.tolist() if _of_numpy(value) else value
     given = list(given) if isinstance(given, list | tuple | range) else [given]
     if not given:
         raise wrong(name, value, f"numbers of points such as [0, 5], each below {count}")
@@ -233,7 +233,7 @@ def numbers(name: Name, value: object, expected: str = "finite real numbers") ->
 
 def count_or_numbers(name: Name, value: object, expected: str) -> int | Array:
     """A whole number >= 1, or an array with dimensions."""
-    if isinstance(value, list | tuple) or (hasattr(value, "shape") and value.shape):
+    if isinstance(value, list | tuple) or _shape(value):
         return numbers(name, value, expected)
     return whole(name, value, 1, MOST_ITEMS)
 
@@ -297,7 +297,7 @@ def listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
     """The items of a list, tuple, array, generator; a text or a table is not a list."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         raise wrong(name, value, expected)
-    most = None if isinstance(value, list | tuple) or hasattr(value, "shape") else MOST_ITEMS + 1
+    most = None if isinstance(value, list | tuple) or _shape(value) is not None else MOST_ITEMS + 1
     try:
         items = tuple(islice(value, most))
     except TypeError:  # such as an array without dimensions
@@ -309,7 +309,7 @@ def listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
 
 def one_or_listed(name: Name, value: object, expected: str) -> tuple[Any, ...]:
     """As ``listed``; one item alone, a text too, is a list of it."""
-    alone = isinstance(value, str) or not isinstance(value, Iterable) or getattr(value, "shape", None) == ()
+    alone = isinstance(value, str) or not isinstance(value, Iterable) or _shape(value) == ()
     return (value,) if alone else listed(name, value, expected)
 
 
@@ -386,4 +386,14 @@ def _below_largest(expected: str) -> str:
 
 def _scalar(value: object) -> Any:
     """An array without dimensions as the number it holds; anything else as it is."""
-    return value.item() if getattr(value, "shape", None) == () and hasattr(value, "item") else value
+    return value.item() if _shape(value) == () and hasattr(value, "item") else value
+
+
+def _shape(value: object) -> Any:
+    """The shape of an array, or of a number of numpy; None of anything else. Numpy need not be loaded to tell."""
+    return getattr(value, "shape", None)
+
+
+def _of_numpy(value: Any) -> bool:
+    """Whether it is an array, or a number of numpy."""
+    return hasattr(value, "tolist") and hasattr(value, "dtype")

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from helpers.oscillator import damper, one_mass
+from helpers.problems import first_point
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.start import FirstPoint, StrategyTried, first_point
+from slipstick.balance.start import FirstPoint, StrategyTried
 from slipstick.balance.systems import FrequencySystem
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from helpers.faults import raises_fault
 from helpers.oscillator import damper, one_mass
+from helpers.problems import first_point
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
@@ -16,7 +17,6 @@ from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
-from slipstick.balance.start import first_point
 from slipstick.balance.states import pairs_at_start, state_faults
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.friction import FrictionContact

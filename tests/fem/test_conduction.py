@@ -7,7 +7,7 @@ from slipstick.errors import InputError
 from slipstick.fem.assembly import assemble
 from slipstick.fem.box import box
 from slipstick.fem.conduction import conductance, influence_matrix, steady_temperature
-from slipstick.fem.loads import area, heat_load
+from slipstick.fem.loads import area, film_matrix
 from slipstick.fem.materials import Material
 from slipstick.fem.surfaces import contact_patches, spread_nodes
 
@@ -21,7 +21,9 @@ def test_fin_with_heat_at_its_tip(kind, tolerance):
     mesh = box((length, side, side), (40, 1, 1), kind)
     matrix = conductance(mesh, assemble(mesh, METAL).conduction, dict.fromkeys(("y0", "y1", "z0", "z1"), film))
     tip = mesh.surface("x1")
-    theta = steady_temperature(matrix, heat_load(mesh, tip, heat / area(mesh, tip)), fixed=mesh.node_set("x0"))
+    theta = steady_temperature(
+        matrix, film_matrix(mesh, tip, heat / area(mesh, tip)).sum(axis=1), fixed=mesh.node_set("x0")
+    )
     perimeter, section = 4 * side, side**2
     m = np.sqrt(film * perimeter / (25.0 * section))
     exact = heat * np.tanh(m * length) / np.sqrt(film * perimeter * 25.0 * section)

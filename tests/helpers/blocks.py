@@ -68,7 +68,9 @@ def solved_whole(made: ss.Branch, point: int) -> np.ndarray:
         one = force[:, 2 * j + 1] - 1j * force[:, 2 * j + 2]
         hat = np.linalg.solve(K * (1 + 1j * LOSS) - (m * omega) ** 2 * M, one)
         out[:, 2 * j + 1], out[:, 2 * j + 2] = hat.real, -hat.imag
-    return np.asarray(body.model.expand(out))
+    full = np.zeros((3 * body.model.mesh.n_nodes, L))
+    full[body.model.free] = out
+    return full.reshape(-1, 3, L)
 
 
 @cache

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import detail
+from slipstick.balance.start import FirstPoint, StrategyTried
 
 Array = np.ndarray
 
@@ -50,6 +53,13 @@ def random_problem(seed: int, *, harmonics: list[int] | None = None, period_rati
 def difference(f, x: float | Array, step: float) -> Array:  # type: ignore[no-untyped-def]
     """Fourth-order central difference."""
     return (8 * (f(x + step) - f(x - step)) - (f(x + 2 * step) - f(x - 2 * step))) / (12 * step)
+
+
+def first_point(
+    problem: Problem, omega: float, *, report: Callable[[StrategyTried], None] | None = None
+) -> Array | None:
+    """Unknowns of a solution at one frequency, (n_ports * L,), or None."""
+    return FirstPoint(Balance(problem), problem.inputs, omega, report=report).find()
 
 
 def port_forces(balance: Balance, x: Array, omega: float, problem: Problem) -> Array:

@@ -5,11 +5,12 @@ import pytest
 from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Table, Verdict
 
-TABLE = Table()
-TABLE.rows("CE CP", Verdict.COUPLING, "ties")
-TABLE.rows("SAVE", Verdict.HARMLESS)
-TABLE.rows("LUMPM", Verdict.APPROXIMATED, "is left out")
-TABLE.rows("CDREAD", Verdict.INCOMPLETE, "brings in more")
+TABLE = Table(
+    ("CE CP", Verdict.COUPLING, "ties"),
+    ("SAVE", Verdict.HARMLESS, ""),
+    ("LUMPM", Verdict.APPROXIMATED, "is left out"),
+    ("CDREAD", Verdict.INCOMPLETE, "brings in more"),
+)
 
 
 def found(*names, of_the_model=True):

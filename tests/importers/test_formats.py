@@ -32,9 +32,7 @@ def own_formats(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     return
 
 
-CARDS = Table()
-CARDS.rows("shell", Verdict.COUPLING, "adds a shell")
-CARDS.rows("comment", Verdict.HARMLESS)
+CARDS = Table(("shell", Verdict.COUPLING, "adds a shell"), ("comment", Verdict.HARMLESS, ""))
 
 
 @CARDS.reads("node")

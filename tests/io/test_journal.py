@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import zlib
 from pathlib import Path
 
 import pytest
@@ -35,25 +36,27 @@ def test_a_torn_or_damaged_record_ends_the_journal(tmp_path: Path) -> None:
         b"",
         b"nothing\n",
         b'{"magic": "x"}\n',
-        b'{"magic": "slipstick journal 3"}\n',
+        b'{"magic": "slipstick journal 4"}\n',
         b"[]",
         b"[" * 10**6,
         b'{"magic": ' + b"9" * 5000 + b"}",
-        b'{"magic": "slipstick journal 3", "labels": {"a": "'
+        b'{"magic": "slipstick journal 4", "labels": {"a": "'
         + b"x" * 2000
         + b'"}, "variables": {"v": '
         + b'["a", "a", "a", "a", "a", "a", "a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 3", "labels": {"a": "x"}, "variables": {"v": ['
+        b'{"magic": "slipstick journal 4", "labels": {"a": "x"}, "variables": {"v": ['
         + b'"a", ' * 99
         + b'"a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 3", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
+        b'{"magic": "slipstick journal 4", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
         + bytes(99),
     ],
 )
 def test_a_foreign_journal_is_refused_with_a_sentence(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "j").write_bytes(content)
-    with pytest.raises(InputError, match="not a journal of slipstick"):
-        read_journal(tmp_path / "j")
+    header, _, rest = content.partition(b"\n")
+    for data in (content, b"%08x " % zlib.crc32(header) + header + b"\n" + rest):  # also with the right check sum
+        (tmp_path / "j").write_bytes(data)
+        with pytest.raises(InputError, match="not a journal of slipstick"):
+            read_journal(tmp_path / "j")
 
 
 def test_a_system_that_writes_a_few_bytes_at_a_time_loses_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from helpers.faults import raises_fault
 from helpers.heated import assert_difference
+from helpers.problems import first_point
 from helpers.resolved import resolved
 from scipy.integrate import solve_ivp
 
@@ -17,7 +18,6 @@ import slipstick as ss
 from slipstick.analysis.curve.state_continuation import SlowRates, relaxed
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.start import first_point
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.record import contact_states
 from slipstick.solve.newton import newton

@@ -55,7 +55,7 @@ def test_a_skin_of_another_structure() -> None:
 
 
 def test_what_an_equal_skin_is_made_from() -> None:
-    """Earlier versions read a skin that knows no more than theirs."""
+    """Without what is not there."""
     assert set(Skin(**arrays()).arguments) == {"nodes", "triangles", "modes", "static", "loads"}
     solved = Skin(**arrays(static=None, rows=sparse.eye_array(5, 9, format="csr"), places=[[np.nan, 0, 1]]))
     again = Skin(**solved.arguments)

@@ -16,7 +16,7 @@ from slipstick.balance.base_motion import DISPLACEMENT, base_faults
 from slipstick.balance.contacts import direction_faults, dof_faults
 from slipstick.balance.loads import UNBALANCE, place_faults
 from slipstick.balance.states import state_faults
-from slipstick.contact.rubbing import MOTION_PARTS, SECOND, common_period
+from slipstick.contact.rubbing import SECOND, common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import in_radians, listed, number, shown, suggestion, wrong
 
@@ -176,8 +176,7 @@ def force_faults(harmonic: int, sin: float | None, motion: str | None, known: Kn
 
 def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
     """Whether the rubbing motion has a place among the harmonics, and ports to act on."""
-    moved = {part: getattr(pair.rubbing, part) for part in MOTION_PARTS}
-    yield from (fault.inside("rubbing") for fault in motion_faults(moved, known))
+    yield from (fault.inside("rubbing") for fault in motion_faults(pair.rubbing.parts, known))
     across = _across(pair)
     if across and "normal" not in pair.contact.surface_ports:
         yield Fault(

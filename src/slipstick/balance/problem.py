@@ -106,7 +106,7 @@ class Problem:
     friction: float
     thermal: ThermalModel | None
     told: frozenset[str] | None = field(repr=False, compare=False)
-    states: Sequence[StateModel] = ()  # pickles of before have none
+    states: Sequence[StateModel] = ()
 
     def __init__(
         self,

@@ -13,7 +13,6 @@ import numpy as np
 from slipstick.balance.balance import Balance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Line
-from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import Scales, motions_at, scales
 from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.contact.rubbing import VELOCITIES
@@ -362,10 +361,3 @@ class FirstPoint:
         self._watch.tell(self._name, self.omega)
         x = self.last_resort()
         return None if x is None else self._solve(x)
-
-
-def first_point(
-    problem: Problem, omega: float, *, report: Callable[[StrategyTried], None] | None = None
-) -> Array | None:
-    """Unknowns of a solution at one frequency, (n_ports * L,), or None; see ``FirstPoint``."""
-    return FirstPoint(Balance(problem), problem.inputs, omega, report=report).find()

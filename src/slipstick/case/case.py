@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.contact import AUTO, SurfaceContactTable, build_contacts, in_block
+from slipstick.case.contact import build_contacts, in_block
 from slipstick.case.cross_checks import (
     heating_faults,
     parameter_faults,
@@ -82,7 +82,7 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     units = (sections.top.get("units") or UnitsTable()).units
     if sections.top.right("units"):
         gathering = Gathering()
-        units = gathering.take(units.filled, getattr(described.structure, "units", None)) or units
+        units = gathering.take(units.filled, described.structure and described.structure.units) or units
         faults += [*gathering.faults, *unit_faults(raw, units)]
     if not faults:
         try:
@@ -123,7 +123,7 @@ class _Builder:
         known = described.body is not None or described.made
         self.placed, faults = build_contacts(sections.contacts, sections.thermal, reduced, known)
         gathering.faults += [*faults, *table_faults(sections, described, self.placed)]
-        on_surface = any(isinstance(row.table, SurfaceContactTable) for row in sections.contacts)
+        on_surface = any(row.table.on_surface for row in sections.contacts)
         named = [*(c.name for c in self.placed), *(row.table.name for row in sections.contacts if row.right("name"))]
         unnamed = (on_surface and not known) or not all(row.right("name") for row in sections.contacts)
         gathering.faults += heating_faults(self.placed, sections.thermal, None if unnamed else [*dict.fromkeys(named)])
@@ -167,7 +167,7 @@ class _Builder:
 
     def _straightened(self, problem: Problem) -> Problem:
         """With ``friction = "auto"``, contacts of one direction where the motion is nearly straight."""
-        chosen = [c.name for c in self.placed if getattr(c.row.table, "friction", None) == AUTO]
+        chosen = [c.name for c in self.placed if c.row.table.chosen_by_motion]
         if not chosen or self._sections.response is None:
             return problem
         from slipstick.models.straight import STRAIGHT, straightened

@@ -68,6 +68,11 @@ class RubbingTable(Table):
     normal_cos: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
     normal_sin: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
 
+    @property
+    def parts(self) -> dict[str, Any]:
+        """Amplitudes by order of each periodic part, by name."""
+        return {"cos": self.cos, "sin": self.sin, "normal_cos": self.normal_cos, "normal_sin": self.normal_sin}
+
 
 def _law_name(value: object) -> str:
     if isinstance(value, str) and value in _LAWS:
@@ -79,6 +84,9 @@ def _law_name(value: object) -> str:
 
 class ContactTable(Table):
     """``[[contact]]``."""
+
+    on_surface: ClassVar[bool] = False
+    """Whether it is a block of contacts on a surface."""
 
     name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
     tangential: Directions = Field(
@@ -100,6 +108,16 @@ class ContactTable(Table):
     thermal: ContactThermalTable | None = Field(
         default=None, description="a table such as { background = 25.0, resistance = 8.0 }"
     )
+
+    @property
+    def planar(self) -> bool:
+        """Whether its surface slides in both directions, or may."""
+        return isinstance(self.tangential, tuple)
+
+    @property
+    def chosen_by_motion(self) -> bool:
+        """Whether it slides one way where its motion is nearly straight."""
+        return False
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
@@ -146,6 +164,9 @@ class LawTable(Table):
     parameters: ClassVar[tuple[str, ...]]
     normal: ClassVar[None] = None
     thermal: ClassVar[None] = None
+    on_surface: ClassVar[bool] = False
+    planar: ClassVar[bool] = False
+    chosen_by_motion: ClassVar[bool] = False
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
@@ -247,11 +268,6 @@ def _law_table(raw: RawTable) -> type[LawTable]:
     return max(_LAWS.values(), key=lambda table: len(set(raw) & set(table.model_fields)))
 
 
-def is_planar(table: ContactTable) -> bool:
-    """Whether its surface slides in both directions, or may."""
-    return isinstance(getattr(table, "tangential", None), tuple) or getattr(table, "friction", None) in _IN_PLANE
-
-
 def _vector_faults(raw: RawTable) -> Iterator[Fault]:
     """Vectors of rubbing motion where the surface slides in one direction alone."""
     rubbing = raw.get("rubbing")
@@ -322,6 +338,18 @@ class SurfaceContactTable(ContactTable):
         default=None, description="a number >= 0, the normal load of all points, shared by area"
     )
 
+    on_surface: ClassVar[bool] = True
+
+    @property
+    def planar(self) -> bool:
+        """Whether its surface slides in both directions, or may."""
+        return self.friction in _IN_PLANE
+
+    @property
+    def chosen_by_motion(self) -> bool:
+        """Whether it slides one way where its motion is nearly straight."""
+        return self.friction == AUTO
+
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The normal load and the direction are said in one way."""
@@ -385,7 +413,7 @@ def build_contacts(
     for row in rows:
         if not row.right("name"):
             continue
-        if not isinstance(row.table, SurfaceContactTable):
+        if not row.table.on_surface:
             placed += [CaseContact(row=row, pair=_single(row, thermal, gathering))]
         elif known:
             new = gathering.inside(row.where, _on_surface, row, thermal, body, gathering) or []
@@ -422,7 +450,7 @@ def _on_surface(
     from slipstick.models.surface_contacts import surface_contacts
 
     between = bool(row.get("between"))
-    if between and getattr(body, "between", None) is None:
+    if between and (body is None or body.between is None):
         remedy = 'give [structure] kind = "disc" with a file or a size, and between'
         raise InputError(Fault("between", "the structure has no contact points towards neighbours", remedy=remedy))
     if body is None or (body.points is None and not between):
@@ -474,19 +502,19 @@ def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> Law
         known = {key: value for key in row.table.parameters if (value := row.get(key)) is not None}
         whole = gathering.inside(row.where, lambda: made(**known)) if row.complete else None
         return whole or made(**row.table.neutral)
-    law: Any = PlanarFrictionContact if is_planar(row.table) else FrictionContact
+    law: Any = PlanarFrictionContact if row.table.planar else FrictionContact
     neutral: dict[str, Any] = _NEUTRAL
     mu = row.get("mu")
     if is_over_velocity(mu):
         mu = None
-        if not is_planar(row.table):
+        if not row.table.planar:
             law, neutral = StribeckContact, {**_NEUTRAL, "mu": None, **velocity_arguments(row.get("mu"))}
     background, arguments = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
     for key, value in (("kt", row.get("kt")), ("mu", mu), ("kn", row.get("kn"))):
         cold = None if value is None else gathering.inside((*row.where, key), cold_value, value, background)
         if cold is not None:
             arguments[key] = cold
-    total = row.get("normal_load_total") if isinstance(row.table, SurfaceContactTable) else None
+    total = row.get("normal_load_total") if row.table.on_surface else None
     loads = {"gap": row.get("gap"), "normal_load": row.get("normal_load") if total is None else total}
     arguments |= {key: value for key, value in loads.items() if value is not None}
     if row.complete and "gap" in arguments:
@@ -508,7 +536,7 @@ def _rubbing(row: ReadTable, gathering: Gathering) -> RubbingMotion:
     rub = row.table.rubbing
     arguments = {} if rub is None else rub.stated
     motion = gathering.inside(row.where, lambda: RubbingMotion(**arguments)) or RubbingMotion()
-    return motion.parted() if is_planar(row.table) else motion
+    return motion.parted() if row.table.planar else motion
 
 
 def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
@@ -548,7 +576,7 @@ def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> C
         if law not in laws:
             laws[law] = "friction" if not laws else f"friction_{len(laws) + 1}"
             lines.append(f"{laws[law]} = {law}")
-        if isinstance(keys.table, SurfaceContactTable):
+        if keys.table.on_surface:
             name = keys.table.name
             variables[name] = _variable(name, [*variables.values()])
             blocks.append(f"{variables[name]} = {_surface_text(keys, laws[law])}")
@@ -574,7 +602,7 @@ def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
         arguments |= velocity_arguments(arguments.pop("mu"))
         return call("ss.models.StribeckContact", **{name: literal(value) for name, value in arguments.items()})
     cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
-    law = "ss.PlanarFrictionContact" if is_planar(keys.table) else "ss.FrictionContact"
+    law = "ss.PlanarFrictionContact" if keys.table.planar else "ss.FrictionContact"
     return call(law, **{name: literal(value) for name, value in cold.items()})
 
 
@@ -620,7 +648,7 @@ def _rubbing_text(keys: KeysToWrite) -> dict[str, str]:
     rub = keys.take("rubbing")
     if rub is None:
         return {}
-    if is_planar(keys.table):
+    if keys.table.planar:
         from slipstick.contact.rubbing import RubbingMotion
 
         return {"rubbing": f"ss.{RubbingMotion(**rub.stated).parted()!r}"}

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.contact import CaseContact, StatorTable, SurfaceContactTable
+from slipstick.case.contact import CaseContact, StatorTable
 from slipstick.case.requests import RequestTable
 from slipstick.case.response import written_frequencies
 from slipstick.case.sections import Sections, place
@@ -83,9 +83,8 @@ def _contact(row: ReadTable, known: Known) -> Iterator[Fault]:
     """Directions and rubbing motion of a contact, as far as they are right."""
     from slipstick.balance.checks import motion_faults
     from slipstick.balance.contacts import cosine_faults
-    from slipstick.contact.rubbing import MOTION_PARTS
 
-    if not isinstance(row.table, SurfaceContactTable):
+    if not row.table.on_surface:
         for side in ("tangential", "normal"):
             given = row.get(side) or {}
             for i, cosines in enumerate(given if isinstance(given, tuple) else (given,)):
@@ -96,8 +95,7 @@ def _contact(row: ReadTable, known: Known) -> Iterator[Fault]:
             yield from (fault.inside("ports", port) for fault in cosine_faults(cosines, known.dofs))
     rubbing = row.table.rubbing
     if rubbing is not None:
-        moved = {part: getattr(rubbing, part, {}) for part in MOTION_PARTS}
-        yield from (fault.inside("rubbing") for fault in motion_faults(moved, known))
+        yield from (fault.inside("rubbing") for fault in motion_faults(rubbing.parts, known))
 
 
 def _dofs(sections: Sections, known: Known) -> Iterator[Fault]:

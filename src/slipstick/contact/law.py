@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,6 +171,9 @@ class Law(ABC):
         Whether it is dry friction with the limit ``mu N`` at any velocity: between surfaces that do not move on their
         own it takes energy out, and under a constant normal load mu and the load are one parameter.
     """
+
+    _scaled: ClassVar[bool] = False
+    """Whether its normal stiffness is a mere scale, as none was given."""
 
     if TYPE_CHECKING:
         ports: tuple[str, ...]

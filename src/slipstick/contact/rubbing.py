@@ -111,28 +111,38 @@ class RubbingMotion:
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        values = {name: getattr(self, name) for name in (*ALL_VELOCITIES, *MOTION_PARTS)}
+        values = {**self.velocities, **self.parts}
         said = (f"{name}={plain(value)}" for name, value in values.items() if np.size(value) > 1 or value)
         return f"RubbingMotion({', '.join(said)})"
 
     @property
+    def velocities(self) -> dict[str, Numbers]:
+        """Constant velocities along both directions, and those for each rad/s of omega, by name."""
+        return {name: getattr(self, name) for name in ALL_VELOCITIES}
+
+    @property
+    def parts(self) -> dict[str, Mapping[int, Numbers]]:
+        """Amplitudes by order of each periodic part, by name."""
+        return {part: getattr(self, part) for part in MOTION_PARTS}
+
+    @property
     def orders(self) -> tuple[int, ...]:
         """Harmonic orders of the periodic part with a nonzero amplitude."""
-        parts = (item for part in MOTION_PARTS for item in getattr(self, part).items())
+        parts = (item for by_order in self.parts.values() for item in by_order.items())
         return tuple(sorted({int(m) for m, value in parts if np.any(np.asarray(value) != 0)}))
 
     def narrowed(self, kept: Container[int], order_factor: int = 1) -> RubbingMotion:
         """A copy without the amplitudes on other harmonics of the fundamental frequency than those kept."""
         parts: dict[str, Any] = {
-            part: {m: value for m, value in getattr(self, part).items() if m * order_factor in kept}
-            for part in MOTION_PARTS
+            part: {m: value for m, value in by_order.items() if m * order_factor in kept}
+            for part, by_order in self.parts.items()
         }
         return replace(self, **parts)
 
     @property
     def moves(self) -> bool:
         """Whether there is any rubbing motion at all."""
-        slides = any(np.any(np.asarray(getattr(self, name)) != 0) for name in ALL_VELOCITIES)
+        slides = any(np.any(np.asarray(value) != 0) for value in self.velocities.values())
         return bool(slides or any(m > 0 for m in self.orders))
 
     def speed(self, omega: Reals) -> NDArray[np.float64]:
@@ -167,8 +177,8 @@ class RubbingMotion:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the components that are there: "velocity", "cos1", "normal_sin2", ..."""
-        there = (name for name in ALL_VELOCITIES[1:] if np.any(np.asarray(getattr(self, name)) != 0))
-        return ("velocity", *there, *(f"{part}{order}" for part in MOTION_PARTS for order in getattr(self, part)))
+        there = (name for name, v in self.velocities.items() if name == VELOCITY or np.any(np.asarray(v) != 0))
+        return (*there, *(f"{part}{order}" for part, by_order in self.parts.items() for order in by_order))
 
     def components(self) -> Iterator[tuple[str, Numbers]]:
         """Names and values."""
@@ -182,26 +192,25 @@ class RubbingMotion:
     def component(self, name: str) -> Numbers:
         """Value of a component; 0 where it is not there."""
         if name in ALL_VELOCITIES:
-            return cast(Numbers, getattr(self, name))
+            return self.velocities[name]
         part, order = _split(name)
-        amplitude: Numbers = getattr(self, part).get(order, 0.0)
-        return amplitude
+        return self.parts[part].get(order, 0.0)
 
     def with_component(self, name: str, value: Reals) -> RubbingMotion:
         """A copy with another value of a component."""
         if name in ALL_VELOCITIES:
             return replace(self, **cast(Any, {name: value}))
         part, order = _split(name)
-        change: dict[str, Any] = {part: {**getattr(self, part), order: value}}
+        change: dict[str, Any] = {part: {**self.parts[part], order: value}}
         return replace(self, **change)
 
     def parted(self) -> RubbingMotion:
         """Vectors of two values each, as what goes along the two directions of one surface."""
         new: dict[str, Any] = {}
         for name in VELOCITIES:
-            new[name], new[SECOND + name] = _two(getattr(self, name))
+            new[name], new[SECOND + name] = _two(self.velocities[name])
         for part in ("cos", "sin"):
-            both = {order: _two(value) for order, value in getattr(self, part).items()}
+            both = {order: _two(value) for order, value in self.parts[part].items()}
             new[part] = {order: first for order, (first, _) in both.items()}
             new[SECOND + part] = {order: second for order, (_, second) in both.items() if second}
         return replace(self, **new)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, issparse
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
@@ -87,6 +87,6 @@ def influence_matrix(
     ``weights`` (n_nodes, n_contacts) are those of `ContactPatches`: heat is spread, and temperature averaged, over the
     patch. Fixed nodes keep their temperature (rise zero).
     """
-    spread = weights.toarray() if hasattr(weights, "toarray") else np.asarray(weights, dtype=float)
+    spread = weights.toarray() if issparse(weights) else np.asarray(weights, dtype=float)
     rise = weights.T @ steady_temperature(matrix, spread, fixed=fixed, solve=solve)
     return (rise + rise.T) / 2.0

@@ -19,14 +19,6 @@ def area(mesh: Mesh, surface: Surface) -> float:
     return float(sum(weights.sum() for _, _, weights, _ in face_geometry(mesh, surface)))
 
 
-def heat_load(mesh: Mesh, surface: Surface, flux: float = 1.0) -> Array:
-    """Nodal heat (n_nodes,) of a uniform flux into the body, ``flux int N dS``, W for W/m2."""
-    load = np.zeros(mesh.n_nodes)
-    for faces, values, weights, _ in face_geometry(mesh, surface):
-        np.add.at(load, faces, weights @ values)
-    return flux * load
-
-
 def pressure_load(mesh: Mesh, surface: Surface, pressure: float = 1.0) -> Array:
     """Nodal forces (3 n_nodes,) of a uniform pressure, ``-p int N n dS``: a positive pressure pushes into the body."""
     load = np.zeros((mesh.n_nodes, 3))

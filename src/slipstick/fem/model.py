@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, issparse
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.assembly import SolidMatrices, assemble
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import linear_warnings
-from slipstick.typing import Array, IntArray, Sparse
+from slipstick.typing import IntArray, Sparse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,17 +60,8 @@ class ElasticModel:
     def restrict(self, full: Sparse) -> csr_array:
         """Forces on the free degrees of freedom by those on all (3 n_nodes,), or columns of them, dense or sparse."""
         if self.basis is not None:
-            return (self.basis.T @ full).tocsr() if hasattr(full, "tocsr") else self.basis.T @ full
-        return full.tocsr()[self.free] if hasattr(full, "tocsr") else full[self.free]
-
-    def expand(self, vectors: Array) -> Array:
-        """Displacements of all nodes (n_nodes, 3, ...) from values at the free degrees of freedom (n_free, ...)."""
-        if self.basis is not None:
-            moved: Array = self.basis @ vectors
-            return moved.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
-        full = np.zeros((3 * self.mesh.n_nodes, *vectors.shape[1:]), dtype=vectors.dtype)
-        full[self.free] = vectors
-        return full.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
+            return (self.basis.T @ full).tocsr() if issparse(full) else self.basis.T @ full
+        return full.tocsr()[self.free] if issparse(full) else full[self.free]
 
     def rows_of(self, nodes: IntArray) -> csr_array:
         """Sparse (n_free, 3 n): the columns take x, y, z of each node out of a motion; zero where it is held."""

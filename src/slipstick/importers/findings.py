@@ -56,12 +56,16 @@ Reader = TypeVar("Reader", bound=Callable[..., object])
 
 
 class Table(dict[str, Entry]):
-    """Every entry of a code, by name: what becomes of it, once."""
+    """Every entry of a code, by name: what becomes of it, once.
 
-    def rows(self, names: str, verdict: Verdict, what: str = "") -> None:
-        """The same for several names, separated by blanks."""
-        for name in names.split():
-            self._set(name, Entry(verdict=verdict, what=what))
+    ``rows``: names, separated by blanks, the verdict on them, and what they do.
+    """
+
+    def __init__(self, *rows: tuple[str, Verdict, str]) -> None:
+        super().__init__()
+        for names, verdict, what in rows:
+            for name in names.split():
+                self._set(name, Entry(verdict=verdict, what=what))
 
     def reads(self, names: str, parameters: str | None = None, *, stage: int = 0) -> Callable[[Reader], Reader]:
         """Decorator of the function that reads these."""

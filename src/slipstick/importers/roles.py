@@ -100,11 +100,6 @@ class ImportOptions:
                 object.__setattr__(self, name, found.take(check, value))
         found.end()
 
-    @property
-    def converts(self) -> bool:
-        """Whether the numbers of the files are converted to other units."""
-        return self.scale is not None or self.to is not None
-
 
 @dataclass(frozen=True, kw_only=True)
 class Roles:

@@ -3,7 +3,7 @@
 Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, what identifies the run);
 then one record a point: its length (8 bytes), its check sum (4 bytes), that of these 12 bytes (4 bytes), the numbers of
 the point as little-endian float64, and a note from which the run goes on. A record cut short by a kill or a full disk
-ends the reading; so does a damaged one, which is named. Journals of version 3 have one check sum a point alone.
+ends the reading; so does a damaged one, which is named.
 """
 
 from __future__ import annotations
@@ -29,11 +29,10 @@ from slipstick.replacing import replacing
 from slipstick.results.schema import Declared, Layout
 
 _MAGIC = "slipstick journal 4"
-_BEFORE = "slipstick journal 3"
 _LARGEST_HEADER = 64 * 1024**2
 _LARGEST_FILE = 16 * 1024**3
 _MOST_DIMENSIONS = 8
-_HEAD, _HEAD_BEFORE = 16, 12
+_HEAD = 16
 _SHARE = 10.0
 
 
@@ -116,11 +115,6 @@ class Journal:
     keep, places
         Bytes of an earlier journal to be kept and added to, and where in it the points are, as in ``Recorded``; by
         default the file is begun anew.
-
-    Raises
-    ------
-    InputError
-        If the journal to be added to is of an earlier version.
     """
 
     def __init__(
@@ -131,8 +125,6 @@ class Journal:
         if not keep:
             header = json.dumps({"magic": _MAGIC, **asdict(layout), "about": dict(about or {})}).encode()
             keep = _begin(path, b"%08x " % zlib.crc32(header) + header + b"\n")
-        elif _is_of_before(path):
-            raise InputError(f"{path}: of an earlier version of slipstick, with which it has to be gone on")
         self._file = os.open(path, os.O_RDWR | getattr(os, "O_BINARY", 0))
         os.ftruncate(self._file, keep)
         os.lseek(self._file, keep, os.SEEK_SET)
@@ -227,8 +219,8 @@ def read_journal(path: Path) -> Recorded:
         with path.open("rb") as stream:
             line = stream.readline(_LARGEST_HEADER)
             layout, about = _header(line, path)
-            begin, read = stream.tell(), _records_before if line.startswith(b"{") else _records
-            records, damage = read(stream, 8 * layout.size, size)
+            begin = stream.tell()
+            records, damage = _records(stream, 8 * layout.size, size)
     except OSError as error:
         raise _unreadable(path, error) from None
     if damage:
@@ -282,35 +274,17 @@ def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
         records.append((begin, begin + length))
 
 
-def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
-    """The same of version 3, in which damage cannot be told from a record cut short."""
-    records: _Records = []
-    while len(head := stream.read(_HEAD_BEFORE)) == _HEAD_BEFORE:
-        length, begin = int.from_bytes(head[4:], "little"), stream.tell()
-        if not least <= length <= size - begin:  # more than the file holds is not even asked for
-            break
-        if _crc(stream.read(length)) != head[:4]:
-            break
-        records.append((begin, begin + length))
-    return records, ""
-
-
 def _crc(data: bytes) -> bytes:
     return zlib.crc32(data).to_bytes(4, "little")
 
 
-def _is_of_before(path: Path) -> bool:
-    with path.open("rb") as stream:
-        return stream.read(1) == b"{"
-
-
 def _header(line: bytes, path: Path) -> tuple[Layout, dict[str, Any]]:
     try:
-        check, text = (b"", line) if line.startswith(b"{") else (line[:9], line[9:])
-        if check and check != b"%08x " % zlib.crc32(text.rstrip(b"\n")):
+        check, text = line[:9], line[9:]
+        if check != b"%08x " % zlib.crc32(text.rstrip(b"\n")):
             raise ValueError
         header = json.loads(text)
-        if header.pop("magic") != (_MAGIC if check else _BEFORE):
+        if header.pop("magic") != _MAGIC:
             raise ValueError
         layout = Layout(
             labels={k: tuple(map(str, v)) for k, v in header["labels"].items()},

@@ -17,7 +17,6 @@ from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.io.hdf5 import created, opened, own_node, require_own
 from slipstick.replacing import replacing
 from slipstick.typing import Sparse
@@ -152,7 +151,7 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         **_dependence(file, n, path),
         node_sets=_group(file, "node_sets", path),
         source=str(file.attrs["source"]),
-        units=_units(str(file.attrs["units"])),
+        units=str(file.attrs["units"]),
         speed=float(file.attrs.get("speed", 0.0)),
         notes=tuple(map(str, json.loads(file.attrs["notes"]))),
         warnings=tuple(map(str, json.loads(file.attrs.get("warnings", "[]")))),
@@ -160,11 +159,6 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         materials=materials,
         symmetry=_symmetry(own_node(file, "symmetry"), mesh, path) if "symmetry" in file else None,
     )
-
-
-def _units(text: str) -> str:
-    """Units as stated; files of before say after "not stated" what the materials look like, which is worked out now."""
-    return NOT_STATED if text.startswith(f"{NOT_STATED};") else text
 
 
 def _symmetry(group: h5py.Group, mesh: Mesh | None, path: Path) -> CyclicSymmetry:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import issparse
 
 from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
@@ -58,7 +59,7 @@ def _by_fields(thing: Any) -> dict[str, Any]:
 
 
 def _arguments(problem: Problem) -> dict[str, Any]:
-    """Arguments of a problem; states, which earlier versions do not know, only where there are any."""
+    """Arguments of a problem; states only where there are any."""
     return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
 
 
@@ -145,7 +146,7 @@ def _plain(value: object, where: str, arrays: dict[str, StoredVariable]) -> Any:
             dims=tuple(f"axis{axis}_{n}" for axis, n in enumerate(value.shape)), values=np.asarray(value)
         )
         return {"array": name}
-    if hasattr(value, "tocsc"):
+    if issparse(value):
         csc = value.tocsc()
         parts = [_plain(getattr(csc, p), f"{where}.{p}", arrays) for p in ("data", "indices", "indptr")]
         return {"csc": parts} | ({} if csc.shape[0] == csc.shape[1] else {"rows": int(csc.shape[0])})

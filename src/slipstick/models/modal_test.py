@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, frequency, number, numbers, one, path, shown, warn, whole, wrong
-from slipstick.results.foreign import foreign_dataset
+from slipstick.results.foreign import foreign_dataset, is_dataset
 from slipstick.structure.measured import Receptances, checked, reciprocal
 from slipstick.structure.modal_fit import TIME_LIMIT, ModalFit, fit_modes
 from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_share, smoothed
@@ -235,7 +235,7 @@ def read_receptances(measured: Any, quantity: str | None = None) -> Receptances:
         if file.suffix.lower() == ".csv":
             return _csv(file, quantity)
         measured = _arrays(file)
-    if not hasattr(measured, "data_vars"):
+    if not is_dataset(measured):
         raise wrong("measured", measured, _EXPECTED)
     return _of_dataset(measured, quantity)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -88,6 +88,8 @@ class ReducedBody:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     full: Callable[[], FullMatrices] = field(repr=False)
+    between: ClassVar[None] = None
+    """It has no neighbours, as a sector has."""
 
     def modes_below(self, omega: float) -> int | None:
         """How many modes of the full model lie below a frequency, rad/s; one factorisation."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from slipstick.faults import shown, wrong
 from slipstick.plots.style import COLOURS, legend, styled
+from slipstick.results.foreign import is_dataset
 from slipstick.typing import Array, DrawnAxes, IntArray
 from slipstick.units import Units
 
@@ -25,7 +26,7 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = N
     are drawn over its amplitude (peaks: over the number of the point), each over the largest that was measured. A free
     decay is drawn over time, with points where it was measured.
     """
-    known = set(fitted.variables) if hasattr(fitted, "data_vars") else set()
+    known = set(fitted.variables) if is_dataset(fitted) else set()
     if not {"measured", "fitted"} <= known or not known & {"omega", "time"}:
         raise wrong("fitted", shown(fitted), "the dataset of ss.identify(...)")
     if "time" in fitted.dims:

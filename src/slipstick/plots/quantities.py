@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from slipstick.errors import InputError
 from slipstick.faults import listed, shown, suggestion
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
+from slipstick.results.foreign import is_dataset
 from slipstick.results.schema import branch_parts
 from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
 
@@ -57,14 +58,19 @@ def _labelled(branches: Branches) -> list[tuple[str | None, xarray.Dataset]]:
 
 
 def _is_one(branch: object) -> bool:
-    return hasattr(branch, "data_vars") or hasattr(branch, "dataset")
+    return is_dataset(_inside(branch))
+
+
+def _inside(branch: object) -> Any:
+    """What a branch, or another result, holds; anything else as it is."""
+    return getattr(branch, "dataset", branch)
 
 
 def dataset_of(branch: object) -> xarray.Dataset:
     """The dataset of a branch, or the dataset itself; InputError for anything else."""
     if not _is_one(branch):
         raise InputError(f"nothing to draw: found {shown(branch)}; expected a branch, or several")
-    dataset: xarray.Dataset = branch.dataset if hasattr(branch, "dataset") else cast("xarray.Dataset", branch)
+    dataset: xarray.Dataset = _inside(branch)
     if "omega" not in dataset:
         raise InputError("nothing to draw: the dataset is not that of a branch, it has no omega")
     return dataset

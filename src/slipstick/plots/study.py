@@ -12,6 +12,7 @@ from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, over_decades, styled
+from slipstick.results.foreign import is_dataset
 from slipstick.results.percentiles import PERCENTILES, checked_percentiles, curve_percentiles, peak_percentiles
 from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
@@ -163,7 +164,7 @@ def study_curves(
     from matplotlib.colors import LogNorm, Normalize
 
     data, name = _study(study), _over(_study(study), over)[0]
-    if not hasattr(curves, "data_vars") or not {"case", "amplitude", "branch_part"} <= set(curves.variables):
+    if not is_dataset(curves, "case", "amplitude", "branch_part"):
         raise InputError(f"nothing to draw: found {shown(curves)}; expected the dataset in curves.nc")
     followed = "parameter" if "parameter" in curves else "omega"
     one = chosen(curves, "dof", dof)[0]
@@ -279,7 +280,7 @@ def percentile_convergence(
     InputError
         If it is no such dataset, all its samples failed, or a percentile is not between 0 and 100.
     """
-    if not hasattr(samples, "data_vars") or "amplification" not in samples:
+    if not is_dataset(samples, "amplification"):
         raise InputError(f"nothing to draw: found {shown(samples)}; expected the dataset of a mistuning study")
     asked = checked_percentiles(percentiles)
     values = samples["amplification"].to_numpy()
@@ -313,7 +314,7 @@ def _flat(data: xarray.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _study(study: xarray.Dataset) -> xarray.Dataset:
-    if not hasattr(study, "data_vars") or "peak_amplitude" not in study or "study_parameters" not in study.attrs:
+    if not is_dataset(study, "peak_amplitude") or "study_parameters" not in study.attrs:
         raise InputError(f"nothing to draw: found {shown(study)}; expected the dataset that ss.study returns")
     return study
 

@@ -128,8 +128,8 @@ _ALONE = 0.05
 def contact_places(problem: Problem) -> Array:
     """Where each contact lies (n_elements, 3), by the places of the dofs that its ports move with; nan: not known.
 
-    A contact between places that lie apart has none of its own. Where no place of a dof is known, as of results of
-    earlier versions, that of the node that moves as the contact does.
+    A contact between places that lie apart has none of its own. Where no place of a dof is known,
+    that of the node that moves as the contact does.
     """
     structure: Any = problem.structure
     skin: Skin = structure.skin

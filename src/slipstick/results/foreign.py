@@ -11,6 +11,11 @@ if TYPE_CHECKING:
     import xarray
 
 
+def is_dataset(value: object, *variables: str) -> bool:
+    """Whether it is a dataset of xarray that has some variables; xarray itself is not needed to tell."""
+    return hasattr(value, "data_vars") and set(variables) <= set(value.variables)
+
+
 def foreign_dataset(file: Path) -> xarray.Dataset:
     """What a netCDF-4 file of any origin holds; InputError where it cannot be read."""
     import xarray

@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number_or_numbers, shown, whole
+from slipstick.results.foreign import is_dataset
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def curve_percentiles(
     """
     import xarray
 
-    if not hasattr(curves, "data_vars") or not {"case", "amplitude", "branch_part"} <= set(curves.variables):
+    if not is_dataset(curves, "case", "amplitude", "branch_part"):
         raise InputError(f"percentiles: found {shown(curves)}; expected the dataset in curves.nc")
     asked, points = checked_percentiles(percentiles), whole("points", points, 2, 100_000)
     numbers = study["case"].to_numpy()[_complete(study)]
@@ -147,7 +148,7 @@ def _percentiles(values: Array, percentiles: Sequence[float]) -> Array:
 
 def _complete(study: xarray.Dataset) -> Any:
     """Which cases of a study of samples completed, (n_cases,) of bool."""
-    if not hasattr(study, "data_vars") or "peak_amplitude" not in study:
+    if not is_dataset(study, "peak_amplitude"):
         raise InputError(f"percentiles: found {shown(study)}; expected the dataset that ss.study returns")
     if not is_sampled(study):
         method = str(study.attrs.get("study_method", ""))

@@ -11,6 +11,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import number, shown, whole
+from slipstick.results.foreign import is_dataset
 from slipstick.results.saved_table import write_table
 from slipstick.results.schema import Declared
 from slipstick.typing import Array
@@ -106,7 +107,7 @@ class RunUp:
     """
 
     def __init__(self, dataset: xarray.Dataset) -> None:
-        if not hasattr(dataset, "data_vars") or not {"section_displacement", "highest_time"} <= set(dataset.variables):
+        if not is_dataset(dataset, "section_displacement", "highest_time"):
             raise InputError(f"run-up: found {shown(dataset)}; expected the dataset in run_up.nc")
         self.dataset = dataset
 

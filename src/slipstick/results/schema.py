@@ -302,11 +302,10 @@ def _of_problem(problem: Problem, declared: Declared) -> Declared:
 
 
 def branch_parts(data: Any) -> AnyArray:
-    """Part of the branch that each point of a dataset belongs to; of version 0.1.0 it is called "part"."""
-    for name in ("branch_part", "part"):
-        if name in data and tuple(data[name].dims) == ("point",):
-            parts: AnyArray = data[name].to_numpy()
-            return parts
+    """Part of the branch that each point of a dataset belongs to."""
+    if "branch_part" in data and tuple(data["branch_part"].dims) == ("point",):
+        parts: AnyArray = data["branch_part"].to_numpy()
+        return parts
     return np.ones(int(data.sizes.get("point", 0)), dtype=np.int32)
 
 

@@ -11,6 +11,7 @@ from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import wrong
 from slipstick.io.loading import load_dataset, load_table, require_branch
+from slipstick.results.foreign import is_dataset
 from slipstick.results.run_up import RunUp
 from slipstick.results.saved_table import write_table
 from slipstick.runs.folder import kind_of, results_of
@@ -61,7 +62,7 @@ def save_table(results: Any, path: str | Path, table: str | None = None) -> Path
         return _of_file(path_of("results", results, "a results file or its folder"), path, table)
     if hasattr(results, "to_dataset") and hasattr(results, "dims"):  # one labelled array, as a spectrogram
         results = results.to_dataset(name=results.name or "value")
-    if not hasattr(results, "data_vars"):
+    if not is_dataset(results):
         raise wrong("results", results, "a results file or its folder, or an xarray.Dataset")
     return write_table(results, path, table)
 

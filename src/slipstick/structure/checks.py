@@ -41,7 +41,7 @@ def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
     if value is None:
         return [Fault(name, "is missing", expected="real numbers")]
     try:
-        array = np.asarray(value.tocoo().data if hasattr(value, "tocoo") else value)
+        array = np.asarray(value.tocoo().data if sparse.issparse(value) else value)
         if array.dtype.kind == "O":
             array = array.astype(complex)
     except (TypeError, ValueError, OverflowError) as error:
@@ -70,7 +70,7 @@ def complex_numbers(value: Any) -> ComplexArray | None:
 
 def real(value: Any) -> Any:
     """A float array, dense or sparse as it came, of a value in which :func:`number_faults` finds none."""
-    if hasattr(value, "tocoo"):
+    if sparse.issparse(value):
         return value if value.dtype == np.float64 else value.real.astype(float)
     array = np.asarray(value)
     return np.array(array.astype(complex).real if array.dtype.kind in "cO" else array, dtype=float)
@@ -115,14 +115,14 @@ def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> MirroredPair | None:
     if not len(wrong):
         return None
     i = int(wrong[0])
-    row, column = (np.ravel(each.toarray() if hasattr(each, "toarray") else each) for each in _cross(A, i))
+    row, column = (np.ravel(dense(each)) for each in _cross(A, i))
     j = int(np.argmax(np.abs(row - column)))
     return MirroredPair(i, j, float(row[j]), float(column[j]))
 
 
 def _cross(A: Sparse, i: int) -> tuple[Any, Any]:
     """Row and column ``i``."""
-    return (A.tocsr()[[i]], A.tocsc()[:, [i]]) if hasattr(A, "tocsr") else (A[i], A[:, i])
+    return (A.tocsr()[[i]], A.tocsc()[:, [i]]) if sparse.issparse(A) else (A[i], A[:, i])
 
 
 def symmetry_faults(name: Name, value: Any, *, tolerance: float = ASYMMETRY) -> list[Fault]:
@@ -170,7 +170,7 @@ def checked_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[Fault]]:
 
 def dense(matrix: Any) -> Array:
     """A matrix, dense or sparse, as an array."""
-    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix)
+    return np.asarray(matrix.toarray() if sparse.issparse(matrix) else matrix)
 
 
 def beside(*blocks: Any) -> Any:

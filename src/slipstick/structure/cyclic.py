@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import issparse
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown, whole
@@ -757,7 +758,7 @@ def _pair(name: str, given: Any, n: int) -> tuple[tuple[Array, Array] | None, li
         if matrix is None:
             matrices.append(np.zeros((n, n)))
             continue
-        dense = matrix.toarray() if hasattr(matrix, "toarray") else matrix
+        dense = matrix.toarray() if issparse(matrix) else matrix
         where = (name, k)
         wrong = number_faults(where, dense, DAMPING_ELSEWHERE) or array_faults(where, real(dense), (n, n))
         wrong = wrong or ([] if k else symmetry_faults(where, real(dense)))

@@ -399,13 +399,12 @@ class Disc(ModalStructure):
         if "second" in along:
             along["ports"] = {"second": along.pop("second")}
         rubbing, moved = pair.rubbing, dict[str, Any]()
-        velocities = "velocity", "velocity_per_omega"
-        for name in (*velocities, *(f"second_{own}" for own in velocities)):
-            if np.ndim(value := getattr(rubbing, name)):
+        for name, value in rubbing.velocities.items():
+            if np.ndim(value):
                 moved[name] = spread(value)
         delay = np.repeat(2.0 * np.pi * engine_order * np.arange(N) / N, count)
         for cos, sin in (("cos", "sin"), ("second_cos", "second_sin"), ("normal_cos", "normal_sin")):
-            a, b = getattr(rubbing, cos), getattr(rubbing, sin)
+            a, b = rubbing.parts[cos], rubbing.parts[sin]
             parts = {
                 m: (spread(a.get(m, 0.0)) - 1j * spread(b.get(m, 0.0))) * np.exp(-1j * m * delay) for m in {*a, *b}
             }

@@ -162,12 +162,12 @@ def _regular_faults(_: str, matrix: Sparse) -> list[Fault]:
 def stored(matrix: Matrix, dense: bool) -> Any:
     """Dense, or compressed sparse by columns."""
     if dense:
-        return matrix.toarray() if hasattr(matrix, "toarray") else matrix
+        return matrix.toarray() if sparse.issparse(matrix) else matrix
     return sparse.csc_array(matrix)
 
 
 def _numbers(value: Any) -> Any:
-    return real(value).tocsc(copy=True) if hasattr(value, "tocsc") else real(value)
+    return real(value).tocsc(copy=True) if sparse.issparse(value) else real(value)
 
 
 def _shape_faults(name: str, matrix: Matrix, n: int) -> list[Fault]:
@@ -175,7 +175,7 @@ def _shape_faults(name: str, matrix: Matrix, n: int) -> list[Fault]:
         return [Fault(name, found=f"shape {matrix.shape}", expected="a square matrix")]
     if matrix.shape[0] != n:
         return [Fault(name, found=f"shape {matrix.shape} but {n} dofs are named", remedy="they must agree")]
-    return entry_faults(name, matrix.tocoo().data if hasattr(matrix, "tocoo") else matrix)
+    return entry_faults(name, matrix.tocoo().data if sparse.issparse(matrix) else matrix)
 
 
 def definite_faults(name: str, matrix: Sparse) -> list[Fault]:

@@ -337,7 +337,7 @@ class ModalStructure(Structure):
         names = ("omega", "mode_shapes", "dofs", "loss_factor", "second_residual", "damping", "skin")
         compliance = self.static_compliance if self._knows_residual else None
         numbers = {name: getattr(self, name) for name in names} | {"damping_ratio": self._viscous}
-        strains = {} if self.strains is None else {"strains": self.strains}  # not known to earlier versions
+        strains = {} if self.strains is None else {"strains": self.strains}
         return {**numbers, "static_compliance": compliance, "load_shapes": self.shapes, **strains}
 
     @property

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import issparse
 
 from slipstick.errors import InputError
 from slipstick.structure.residuals import Residuals, WrittenResiduals
@@ -627,7 +628,7 @@ def _by_omega(value: ComplexArray, slope: ComplexArray, orders: Array) -> tuple[
 
 def _solver(Z: Any) -> Callable[[Array, bool], ComplexArray]:
     """``solve(right, transposed)`` with one factorisation of a dense or sparse matrix."""
-    if hasattr(Z, "tocsc"):
+    if issparse(Z):
         from scipy.sparse.linalg import splu
 
         factors = splu(Z.tocsc())

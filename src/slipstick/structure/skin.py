@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
+from scipy.sparse import issparse
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import array_faults, number_faults, real
@@ -93,7 +94,7 @@ class Skin:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal skin is made from; what earlier versions do not know, only where it is there."""
+        """What an equal skin is made from; rows and places only where they are there."""
         known = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: value for name, value in known.items() if name not in ("rows", "places") or value is not None}
 
@@ -144,8 +145,8 @@ def solved_faults(name: str, static: object, rows: Sparse | None, count: int) ->
     """Whether static responses are given, or in their place the ``count`` rows that they are solved for at."""
     if static is None and rows is None:
         return [Fault((name, "static"), "is missing", remedy="give static, or rows of a full model to solve with")]
-    if rows is not None and (not hasattr(rows, "tocsc") or rows.shape[1] != count):
-        found = f"shape {np.shape(rows)}" if hasattr(rows, "tocsc") else type(rows).__name__
+    if rows is not None and (not issparse(rows) or rows.shape[1] != count):
+        found = f"shape {np.shape(rows)}" if issparse(rows) else type(rows).__name__
         return [Fault((name, "rows"), found=found, expected=f"a sparse matrix (n_full, {count})")]
     return []
 

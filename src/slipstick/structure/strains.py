@@ -186,7 +186,7 @@ class Strains:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What equal strains are made from; rows, which earlier versions do not know, only where there are any."""
+        """What equal strains are made from; rows only where there are any."""
         known = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: value for name, value in known.items() if name != "rows" or value is not None}
 

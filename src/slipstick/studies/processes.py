@@ -3,6 +3,11 @@
 For cases that are followed in lockstep: a process is there after the import of the package, and what it is told and
 tells goes through its standard input and output. It is started as a program of its own, on every system alike: a
 script needs no main guard, and Ctrl-C reaches the process that asks alone.
+
+Why not ``concurrent.futures`` with ``spawn``: it imports the script again, which without a guard ends in a
+RuntimeError, and of 12 tasks one that ended its process took 9 others with it (BrokenProcessPool). Why not Dask's
+workers, as for cases each alone: Dask need not be installed, and its workers take 1.5 to 1.8 s before they import the
+package, these 1.0 s.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number, shown, text, warn, whole
+from slipstick.results.foreign import is_dataset
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def sobol_indices(
     SlipstickWarning
         Where samples failed: the groups they belong to are left out.
     """
-    if not hasattr(study, "data_vars") or "peak_amplitude" not in study or "study_parameters" not in study.attrs:
+    if not is_dataset(study, "peak_amplitude") or "study_parameters" not in study.attrs:
         raise InputError(f"Sobol indices: found {shown(study)}; expected the dataset that ss.study returns")
     if study.attrs.get("study_method") != "saltelli":
         found = f'a study with method = "{study.attrs.get("study_method", "")}"'

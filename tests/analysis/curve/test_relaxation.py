@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.problems import first_point
 
 import slipstick as ss
 from slipstick.analysis.curve.state_continuation import relaxed
 from slipstick.balance.balance import Balance
-from slipstick.balance.start import first_point
 from slipstick.verify.cases import oscillator
 
 CURVE = ss.FrictionCurve(temperature=[0.0, 200.0, 5000.0], mu=[0.3, 0.25, 0.2])

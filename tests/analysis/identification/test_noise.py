@@ -10,7 +10,7 @@ import xarray as xr
 from helpers.faults import raises_fault
 
 import slipstick as ss
-from slipstick.analysis.identification.measured import Vibration
+from slipstick.analysis.identification.kinds import Vibration
 from slipstick.analysis.identification.noise import robust, too_large, whiteness, without_levels
 
 TRUE = {"damper.kt": 100.0, "damper.mu": 0.3, "damping": 1.0}

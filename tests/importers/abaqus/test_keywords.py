@@ -6,7 +6,7 @@ from helpers.input_file import CUBE, HELD, write
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
 from slipstick.importers.abaqus.keywords import KEYWORDS
-from slipstick.importers.findings import Verdict
+from slipstick.importers.findings import Table, Verdict
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
@@ -154,7 +154,9 @@ def test_the_rest_is_listed_with_its_count(tmp_path):
 def test_no_keyword_has_two_fates():
     assert all((entry.read is not None) == (entry.verdict is Verdict.READ) for entry in KEYWORDS.values())
     with pytest.raises(ValueError, match="TIE is in the table already"):
-        KEYWORDS.rows("TIE", Verdict.HARMLESS)
+        KEYWORDS.reads("TIE")(lambda: None)
+    with pytest.raises(ValueError, match="TIE is in the table already"):
+        Table(("TIE MPC", Verdict.COUPLING, "ties"), ("TIE", Verdict.HARMLESS, ""))
 
 
 def test_rotated_nodes_that_are_free_or_wholly_held_do_not_matter(tmp_path):

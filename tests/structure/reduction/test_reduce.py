@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
+from helpers.reductions import receptance_errors
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
@@ -18,7 +19,7 @@ from slipstick.solve.linear.modes import EigenError, StageProgress
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.reduction import compute as reduction_compute
 from slipstick.structure.reduction import store as reduction_store
-from slipstick.structure.reduction.reduce import Reduction, estimate_error, reduce, reduce_model
+from slipstick.structure.reduction.reduce import Reduction, reduce, reduce_model
 
 STEEL = Material(young=2.08e11, poisson=0.3, density=8200.0)
 
@@ -106,7 +107,7 @@ def test_error_falls_fast_with_the_last_mode_taken(beam: ElasticModel, tip: list
     errors, firsts = [], []
     for modes in (8, 16, 32, 64):
         made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=modes)
-        errors.append(next(iter(estimate_error(made, beam.K, beam.M, omega).values())))
+        errors.append(next(iter(receptance_errors(made, beam.K, beam.M, omega).values())))
         firsts.append(made.structure.omega[-1])
     order = -np.polyfit(np.log(firsts), np.log(errors), 1)[0]
     assert errors[-1] < 1e-9
@@ -133,7 +134,7 @@ def test_number_of_modes_follows_from_the_accuracy(
         counts.append(made.structure.omega.size)
         assert made.error_estimate is not None
         assert made.error_estimate <= accuracy
-        measured = estimate_error(made, beam.K, beam.M, [0.35 * highest, highest])
+        measured = receptance_errors(made, beam.K, beam.M, [0.35 * highest, highest])
         assert max(measured.values()) <= accuracy
         assert measured[highest] <= 1.001 * made.error_estimate + 1e-12
         assert made.complete is True
@@ -360,7 +361,7 @@ def test_estimate_at_a_natural_frequency_is_refused() -> None:
     made = reduce_model(K, M, dofs=NAMES, keep=["u3"], modes=3)
     exact = 2.0 * np.sin(np.pi / 62)
     with pytest.raises(InputError, match="is a natural frequency to working accuracy"):
-        estimate_error(made, K, M, [exact])
+        receptance_errors(made, K, M, [exact])
 
 
 def test_without_a_number_or_a_range_the_accuracy_says_how_many(
@@ -372,10 +373,10 @@ def test_without_a_number_or_a_range_the_accuracy_says_how_many(
     first = made.structure.omega[0]
     assert 16 < made.structure.omega.size < 128
     assert made.complete is True
-    assert max(estimate_error(made, beam.K, beam.M, first * np.array([0.4, 2.0, 4.5, 9.0, 10.0])).values()) < 1e-7
+    assert max(receptance_errors(made, beam.K, beam.M, first * np.array([0.4, 2.0, 4.5, 9.0, 10.0])).values()) < 1e-7
     farther = reduce_model(beam.K, beam.M, **given, reach=14.0 * first)
     assert farther.structure.omega.size > made.structure.omega.size
-    assert max(estimate_error(farther, beam.K, beam.M, first * np.array([11.0, 13.9])).values()) < 1e-7
+    assert max(receptance_errors(farther, beam.K, beam.M, first * np.array([11.0, 13.9])).values()) < 1e-7
     monkeypatch.setattr(reduction_compute, "MOST_BY_DEFAULT", 20)
     assert reduce_model(beam.K, beam.M, **given).structure.omega.size == 20
 

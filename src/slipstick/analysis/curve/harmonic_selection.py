@@ -22,7 +22,6 @@ from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Adapted, Detail
 from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
-from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.results.measures import largest_deviation
 from slipstick.results.record import Outputs
 from slipstick.results.truncation import EachReaction, Reaction, truncation
@@ -100,7 +99,7 @@ def driven_orders(problem: Problem) -> set[int]:
     """Orders of the loads and of the rubbing motions, zero or not."""
     driven = {load.harmonic * problem.load_order for load in problem.loads}
     for pair in problem.contacts:
-        driven |= {m * problem.rubbing_order for part in MOTION_PARTS for m in getattr(pair.rubbing, part)}
+        driven |= {m * problem.rubbing_order for amplitudes in pair.rubbing.parts.values() for m in amplitudes}
     driven |= {problem.load_order, problem.rubbing_order}
     return driven & set(problem.harmonics.orders)
 

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.analysis.curve.response import forced_response
-from slipstick.analysis.identification.measured import Backbone, conditions_at
+from slipstick.analysis.identification.kinds import Backbone
+from slipstick.analysis.identification.measured import conditions_at
 from slipstick.analysis.modes.following import first_guess
 from slipstick.analysis.modes.nonlinear_modes import FreeProblem, free_problem
 from slipstick.analysis.modes.start import LinearMode

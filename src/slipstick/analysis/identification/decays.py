@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.analysis.identification.measured import Decay
+from slipstick.analysis.identification.kinds import Decay
 from slipstick.analysis.time_domain.law_in_time import LawInTime
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
 from slipstick.analysis.time_domain.piecewise_model import friction_system, sticks_and_slips

@@ -23,17 +23,8 @@ from numpy.typing import NDArray
 from slipstick.analysis.curve.request import followed_problem, heard_by
 from slipstick.analysis.events import EventFunction, Working
 from slipstick.analysis.identification.decays import decay_of
-from slipstick.analysis.identification.measured import (
-    QUANTITIES,
-    Backbone,
-    Decay,
-    Loops,
-    Measured,
-    Vibration,
-    dataset_of,
-    parameter_starts,
-    read_measured,
-)
+from slipstick.analysis.identification.kinds import Backbone, Measured
+from slipstick.analysis.identification.measured import dataset_of, parameter_starts, read_measured
 from slipstick.analysis.identification.mistakes import Change, Scaled, changes, factor_text, round_factors
 from slipstick.analysis.identification.noise import (
     Noise,
@@ -348,7 +339,7 @@ def identify(
     {'damper.kt': 100.0, 'damper.mu': 0.3}
     """
     request = _request(problem, measured, parameters, bounds, noise, relative_noise, starts, seed, listeners)
-    told = [*product_warnings(problem, request.names), *getattr(request.measured, "notes", ())]
+    told = [*product_warnings(problem, request.names), *request.measured.notes]
     in_time = _in_time(request, measured, noise)
     request = request if in_time is None else replace(request, noise=None, relative=None, absolute=None)
     ends = [_Descent(request, start, place=k).run() for k, start in enumerate(request.starts)]
@@ -361,7 +352,7 @@ def identify(
         told.append("the decay itself is not fitted: its model does not follow it from any initial state near by; the "
                     "values are those of the nonlinear mode")  # fmt: skip
     compared: list[_Tried] = []
-    if best.misfit > _FAR and not _explained(request, best) and not isinstance(request.measured, Decay):
+    if best.misfit > _FAR and not _explained(request, best) and not request.measured.in_time:
         compared = _compared(request)
         further, sentence = _further(request, best, compared)
         ends += further
@@ -433,15 +424,12 @@ class _Request:
         """What each of them is divided by: its noise, else the size of them all."""
         if self.noise is not None:
             return np.asarray(self.noise[self.used])
-        if isinstance(self.measured, Backbone):
-            return np.asarray(self.measured.sizes[self.used])
-        size = float(np.sqrt(np.mean(self.data**2))) or 1.0
-        return np.full(self.data.shape, size)
+        return self.measured.scale(self.used)
 
     @property
     def most(self) -> int:
         """Evaluations of one descent; those of motions that are integrated take seconds."""
-        return _MOST_IN_TIME if isinstance(self.measured, Decay) else _MOST
+        return _MOST_IN_TIME if self.measured.in_time else _MOST
 
     def left(self, predicted: Array) -> Array:
         """Predicted less measured over the noise."""
@@ -449,9 +437,8 @@ class _Request:
 
     def misfit(self, left: Array) -> float:
         """Root mean square of weighted residuals without their weights, over that of what was measured."""
-        wrong, size = left * self.scale, self.data
-        if isinstance(self.measured, Backbone):  # frequencies and amplitudes, each by its own size
-            wrong, size = (part / self.measured.sizes[self.used] for part in (wrong, size))
+        sizes = self.measured.sizes[self.used]  # frequencies and amplitudes, each by its own size
+        wrong, size = left * self.scale / sizes, self.data / sizes
         return float(np.sqrt(np.mean(wrong**2))) / (float(np.sqrt(np.mean(size**2))) or 1.0)
 
     def predictor(self) -> Predictor:
@@ -534,9 +521,7 @@ def _request(
     assert table is not None
     spread = table.noise
     if noise is not None:
-        spread = np.full(table.values.shape, noise)
-        if isinstance(table, Backbone):
-            spread = spread * table.sizes
+        spread = np.full(table.values.shape, noise) * table.sizes
     if spread is not None and np.any(spread[np.isfinite(spread)] <= 0.0):
         raise InputError(Fault(("measured", "noise"), "0 or less", expected="standard deviations > 0"))
     absolute = spread
@@ -669,7 +654,7 @@ class _Descent:
         measured are given less weight until the others have found the parameters at which it is.
         """
         best = self._chosen(self.start)
-        if best.misfit > 2.0 * _FAR and not isinstance(self.request.measured, Decay):
+        if best.misfit > 2.0 * _FAR and not self.request.measured.in_time:
             far = self.request.predictor()
             other = _Descent(self.request, self.start, far, place=self.place)
             near = other._chosen(self.start, loss="cauchy")
@@ -709,7 +694,7 @@ class _Descent:
         found = least_squares(
             self._left, start / unit, jac=self._slopes, bounds=(request.low / unit, request.high / unit),
             max_nfev=self.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
-            **(_TOLERANCE_IN_TIME if isinstance(request.measured, Decay) else _TOLERANCE),
+            **(_TOLERANCE_IN_TIME if request.measured.in_time else _TOLERANCE),
         )  # fmt: skip
         left, J = self._left(found.x), self._slopes(found.x)
         assert self._asked is not None
@@ -1068,31 +1053,9 @@ def _dataset(request: _Request, end: _End, found: Identification, deviation: flo
         "singular_value": ("rank", found.singular_values),
     }
     coords: dict[str, Any] = {"parameter": names, "other": names, "units": ("parameter", units)}
-    if isinstance(measured, Decay):
-        coords["time"] = ("time", measured.time, {"units": label("time"), "long_name": "time"})
-    else:
-        coords["omega"] = ("point", measured.omega, {"units": label("rad/time"), "long_name": "frequency"})
-        coords |= {name: ("point", values) for name, values in measured.conditions.items()}
-    coefficients = ["0", *(f"{part}{m}" for m in problem.harmonics.orders[1:] for part in "cs")]
-    dims: tuple[str, ...]
-    if isinstance(measured, Decay):
-        dims, unit, what = ("time",), "length", f"displacement of {measured.dof}"
-    elif isinstance(measured, Loops):
-        dims, unit, what = ("point", "coefficient"), "force", f"force of {measured.contact}"
-        coords["coefficient"] = coefficients
-    elif isinstance(measured, Backbone):
-        dims, unit, what = ("point", "quantity"), "1", f"backbone of {measured.dof}"
-        coords["quantity"] = list(QUANTITIES[measured.kind])
-        if measured.amplitude.size:
-            coords["modal_amplitude"] = ("point", measured.amplitude, {"units": label("length")})
-    else:
-        assert isinstance(measured, Vibration)
-        coords["dof"] = list(measured.dofs)
-        dims, unit, what = ("point", "dof"), "length", "amplitude"
-        if not measured.of_amplitude:
-            dims, what = (*dims, "coefficient"), "displacement"
-            coords["coefficient"] = coefficients
-    about = {"units": problem.units.of_dofs(measured.dofs) if isinstance(measured, Vibration) else label(unit)}
+    dims, own, unit, what = measured.described(problem)
+    coords |= own
+    about = {"units": unit}
     data["measured"] = (dims, measured.values, {**about, "long_name": f"measured {what}"})
     data["fitted"] = (dims, end.predicted, {**about, "long_name": f"fitted {what}"})
     deviations = np.full(measured.values.shape, np.nan)

@@ -1,20 +1,20 @@
-"""What was measured, as arrays: steady vibration at some frequencies and levels, loops of a contact, or backbones."""
+"""What was measured, read: steady vibration at some frequencies and levels, loops of a contact, or backbones."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.analysis.identification.kinds import Backbone, Loops, Measured, Vibration
 from slipstick.balance.parameters import FACTORS
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, whole, wrong
-from slipstick.results.foreign import foreign_dataset
-from slipstick.typing import Array, IntArray
+from slipstick.results.foreign import foreign_dataset, is_dataset
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     import xarray
@@ -28,105 +28,6 @@ _EXPECTED = (
     "modal_damping, or with displacement(time, dof), or the path of a .nc or .csv file with these"
 )
 
-QUANTITIES = {"peak": ("omega", "amplitude"), "mode": ("omega", "damping ratio")}
-"""Numbers of one point of a backbone."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Vibration:
-    """Steady vibration at n points."""
-
-    omega: Array
-    """Fundamental frequencies (n,), rad/s."""
-    conditions: Mapping[str, Array]
-    """Named parameters that were set at each point, (n,) each."""
-    dofs: tuple[str, ...]
-    values: Array
-    """Coefficients (n, n_dofs, L), or amplitudes (n, n_dofs); nan where nothing was measured."""
-    noise: Array | None
-    """Standard deviations, of the shape of ``values``."""
-    notes: tuple[str, ...] = ()
-    """What a user is told of the measurement."""
-
-    @property
-    def of_amplitude(self) -> bool:
-        """Whether amplitudes alone were measured."""
-        return self.values.ndim == 2
-
-    @property
-    def groups(self) -> list[IntArray]:
-        """Numbers of the points at which the same conditions were set."""
-        return _groups(self.conditions, self.omega.size)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Loops:
-    """Hysteresis loops of one contact: n of them."""
-
-    contact: str
-    omega: Array
-    """Fundamental frequencies (n,), rad/s."""
-    conditions: Mapping[str, Array]
-    motion: Mapping[str, Array]
-    """Coefficients of the relative motion (n, L) by port."""
-    values: Array
-    """Coefficients (n, L) of the force along the first port; nan of a mean that nothing is to be made of."""
-    noise: Array | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Backbone:
-    """Peaks of the response at n conditions, or n points of a nonlinear mode; of one dof."""
-
-    kind: str
-    """A key of ``QUANTITIES``."""
-    dof: str
-    omega: Array
-    """Near which frequency each is (n,), rad/s."""
-    conditions: Mapping[str, Array]
-    values: Array
-    """Frequency, and amplitude or damping ratio (n, 2); nan where nothing was measured."""
-    noise: Array | None
-    mode: int = 1
-    """Number of the mode, from 1."""
-    amplitude: Array
-    """Of harmonic 1 in a mode (n,): at which its frequency and damping are told; empty for peaks."""
-
-    @property
-    def groups(self) -> list[IntArray]:
-        """Numbers of the points at which the same conditions were set."""
-        return _groups(self.conditions, self.omega.size)
-
-    @property
-    def sizes(self) -> Array:
-        """Root mean square of each quantity, at every point (n, 2)."""
-        there = np.isfinite(self.values)
-        squares = np.sum(np.where(there, self.values, 0.0) ** 2, axis=0)
-        size = np.sqrt(squares / np.maximum(there.sum(axis=0), 1))
-        return np.broadcast_to(np.where(size > 0.0, size, 1.0), self.values.shape)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Decay:
-    """A free decay of one dof."""
-
-    time: Array
-    """(n,), from the first sample on."""
-    dof: str
-    values: Array
-    """Displacement (n,); nan where nothing was measured."""
-    noise: Array | None
-    """Standard deviations (n,)."""
-    omega: float
-    """Frequency of the first periods, rad/s."""
-    conditions: Mapping[str, Array] = field(default_factory=dict)
-
-
-def _groups(conditions: Mapping[str, Array], count: int) -> list[IntArray]:
-    rows = np.array([*conditions.values()]).T.reshape(count, -1)
-    which = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
-    return [np.flatnonzero(which == g) for g in range(int(which.max()) + 1)]
-
 
 def conditions_at(
     problem: Problem, names: Sequence[str], p: Array, conditions: Mapping[str, Array], point: int
@@ -136,14 +37,11 @@ def conditions_at(
     return problem.at_parameters({**dict(zip(names, p, strict=True)), **set_there})
 
 
-Measured = Vibration | Loops | Backbone | Decay
-
-
 def dataset_of(problem: Problem, measured: Any) -> xarray.Dataset:
     """A dataset, or that of a file; InputError for what is neither."""
     if isinstance(measured, str | Path):
         measured = read_file(problem, path("measured", measured))
-    if not hasattr(measured, "data_vars"):
+    if not is_dataset(measured):
         raise wrong("measured", measured, _EXPECTED)
     return measured
 

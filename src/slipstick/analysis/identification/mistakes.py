@@ -8,13 +8,14 @@ change. A factor is found along: at any parameters it is the one that fits best 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import pi, sqrt
 from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.identification.measured import FREQUENCY_UNITS, Backbone, Decay, Loops, Measured, Vibration
+from slipstick.analysis.identification.kinds import Measured
+from slipstick.analysis.identification.measured import FREQUENCY_UNITS
 from slipstick.analysis.identification.predicted import Predictor
 from slipstick.typing import Array
 
@@ -51,59 +52,31 @@ def changes(measured: Measured, orders: Array) -> Iterator[Change]:
 
     ``orders`` are those of the harmonics > 0.
     """
-    if isinstance(measured, Decay):
+    if measured.in_time:
         return
     yield Change(measured=measured, words="", remedy="")
-    if isinstance(measured, Loops):
-        return
-    conjugated = _conjugated(measured)
+    conjugated = measured.conjugated()
     sign = "check the sign of their phase: they are z of Re(z exp(i omega t))"
     if conjugated is not None:
         yield Change(measured=conjugated, words="conjugated", remedy=sign)
     for unit, factor in FREQUENCY_UNITS.items():
-        yield Change(
-            measured=_at(measured, factor), words=f"taken at frequencies in {unit} instead of rad/s",
-            remedy=f'if omega is in {unit}, give it the attribute units "{unit}"',
-        )  # fmt: skip
-        yield Change(
-            measured=_at(measured, 1.0 / factor), words=f"taken at frequencies divided by {factor:.4g}",
-            remedy=f"check whether frequencies in rad/s were taken for {unit}",
-        )  # fmt: skip
-    if isinstance(measured, Backbone):
-        return
+        if (changed := measured.at_frequencies(factor)) is not None:
+            yield Change(
+                measured=changed, words=f"taken at frequencies in {unit} instead of rad/s",
+                remedy=f'if omega is in {unit}, give it the attribute units "{unit}"',
+            )  # fmt: skip
+        if (changed := measured.at_frequencies(1.0 / factor)) is not None:
+            yield Change(
+                measured=changed, words=f"taken at frequencies divided by {factor:.4g}",
+                remedy=f"check whether frequencies in rad/s were taken for {unit}",
+            )  # fmt: skip
     for order, name in ((1, "velocities"), (2, "accelerations")):
         for one, words, more in ((measured, "", ""), (conjugated, "conjugated and ", f"; {sign}")):
-            if one is not None:
+            if one is not None and (changed := one.integrated(orders, order)) is not None:
                 yield Change(
-                    measured=_integrated(one, orders, order), words=f"{words}taken for {name}",
+                    measured=changed, words=f"{words}taken for {name}",
                     remedy=f"check whether they are {name}: displacements are compared{more}",
                 )  # fmt: skip
-
-
-def _conjugated(measured: Vibration | Backbone) -> Vibration | None:
-    if isinstance(measured, Backbone) or measured.of_amplitude:
-        return None
-    values = measured.values.copy()
-    values[..., 2::2] *= -1.0
-    return replace(measured, values=values, noise=None)
-
-
-def _at(measured: Vibration | Backbone, factor: float) -> Vibration | Backbone:
-    if isinstance(measured, Backbone):
-        values = measured.values * [factor, 1.0]
-        return replace(measured, omega=measured.omega * factor, values=values, noise=None)
-    return replace(measured, omega=measured.omega * factor, noise=None)
-
-
-def _integrated(measured: Vibration, orders: Array, order: int) -> Vibration:
-    """Displacements where the numbers are their derivatives of an order; ``z = c - i s`` over ``(i m omega)^order``."""
-    if measured.of_amplitude:
-        return replace(measured, values=measured.values / measured.omega[:, None] ** order, noise=None)
-    values = np.full_like(measured.values, np.nan)
-    z = measured.values[..., 1::2] - 1j * measured.values[..., 2::2]
-    z = z / (1j * orders * measured.omega[:, None, None]) ** order
-    values[..., 1::2], values[..., 2::2] = z.real, -z.imag
-    return replace(measured, values=values, noise=None)
 
 
 class Scaled:
@@ -160,30 +133,21 @@ class Scaled:
 
     def _numbers(self, values: Array) -> Any:
         """Those that the factor is of."""
-        if isinstance(self.measured, Backbone):
+        if self.measured.quantities:
             return values[:, 1]
-        if self._complex:
+        if self.measured.one_complex:
             first = values[..., 1::2] - 1j * values[..., 2::2]
             return np.asarray(first)
         return values
 
     def _back(self, numbers: Any, like: Array) -> Array:
-        if isinstance(self.measured, Backbone):
+        if self.measured.quantities:
             return np.column_stack([like[:, 0], numbers.real])
-        if self._complex:
+        if self.measured.one_complex:
             out = like.copy()
             out[..., 1::2], out[..., 2::2] = numbers.real, -numbers.imag
             return out
         return np.asarray(numbers.real)
-
-    @property
-    def _complex(self) -> bool:
-        """Whether one complex number was measured at a point: a shift in time turns those of others by more."""
-        if not isinstance(self.measured, Vibration) or self.measured.of_amplitude:
-            return False
-        values = self.measured.values
-        there = np.asarray(np.isfinite(values).reshape(-1, values.shape[-1]).any(axis=0), dtype=bool)
-        return bool(there[1::2].sum() == 1 and np.array_equal(there[1::2], there[2::2]) and not there[0])
 
 
 def round_factors(factor: complex) -> Iterator[tuple[complex, str]]:

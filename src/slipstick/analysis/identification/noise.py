@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.identification.measured import QUANTITIES, Backbone, Decay, Loops, Measured, Vibration
+from slipstick.analysis.identification.kinds import Measured
 from slipstick.typing import Array, IntArray
 
 _FLOORS = (-3.0, 1.0)
@@ -39,41 +39,6 @@ _CORRELATED = 3.5
 """Standard deviations of that correlation without one, beyond which it is one."""
 
 
-def sizes(measured: Measured, predicted: Array) -> dict[str, Array]:
-    """What noise may be a share of, by its name in words, each of the shape of ``predicted``.
-
-    A share ``r`` of a complex number is ``r / sqrt(2)`` of its modulus in each part.
-    """
-    if isinstance(measured, Vibration) and measured.of_amplitude:
-        own = np.abs(predicted)
-        return {"of each amplitude": own, **_of_level(measured, own)}
-    if isinstance(measured, Backbone):
-        return {"of each number": np.abs(predicted)}
-    if isinstance(measured, Decay):
-        return {"of each displacement": np.abs(predicted)}
-    moduli = np.hypot(predicted[..., 1::2], predicted[..., 2::2]) / np.sqrt(2.0)
-    own = np.empty_like(predicted)
-    own[..., 0] = np.abs(predicted[..., 0])
-    own[..., 1::2] = own[..., 2::2] = moduli
-    whole = np.broadcast_to(np.sqrt(np.sum(moduli**2, axis=-1, keepdims=True)), own.shape)
-    if isinstance(measured, Loops):  # their coefficients are of samples that have the same noise
-        return {"of the loop": whole}
-    found = {"of each complex number": own}
-    if np.isfinite(measured.values[..., 1:]).reshape(-1, predicted.shape[-1] - 1).any(axis=0).sum() > 2:
-        found["of the vibration at the point"] = whole
-    return found | (_of_level(measured, own) if isinstance(measured, Vibration) else {})
-
-
-def _of_level(measured: Vibration, own: Array) -> dict[str, Array]:
-    groups = measured.groups
-    if len(groups) < 2 or max(map(len, groups)) < 2:
-        return {}
-    level = np.empty_like(own)
-    for group in groups:
-        level[group] = np.sqrt(np.mean(own[group] ** 2, axis=0))
-    return {"of the vibration of the level": level}
-
-
 @dataclass(frozen=True, kw_only=True)
 class Noise:
     """Standard deviations of what was measured, and how they came about."""
@@ -88,7 +53,7 @@ class Noise:
 
 def given_noise(measured: Measured, predicted: Array, absolute: Array | None, relative: float) -> Noise:
     """Noise that is a share of each number of the prediction, beside an absolute one."""
-    (words, size), *_ = sizes(measured, predicted).items()
+    (words, size), *_ = measured.shares(predicted).items()
     share = relative * np.maximum(size, _SMALLEST * float(np.nanmax(size)))
     deviations = share if absolute is None else np.hypot(absolute, share)
     return Noise(deviations=deviations, relative=relative, text=f"noise {100 * relative:.3g} % {words}, as given")
@@ -108,10 +73,9 @@ def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, use
     """
     m = left.size
     basis = _basis(J)
-    if m - basis.shape[1] < _FREEDOM or isinstance(measured, Decay):
+    if m - basis.shape[1] < _FREEDOM or measured.in_time:
         return None
-    equal = measured.sizes if isinstance(measured, Backbone) else np.ones(predicted.shape)
-    best, chosen = _likelihood(left, basis, equal[used] ** 2)[0] + _LIKELIER, None
+    best, chosen = _likelihood(left, basis, measured.sizes[used] ** 2)[0] + _LIKELIER, None
     for variances, ends, words in _candidates(measured, predicted):
         value, x = _largest(lambda x, v=variances: _likelihood(left, basis, v(x)[used])[0], ends)  # type: ignore[misc]
         if value > best:
@@ -128,26 +92,27 @@ def _candidates(
     measured: Measured, predicted: Array
 ) -> Iterator[tuple[Callable[[float], Array], tuple[float, float], str]]:
     """Variances over a common one, as functions of one number; the ends of that; what grows, in words."""
-    if isinstance(measured, Backbone):
+    if measured.quantities:
         if np.isfinite(measured.values).any(axis=0).all():
             first = np.array([1.0, 0.0])
             for own, words in ((measured.sizes, ""), (np.abs(predicted), "of each number")):
                 square = own**2 / measured.sizes**2
                 yield lambda x, s=square: measured.sizes**2 * s * 10.0 ** (2.0 * x * first), _RATIOS, words  # type: ignore[misc]
         return
-    for words, size in sizes(measured, predicted).items():
+    for words, size in measured.shares(predicted).items():
         square = size**2 / np.mean(size**2)
         yield lambda x, s=square: 10.0 ** (2.0 * x) + s, _FLOORS, words  # type: ignore[misc]
 
 
 def _told(measured: Measured, predicted: Array, deviations: Array, words: str) -> Noise:
     there = np.isfinite(measured.values)
-    if isinstance(measured, Backbone):
+    if measured.quantities:
         shares = [float(np.sqrt(np.mean((deviations / measured.sizes)[there[:, k], k] ** 2))) for k in (0, 1)]
-        names = QUANTITIES[measured.kind]
-        said = ", ".join(f"{100 * share:.2g} % of the {name}" for share, name in zip(shares, names, strict=True))
+        said = ", ".join(
+            f"{100 * share:.2g} % of the {name}" for share, name in zip(shares, measured.quantities, strict=True)
+        )
         return Noise(deviations=deviations, relative=np.nan, text=f"noise {said}, found from what is left")
-    size = sizes(measured, predicted)[words]
+    size = measured.shares(predicted)[words]
     coefficients = np.linalg.lstsq(
         np.column_stack([np.ones(there.sum()), size[there] ** 2]), deviations[there] ** 2, rcond=None
     )[0]
@@ -214,28 +179,13 @@ def neighbours(measured: Measured, used: NDArray[np.bool_]) -> IntArray:
     """Pairs (k, 2) of fitted numbers, counted among those used, that were measured next to each other."""
     place = np.full(used.shape, -1)
     place[used] = np.arange(used.sum())
-    if isinstance(measured, Decay):
-        chains = [place[:, None]]
-    elif isinstance(measured, Loops):
-        chains = []
-    elif isinstance(measured, Backbone):
-        order = measured.amplitude if measured.amplitude.size else measured.values[:, 1]
-        chains = [place[group[np.argsort(order[group])]] for group in _runs(measured)]
-    else:
-        chains = [place[g[np.argsort(measured.omega[g])]].reshape(len(g), -1) for g in measured.groups]
+    chains = [place[run].reshape(len(run), -1) for run in measured.runs]
     out = []
     for chain in chains:
         for column in chain.T:
             there = column[column >= 0]
             out += [*zip(there[:-1].tolist(), there[1:].tolist(), strict=True)]
     return np.array(out, dtype=int).reshape(-1, 2)
-
-
-def _runs(measured: Backbone) -> list[IntArray]:
-    """Peaks over one condition are one run; points of a mode are those of each condition."""
-    if measured.kind == "peak" and len(measured.conditions) == 1:
-        return [np.arange(measured.omega.size)]
-    return measured.groups
 
 
 def whiteness(pairs: IntArray, left: Array, J: Array, deviation: float) -> Whiteness:
@@ -286,20 +236,6 @@ def _freedom(gain: Array, basis: Array, free: Array) -> float:
     return max(float(np.sum(share * np.diag(between)) ** 2 / (share @ between**2 @ share)), 1.0) if len(most) else 1.0
 
 
-def levels(measured: Measured) -> list[tuple[str, IntArray]]:
-    """Points measured under the same conditions, with these in words; none where all are."""
-    if isinstance(measured, Decay):
-        return []
-    if isinstance(measured, Loops):
-        return (
-            [(f"loop {k + 1}", np.array([k])) for k in range(len(measured.values))] if len(measured.values) > 1 else []
-        )
-    groups = measured.groups
-    if len(groups) < 2:
-        return []
-    return [(", ".join(f"{n} = {v[g[0]]:g}" for n, v in measured.conditions.items()), g) for g in groups]
-
-
 class Without(NamedTuple):
     """A level left out."""
 
@@ -316,7 +252,7 @@ def without_levels(
     """How parameters move where one level is left out, from weighted residuals and derivatives."""
     from scipy.stats import f
 
-    chosen = levels(measured)
+    chosen = measured.levels
     point = np.broadcast_to(np.arange(used.shape[0]).reshape(-1, *(1,) * (used.ndim - 1)), used.shape)[used]
     A = J.T @ J
     inverse = np.linalg.pinv(A, rcond=1e-14, hermitian=True)

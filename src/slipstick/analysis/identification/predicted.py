@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.analysis.curve.response import forced_response
 from slipstick.analysis.curve.steady import steady_response
-from slipstick.analysis.identification.measured import Backbone, Decay, Loops, Measured, Vibration
+from slipstick.analysis.identification.kinds import Backbone, Decay, Loops, Measured, Vibration
 from slipstick.analysis.peaks.gradient import Extreme
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
@@ -58,17 +58,20 @@ class Predictor(Protocol):
 
 def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> Predictor:
     """The one for what was measured."""
-    if isinstance(measured, Decay):
-        from slipstick.analysis.identification.decays import DecayPredictor
+    match measured:
+        case Decay():
+            from slipstick.analysis.identification.decays import DecayPredictor
 
-        return DecayPredictor(problem, names, measured)
-    if isinstance(measured, Loops):
-        return LoopPredictor(problem, names, measured)
-    if isinstance(measured, Backbone):
-        from slipstick.analysis.identification.backbones import ModePredictor, PeakPredictor
+            return DecayPredictor(problem, names, measured)
+        case Loops():
+            return LoopPredictor(problem, names, measured)
+        case Backbone():
+            from slipstick.analysis.identification.backbones import ModePredictor, PeakPredictor
 
-        return (PeakPredictor if measured.kind == "peak" else ModePredictor)(problem, names, measured)
-    return VibrationPredictor(problem, names, measured)
+            return (PeakPredictor if measured.kind == "peak" else ModePredictor)(problem, names, measured)
+        case Vibration():
+            return VibrationPredictor(problem, names, measured)
+    raise NotImplementedError(type(measured).__name__)
 
 
 class LoopPredictor:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from math import inf, log
+from typing import Any
 
 import numpy as np
 
@@ -236,8 +237,8 @@ def _sticking(step: Step) -> float:
     return -1.0 if slipping else 1.0
 
 
-def _stick_fractions(responses: Iterable[object]) -> list[Array]:
-    fractions = (getattr(getattr(response, "detail", None), "stick_fraction", None) for response in responses)
+def _stick_fractions(responses: Iterable[Any]) -> list[Array]:
+    fractions = (getattr(response.detail, "stick_fraction", None) for response in responses)
     return [fraction for fraction in fractions if fraction is not None]
 
 

@@ -26,7 +26,6 @@ from slipstick.balance.loads import Load
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
-from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import numbers, whole, wrong
 from slipstick.interrupts import pass_on
@@ -257,8 +256,7 @@ _ALONE = "free vibration has no such motion: leave it out"
 
 
 def _periodic(rubbing: Any) -> list[Any]:
-    parts = [getattr(rubbing, part) for part in MOTION_PARTS]
-    return [value for part in parts for order, value in part.items() if order]
+    return [value for part in rubbing.parts.values() for order, value in part.items() if order]
 
 
 class ModeRecorder(Recorder):

@@ -13,7 +13,7 @@ from slipstick.analysis.curve.follow import CurveRequest, Departure, frequency_r
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.branch import Branch
-from slipstick.contact.rubbing import MOTION_PARTS, SECOND, SWEPT
+from slipstick.contact.rubbing import SECOND, SWEPT
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.results.schema import is_self_excited
@@ -45,8 +45,8 @@ def doubled(problem: Problem) -> Problem:
 
 def _slower(rubbing: Any) -> Any:
     """The same rubbing motion in terms of half the frequency."""
-    parts = {part: {2 * m: value for m, value in getattr(rubbing, part).items()} for part in MOTION_PARTS}
-    swept = {name: 2.0 * np.asarray(getattr(rubbing, name)) for name in (SWEPT, SECOND + SWEPT)}
+    parts = {part: {2 * m: value for m, value in amplitudes.items()} for part, amplitudes in rubbing.parts.items()}
+    swept = {name: 2.0 * np.asarray(rubbing.velocities[name]) for name in (SWEPT, SECOND + SWEPT)}
     return replace(rubbing, **swept, **parts)
 
 

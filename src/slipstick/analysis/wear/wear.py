@@ -279,7 +279,7 @@ def wear_warnings(problem: Problem) -> list[str]:
         f"contact '{pair.name}' wears but its normal stiffness kn is not given and taken as 1: the load that is lost "
         "by a depth is then that depth; give kn"
         for pair in problem.contacts
-        if getattr(pair.contact, "_scaled", False) and wearing & set(pair.elements)
+        if pair.contact._scaled and wearing & set(pair.elements)
     ]
 
 

@@ -284,7 +284,7 @@ def _motion(pair: ContactPair, k: int, units: Units) -> str:
 
 def _orders(pair: ContactPair, k: int, *parts: str) -> list[int]:
     """Orders of these parts of the rubbing motion of the k-th contact that are not zero."""
-    return sorted({m for p in parts for m in getattr(pair.rubbing, p) if pair.values(f"{p}{m}")[k] != 0.0})
+    return sorted({m for p in parts for m in pair.rubbing.parts[p] if pair.values(f"{p}{m}")[k] != 0.0})
 
 
 def _speed(velocity: float, swept: float, units: Units) -> str:

@@ -23,44 +23,6 @@ def _gives(what: str) -> str:
     return f"gives {what}, elements that are not read"
 
 
-KEYWORDS = Table()
-"""Every keyword: those that are read are entered by the functions that read them."""
-
-KEYWORDS.rows("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters")
-KEYWORDS.rows(
-    "SYSTEM", Verdict.INCOMPLETE, "rotates the nodes that follow; write nodes in global rectangular coordinates"
-)
-KEYWORDS.rows("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE)
-KEYWORDS.rows("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE)
-KEYWORDS.rows("NETWORKMPC", Verdict.COUPLING, _TIES)
-KEYWORDS.rows("TIEDCONTACT", Verdict.COUPLING, "glues surfaces together")
-KEYWORDS.rows("CONTACTPAIR CONTACT CLEARANCE", Verdict.COUPLING, "holds surfaces in contact")
-KEYWORDS.rows("KINEMATICCOUPLING", Verdict.COUPLING, _REFERENCE)
-KEYWORDS.rows("EMBEDDEDELEMENT SHELLTOSOLIDCOUPLING", Verdict.COUPLING, "ties elements into others")
-KEYWORDS.rows("PRE-TENSIONSECTION PRETENSIONSECTION", Verdict.COUPLING, "cuts a bolt and couples its halves")
-KEYWORDS.rows("FASTENER", Verdict.COUPLING, "joins surfaces by fasteners")
-KEYWORDS.rows("RELEASE", Verdict.COUPLING, "releases rotations")
-KEYWORDS.rows("INERTIARELIEF", Verdict.COUPLING, "balances loads by accelerations")
-KEYWORDS.rows("MODELCHANGE", Verdict.COUPLING, "takes elements or contacts out or puts them in")
-KEYWORDS.rows("SUBMODEL", Verdict.COUPLING, "moves nodes by the results of another model")
-KEYWORDS.rows("FOUNDATION", Verdict.COUPLING, "supports faces by an elastic foundation")
-KEYWORDS.rows("IMPEDANCE SIMPEDANCE", Verdict.COUPLING, _MEDIUM)
-KEYWORDS.rows("NONSTRUCTURALMASS", Verdict.COUPLING, "gives mass that is not read")
-KEYWORDS.rows("JOINT CONNECTORSECTION GAP BUSHING", Verdict.COUPLING, _gives("stiffness to gaps or connectors"))
-KEYWORDS.rows("REBAR REBARLAYER", Verdict.COUPLING, _gives("stiffness and mass to reinforcements"))
-KEYWORDS.rows("ACOUSTICMEDIUM", Verdict.COUPLING, _gives("stiffness and mass to a fluid"))
-KEYWORDS.rows("USERELEMENT UELPROPERTY USERSECTION", Verdict.COUPLING, _gives("stiffness and mass to user elements"))
-KEYWORDS.rows("SUBSTRUCTUREPROPERTY", Verdict.COUPLING, _gives("stiffness and mass to substructures"))
-KEYWORDS.rows("MATRIX MATRIXINPUT MATRIXASSEMBLE", Verdict.COUPLING, "gives stiffness and mass by matrices")
-KEYWORDS.rows("DAMPING MODALDAMPING GLOBALDAMPING", Verdict.APPROXIMATED, _DAMPING)
-KEYWORDS.rows("CHANGEMATERIAL", Verdict.APPROXIMATED, "is left out: the materials of the model stay")
-KEYWORDS.rows("CHANGESOLIDSECTION", Verdict.APPROXIMATED, "is left out: the sections of the model stay")
-KEYWORDS.rows("COMPLEXFREQUENCY", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
-KEYWORDS.rows("PLASTIC CYCLICHARDENING DEFORMATIONPLASTICITY CREEP POTENTIAL", Verdict.APPROXIMATED, _LINEAR)
-KEYWORDS.rows(
-    "RATEDEPENDENT SWELLING ANNEALTEMPERATURE DAMAGEINITIATION DAMAGEEVOLUTION", Verdict.APPROXIMATED, _LINEAR
-)
-KEYWORDS.rows("DRUCKERPRAGER CAPPLASTICITY", Verdict.APPROXIMATED, _LINEAR)
 LAWS = """HYPERELASTIC HYPERFOAM USERMATERIAL VISCOELASTIC POROUSELASTIC LOWDENSITYFOAM HYPOELASTIC FABRIC
     NOCOMPRESSION NOTENSION MOHRCOULOMB"""
 """Laws that make a material unusable; refused where a section uses it."""
@@ -94,7 +56,41 @@ OTHER_SECTIONS = """SHELLSECTION SHELLGENERALSECTION BEAMSECTION BEAMGENERALSECT
     MEMBRANESECTION SURFACESECTION GASKETSECTION COHESIVESECTION"""
 """Sections of elements that are no solids: refused where these share nodes with solids, else listed."""
 
-KEYWORDS.rows(" ".join((_LOADS, _DEFINITIONS, _PROCEDURES, _OUTPUT)), Verdict.HARMLESS)
+KEYWORDS = Table(
+    ("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters"),
+    ("SYSTEM", Verdict.INCOMPLETE, "rotates the nodes that follow; write nodes in global rectangular coordinates"),
+    ("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE),
+    ("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE),
+    ("NETWORKMPC", Verdict.COUPLING, _TIES),
+    ("TIEDCONTACT", Verdict.COUPLING, "glues surfaces together"),
+    ("CONTACTPAIR CONTACT CLEARANCE", Verdict.COUPLING, "holds surfaces in contact"),
+    ("KINEMATICCOUPLING", Verdict.COUPLING, _REFERENCE),
+    ("EMBEDDEDELEMENT SHELLTOSOLIDCOUPLING", Verdict.COUPLING, "ties elements into others"),
+    ("PRE-TENSIONSECTION PRETENSIONSECTION", Verdict.COUPLING, "cuts a bolt and couples its halves"),
+    ("FASTENER", Verdict.COUPLING, "joins surfaces by fasteners"),
+    ("RELEASE", Verdict.COUPLING, "releases rotations"),
+    ("INERTIARELIEF", Verdict.COUPLING, "balances loads by accelerations"),
+    ("MODELCHANGE", Verdict.COUPLING, "takes elements or contacts out or puts them in"),
+    ("SUBMODEL", Verdict.COUPLING, "moves nodes by the results of another model"),
+    ("FOUNDATION", Verdict.COUPLING, "supports faces by an elastic foundation"),
+    ("IMPEDANCE SIMPEDANCE", Verdict.COUPLING, _MEDIUM),
+    ("NONSTRUCTURALMASS", Verdict.COUPLING, "gives mass that is not read"),
+    ("JOINT CONNECTORSECTION GAP BUSHING", Verdict.COUPLING, _gives("stiffness to gaps or connectors")),
+    ("REBAR REBARLAYER", Verdict.COUPLING, _gives("stiffness and mass to reinforcements")),
+    ("ACOUSTICMEDIUM", Verdict.COUPLING, _gives("stiffness and mass to a fluid")),
+    ("USERELEMENT UELPROPERTY USERSECTION", Verdict.COUPLING, _gives("stiffness and mass to user elements")),
+    ("SUBSTRUCTUREPROPERTY", Verdict.COUPLING, _gives("stiffness and mass to substructures")),
+    ("MATRIX MATRIXINPUT MATRIXASSEMBLE", Verdict.COUPLING, "gives stiffness and mass by matrices"),
+    ("DAMPING MODALDAMPING GLOBALDAMPING", Verdict.APPROXIMATED, _DAMPING),
+    ("CHANGEMATERIAL", Verdict.APPROXIMATED, "is left out: the materials of the model stay"),
+    ("CHANGESOLIDSECTION", Verdict.APPROXIMATED, "is left out: the sections of the model stay"),
+    ("COMPLEXFREQUENCY", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
+    ("PLASTIC CYCLICHARDENING DEFORMATIONPLASTICITY CREEP POTENTIAL", Verdict.APPROXIMATED, _LINEAR),
+    ("RATEDEPENDENT SWELLING ANNEALTEMPERATURE DAMAGEINITIATION DAMAGEEVOLUTION", Verdict.APPROXIMATED, _LINEAR),
+    ("DRUCKERPRAGER CAPPLASTICITY", Verdict.APPROXIMATED, _LINEAR),
+    (" ".join((_LOADS, _DEFINITIONS, _PROCEDURES, _OUTPUT)), Verdict.HARMLESS, ""),
+)
+"""Every keyword: those that are read are entered by the functions that read them."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,39 +28,36 @@ _HARMLESS_WORDS = """
     SECSTOP TBDATA TBTEMP TBFIELD TBPT TBLIST TBDELE TBCOPY TBIN MPLIB UIMP KEYW PARSAV PARRES ESHAPE
     MSHAPE MSHKEY KEYPTS STARSET NUMCMP ETCONTROL"""
 
-COMMANDS = Table()
+
+COMMANDS = Table(
+    (_HARMLESS_WORDS, Verdict.HARMLESS, ""),
+    ("CEQN CEINTF CERIG CESGEN CECYC", Verdict.COUPLING, _TIES),
+    ("CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES),
+    ("NROTAT NANG", Verdict.COUPLING, "rotates the directions of nodes"),
+    ("EKILL", Verdict.COUPLING, "takes elements out"),
+    ("DJ", Verdict.COUPLING, "moves joints"),
+    ("ISTRESS INISTATE", Verdict.COUPLING, "sets stresses that stiffen the structure"),
+    ("DDELE", Verdict.COUPLING, "takes supports away"),
+    ("NUMMRG", Verdict.COUPLING, "merges nodes"),
+    ("E EN EMORE", Verdict.COUPLING, "adds an element outside of the element blocks, which is not read"),
+    ("EMODIF EDELE NMODIF NDELE NSCALE EGEN ENGEN NGEN", Verdict.COUPLING, "changes the mesh that was read"),
+    ("MPCHG MPDELE", Verdict.COUPLING, "changes the materials that were read"),
+    ("DSYM DK DL DA", Verdict.COUPLING, "holds what lies on a plane or a body, which is not read"),
+    ("CDREAD /INPUT *USE", Verdict.INCOMPLETE, _MISSING),
+    ("MPAMOD", Verdict.APPROXIMATED, "is left out"),
+)
 """Every command: those that are read are entered by what reads them. What stands neither here nor in ``ZERO`` is named
 as not understood.
 """
 
-COMMANDS.rows(_HARMLESS_WORDS, Verdict.HARMLESS)
-COMMANDS.rows("CEQN CEINTF CERIG CESGEN CECYC", Verdict.COUPLING, _TIES)
-COMMANDS.rows("CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES)
-COMMANDS.rows("NROTAT", Verdict.COUPLING, "rotates the directions of nodes")
-COMMANDS.rows("NANG", Verdict.COUPLING, "rotates the directions of nodes")
-COMMANDS.rows("EKILL", Verdict.COUPLING, "takes elements out")
-COMMANDS.rows("DJ", Verdict.COUPLING, "moves joints")
-COMMANDS.rows("ISTRESS", Verdict.COUPLING, "sets stresses that stiffen the structure")
-COMMANDS.rows("INISTATE", Verdict.COUPLING, "sets stresses that stiffen the structure")
-COMMANDS.rows("DDELE", Verdict.COUPLING, "takes supports away")
-COMMANDS.rows("NUMMRG", Verdict.COUPLING, "merges nodes")
-COMMANDS.rows("E EN EMORE", Verdict.COUPLING, "adds an element outside of the element blocks, which is not read")
-COMMANDS.rows("EMODIF EDELE NMODIF NDELE NSCALE EGEN ENGEN NGEN", Verdict.COUPLING, "changes the mesh that was read")
-COMMANDS.rows("MPCHG MPDELE", Verdict.COUPLING, "changes the materials that were read")
-COMMANDS.rows("DSYM DK DL DA", Verdict.COUPLING, "holds what lies on a plane or a body, which is not read")
-COMMANDS.rows("CDREAD", Verdict.INCOMPLETE, _MISSING)
-COMMANDS.rows("/INPUT", Verdict.INCOMPLETE, _MISSING)
-COMMANDS.rows("*USE", Verdict.INCOMPLETE, _MISSING)
-COMMANDS.rows("MPAMOD", Verdict.APPROXIMATED, "is left out")
-
-ZERO = Table()
-ZERO.rows("ALPHAD BETAD DMPRAT DMPSTR MDAMP", Verdict.APPROXIMATED, _DAMPING)
-ZERO.rows("OMEGA CMOMEGA CGOMGA CGOMEGA", Verdict.APPROXIMATED, _ROTATES)
-ZERO.rows("CORIOLIS", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
-ZERO.rows("LUMPM", Verdict.APPROXIMATED, "asks for lumped masses; consistent ones are used")
-ZERO.rows("SSTIF", Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out")
-ZERO.rows("PSTRES", Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out")
-ZERO.rows("IRLF", Verdict.COUPLING, "balances loads by accelerations")
+ZERO = Table(
+    ("ALPHAD BETAD DMPRAT DMPSTR MDAMP", Verdict.APPROXIMATED, _DAMPING),
+    ("OMEGA CMOMEGA CGOMGA CGOMEGA", Verdict.APPROXIMATED, _ROTATES),
+    ("CORIOLIS", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
+    ("LUMPM", Verdict.APPROXIMATED, "asks for lumped masses; consistent ones are used"),
+    ("SSTIF PSTRES", Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out"),
+    ("IRLF", Verdict.COUPLING, "balances loads by accelerations"),
+)
 """Commands that matter with numbers other than 0 only."""
 
 _GEOMETRY = re.compile(r".{72}[SGDPT] *\d+\s*$")

@@ -21,24 +21,24 @@ SYSTEMS = " ".join(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
 SETS = "ASET BSET CSET QSET"
 """What the analysis set is made of: boundary and generalised degrees of freedom."""
 
-CARDS = Table()
-"""Cards that mean the same beside matrices and in a mesh; those that are read are entered by what reads them."""
 
 MATRIX_CARDS = Table()
 """Cards that are read beside matrices alone."""
 
-CARDS.rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one")
-CARDS.rows("SUPER", Verdict.INCOMPLETE, _SUPER)
-CARDS.rows("SESET SEELT SEBULK SECONCT SEBNDRY SEEXCLD SELABEL SELOC SEMPLN SETREE SENQSET", Verdict.INCOMPLETE, _SUPER)
-CARDS.rows("SEQSET SEQSET1 SEUSET SEUSET1 SESUP CSUPER CSUPEXT", Verdict.INCOMPLETE, _SUPER)
-CARDS.rows("EPOINT", Verdict.INCOMPLETE, "adds extra points, which are not read; export matrices without them")
-CARDS.rows("AXIC AXIF RINGAX RINGFL GRIDB GRIDF GRIDS POINTAX", Verdict.INCOMPLETE, "is of a model that is no solid")
-CARDS.rows("MPCAX", Verdict.COUPLING, "ties degrees of freedom to each other")
-CARDS.rows("CYJOIN CYSYM CYAX", Verdict.COUPLING, "ties the two sides of a sector to each other")
-CARDS.rows("RBAR1 RBE1 RBE2GS RROD RTRPLT RTRPLT1 RJOINT", Verdict.COUPLING, "couples nodes rigidly")
-CARDS.rows("RSPLINE RSSCON", Verdict.COUPLING, "couples nodes by a spline")
-CARDS.rows("SPCD SPCR SPCAX", Verdict.COUPLING, "prescribes a motion")
-CARDS.rows("SPCOFF SPCOFF1", Verdict.COUPLING, "takes supports away")
+CARDS = Table(
+    ("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one"),
+    ("SUPER SEQSET SEQSET1 SEUSET SEUSET1 SESUP CSUPER CSUPEXT", Verdict.INCOMPLETE, _SUPER),
+    ("SESET SEELT SEBULK SECONCT SEBNDRY SEEXCLD SELABEL SELOC SEMPLN SETREE SENQSET", Verdict.INCOMPLETE, _SUPER),
+    ("EPOINT", Verdict.INCOMPLETE, "adds extra points, which are not read; export matrices without them"),
+    ("AXIC AXIF RINGAX RINGFL GRIDB GRIDF GRIDS POINTAX", Verdict.INCOMPLETE, "is of a model that is no solid"),
+    ("MPCAX", Verdict.COUPLING, "ties degrees of freedom to each other"),
+    ("CYJOIN CYSYM CYAX", Verdict.COUPLING, "ties the two sides of a sector to each other"),
+    ("RBAR1 RBE1 RBE2GS RROD RTRPLT RTRPLT1 RJOINT", Verdict.COUPLING, "couples nodes rigidly"),
+    ("RSPLINE RSSCON", Verdict.COUPLING, "couples nodes by a spline"),
+    ("SPCD SPCR SPCAX", Verdict.COUPLING, "prescribes a motion"),
+    ("SPCOFF SPCOFF1", Verdict.COUPLING, "takes supports away"),
+)
+"""Cards that mean the same beside matrices and in a mesh; those that are read are entered by what reads them."""
 _IN_THE_MATRICES = re.compile(
     r"[BCDP][A-Z0-9]+|MAT[A-Z0-9]*|EIG[A-Z]*|TAB[A-Z0-9]+|FORCE\d?|MOMENT\d?|[RT]?LOAD\d?|GRAV|ACCEL\d?|RFORCE|LSEQ|FREQ\d?|"
     r"TSTEP[A-Z]*|TEMP[A-Z0-9]*|[QU]?SET\d?|NSM[A-Z0-9]*|NLP[A-Z]*|MDLPRM|SUPORT\d?|OMIT\d?|TF|GENEL|MFLUID|ECHO[A-Z]*|"

@@ -39,20 +39,19 @@ SAME = {"CTETRA"}
 
 _OTHERS = """CELAS3 CELAS4 CMASS1 CMASS3 CMASS4 CONM1 CDAMP1 CDAMP2 CDAMP3 CDAMP4 CVISC GENEL TF DMIG DMIJ
     NSM NSM1 NSML NSML1"""
-MESH_CARDS = Table()
+MESH_CARDS = Table(
+    (_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read"),
+    ("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact"),
+    ("SUPORT SUPORT1", Verdict.HARMLESS, ""),
+    ("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
+    ("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
+    ("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
+    ("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
+    ("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
+)
 """Cards that mean something in a mesh alone, beside those of CARDS, and with the patterns below; what stands nowhere is
 named as not understood.
 """
-MESH_CARDS.rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read")
-MESH_CARDS.rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact")
-MESH_CARDS.rows("SUPORT SUPORT1", Verdict.HARMLESS)
-MESH_CARDS.rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out")
-MESH_CARDS.rows(
-    "MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"
-)
-MESH_CARDS.rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic")
-MESH_CARDS.rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out")
-MESH_CARDS.rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio")
 _ELEMENT = re.compile(
     r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|GAP|SHEAR|BEND|WELD|FAST|SEAM|RAC|HEX|PEN|TET|AERO|FLUID|HA|HB)"
 )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import issparse
 
 from slipstick.errors import InputError
 from slipstick.importers.findings import DAMAGED, refused
@@ -33,7 +34,7 @@ def read_matrix(path: Path, *, limit: int = LARGEST_ARCHIVE) -> Matrix:
     if path.suffix.lower() not in readers:
         raise refused(path.name, found=f"a file of type '{path.suffix}'", expected=".npz or .mtx")
     matrix = readers[path.suffix.lower()](path, limit)
-    values = matrix.data if hasattr(matrix, "tocsr") else matrix
+    values = matrix.data if issparse(matrix) else matrix
     if not np.all(np.isfinite(values)):
         raise refused(path.name, "holds values that are not finite", expected="finite real numbers")
     return matrix

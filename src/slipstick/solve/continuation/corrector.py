@@ -44,8 +44,6 @@ class Corrector:
         self.evaluations = self.solves = 0
         self.context: Any = None
         self.beside: Jacobian | None = None
-        self._latest: tuple[Any, HermiteSegment | None] = ((None, None, None), None)
-        self._latest_angle: tuple[Any, float] = ((None, None, None), 0.0)
 
     def _evaluate(self, x: Array, parameter: float, context: Any = None) -> Any:
         context = self.context if context is None else context
@@ -191,25 +189,16 @@ class Corrector:
         return tangent / self.metric.length(tangent), jacobian.sign()
 
     def segment(self, first: Step, second: Step) -> HermiteSegment:
-        """The cubic between two neighbouring points in the present metric; the latest is remembered."""
+        """The cubic between two neighbouring points in the present metric."""
         metric = self.metric
-        (one, other, weights), segment = self._latest
-        if segment is not None and one is first and other is second and weights is metric.weights:
-            return segment
         turn = self.angle(first.tangent, second.tangent)
         length = metric.length(second.state - first.state) * (1.0 + turn * turn / 24.0)
         rates = length / metric.length(first.tangent), length / metric.length(second.tangent)
-        segment = HermiteSegment(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
-        self._latest = (first, second, metric.weights), segment
-        return segment
+        return HermiteSegment(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
 
     def angle(self, a: Array, b: Array) -> float:
-        """Scaled angle between two tangents (N + 1,); the latest is remembered."""
-        (one, other, weights), angle = self._latest_angle
-        if not (one is a and other is b and weights is self.metric.weights):
-            angle = angle_of(self.metric.cosine(a, b))
-            self._latest_angle = (a, b, self.metric.weights), angle
-        return angle
+        """Scaled angle between two tangents (N + 1,)."""
+        return angle_of(self.metric.cosine(a, b))
 
     def is_kink(self, first: Step, second: Step) -> bool:
         """Whether two points with different tangents lie on the two straight sides of one corner.

@@ -305,16 +305,6 @@ def judge_served(
         _judge(worst, force or not want.reach, partial(below, worst.needed), where)
 
 
-def estimate_error(
-    reduction: Reduction, K: Matrix, M: Matrix, frequencies: Reals, *, solver: str | None = None
-) -> dict[float, float]:
-    """:func:`receptance_error` of a reduction, by frequency."""
-    return {
-        float(omega): receptance_error(reduction.structure, reduction.directions, K, M, float(omega), solver=solver)
-        for omega in np.atleast_1d(np.asarray(frequencies, dtype=float))
-    }
-
-
 def receptance_error(
     structure: ModalStructure, directions: Matrix, K: Matrix, M: Matrix, omega: float, *, solver: str | None = None
 ) -> float:
