@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import acos
+from math import acos, inf, isfinite, sqrt
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy import ndarray
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
-from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 _VANISHED = 1e-12
@@ -125,14 +125,14 @@ class Metric:
     """
 
     def __init__(self, scaling: ArclengthScaling, x: Array, parameter_range: float, typical: Scalars = 1.0) -> None:
-        self._scaling, self._count = scaling, x.shape[-1]
+        self._scaling, self._shape = scaling, (*x.shape[:-1], x.shape[-1] + 1)
         self._parameter = 1.0 / (scaling.parameter if scaling.parameter is not None else parameter_range)
-        self._shares = np.ones((self._count // scaling.rows, 2))
+        self._shares = np.ones((x.shape[-1] // scaling.rows, 2))
         """Of the squares of a row in its whole size, and in that of what is judged."""
         if scaling.judged is not None:
             self._shares[:, 1] = scaling.judged
         if scaling.x is None and not scaling.adaptive:
-            typical = _one_if_zero(norms(x))
+            typical = one_if_zero(norms(x))
         one = typical / typical
         self._unit = 1.0 / (column(typical) if scaling.x is None else np.asarray(scaling.x, dtype=float))
         self.measure = Measure(typical, one, one, 0.0 * one)
@@ -149,8 +149,9 @@ class Metric:
         return self._factors(self._unit / column(self.measure.present))
 
     def _factors(self, of_unknowns: Array) -> Array:
-        out = np.empty((*np.shape(self.measure.size), self._count + 1))
-        out[..., :-1], out[..., -1] = of_unknowns, self._parameter
+        out = np.empty(self._shape)
+        out[..., :-1] = of_unknowns
+        out[..., -1] = self._parameter
         return out
 
     def renewed(self, x: Array) -> Metric:
@@ -160,17 +161,18 @@ class Metric:
         typical, _, _, largest = self.measure
         magnitude = norms(x * self._unit)
         largest = larger(largest, magnitude)
-        size, present = (larger(part * largest, magnitude) for part in (self._scaling.floor, _VANISHED))
-        return self.measuring(Measure(typical, _one_if_zero(size), _one_if_zero(present), largest))
+        size, present = larger(self._scaling.floor * largest, magnitude), larger(_VANISHED * largest, magnitude)
+        return self.measuring(Measure(typical, one_if_zero(size), one_if_zero(present), largest))
 
     def measuring(self, measure: Measure) -> Metric:
         """The metric with other magnitudes."""
         other = Metric.__new__(Metric)
-        other.__dict__.update(self.__dict__)
-        other._forget()
-        if self._scaling.x is None and measure.typical is not self.measure.typical:
-            other._unit = 1.0 / column(measure.typical)
-        other.measure = measure
+        other._scaling, other._parameter, other._shares = self._scaling, self._parameter, self._shares
+        other._unit, other._shape, other.measure = self._unit, self._shape, measure
+        if measure.typical is not self.measure.typical:  # of other states
+            other._shape = (*np.shape(measure.typical), self._shape[-1])
+            if self._scaling.x is None:
+                other._unit = 1.0 / column(measure.typical)
         return other
 
     def at(self, which: Any) -> Metric:
@@ -187,12 +189,8 @@ class Metric:
         """Replace, in place, the magnitudes of some of k states."""
         for part, new in zip(self.measure[1:], those.measure[1:], strict=True):
             part[which] = new
-        self._forget()
-
-    def _forget(self) -> None:
-        """Forget the factors of other magnitudes."""
-        self.__dict__.pop("weights", None)
-        self.__dict__.pop("inverse", None)
+        for made in ("weights", "inverse"):
+            self.__dict__.pop(made, None)
 
     def length(self, z: Array) -> Scalars:
         """Scaled lengths of vectors."""
@@ -205,14 +203,10 @@ class Metric:
 
     def sizes(self, *states: Array) -> Array:
         """Sizes (..., rows) of each row of what is judged, the largest of the states."""
-        squares = [self._squares(z) for z in states]
-        largest = np.maximum.reduce(squares) if len(squares) > 1 else squares[0]
+        x = np.array(states)[..., :-1] * self._unit
+        squares = (x * x).reshape(*x.shape[:-1], self._scaling.rows, -1) @ self._shares
+        largest = squares.max(axis=0) if len(states) > 1 else squares[0]
         return own_sizes(largest[..., 1], largest[..., 0])
-
-    def _squares(self, z: Array) -> Array:
-        """Squares (..., rows, 2) of each row: as a whole, and of what is judged."""
-        x = z[..., :-1] * self._unit
-        return (x * x).reshape(*x.shape[:-1], self._scaling.rows, -1) @ self._shares
 
     def judged(self, changes: Array, sizes: Array) -> Array:
         """Changes (..., N + 1) over the ``sizes`` (..., rows) of their rows, the largest of each."""
@@ -232,7 +226,7 @@ def own_sizes(square: Array, whole: Array) -> Array:
     return np.asarray(np.maximum(np.sqrt(square), least) + _TINY)
 
 
-# what tells one state from k
+# primitives: what tells one state from k
 
 
 def dots(a: Array, b: Array) -> Scalars:
@@ -243,35 +237,44 @@ def dots(a: Array, b: Array) -> Scalars:
 def norms(z: Array) -> Scalars:
     """Euclidean norms of vectors (..., n); inf where not finite."""
     if z.ndim == 1:
-        return norm(z)
+        square = float(z.dot(z))
+        return sqrt(square) if isfinite(square) else inf
     with np.errstate(over="ignore", invalid="ignore"):
-        square = np.vecdot(z, z)
-    return np.sqrt(np.where(np.isfinite(square), square, np.inf))
+        return np.sqrt(np.fmin(np.vecdot(z, z), inf))
 
 
 def column(factors: Scalars) -> Scalars:
     """Factors, one a state, as they multiply vectors (..., n)."""
-    return factors[:, None] if isinstance(factors, np.ndarray) else factors
+    return factors[:, None] if isinstance(factors, ndarray) else factors
 
 
 def larger(a: Scalars, b: Scalars) -> Scalars:
     """The larger of two scalars, of which the second is of each state."""
-    return np.maximum(a, b) if isinstance(b, np.ndarray) else max(a, b)
+    if isinstance(b, ndarray):
+        return np.maximum(a, b)
+    return b if b > a else a
 
 
 def smaller(a: Scalars, b: Scalars) -> Scalars:
     """The smaller of two scalars of each state, of which the second is of each state."""
-    return np.minimum(a, b) if isinstance(b, np.ndarray) else min(a, b)
+    if isinstance(b, ndarray):
+        return np.minimum(a, b)
+    return b if b < a else a
 
 
 def chosen(which: Marks, one: Scalars, other: Scalars) -> Scalars:
     """The one where ``which`` says so, else the other."""
-    return np.where(which, one, other) if isinstance(which, np.ndarray) else one if which else other
+    return np.where(which, one, other) if isinstance(which, ndarray) else one if which else other
+
+
+def one_if_zero(size: Scalars) -> Scalars:
+    """Sizes, 1 where there is none."""
+    return np.where(size == 0.0, 1.0, size) if isinstance(size, ndarray) else size or 1.0
 
 
 def angle_of(cosine: Scalars) -> Scalars:
     """Angles of cosines that may be beyond 1 by rounding."""
-    if isinstance(cosine, np.ndarray):
+    if isinstance(cosine, ndarray):
         return np.arccos(np.clip(cosine, -1.0, 1.0))
     return acos(max(-1.0, min(1.0, cosine)))
 
@@ -292,7 +295,3 @@ def mixed(shares: Sequence[Scalars], nodes: Array) -> Array:
         return np.array(shares) @ nodes
     p, q, r, s = map(column, shares)
     return np.asarray(p * nodes[:, 0] + q * nodes[:, 1] + r * nodes[:, 2] + s * nodes[:, 3])
-
-
-def _one_if_zero(size: Scalars) -> Scalars:
-    return chosen(size == 0.0, 1.0, size)

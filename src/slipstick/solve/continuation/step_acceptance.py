@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.errors import Reason
-from slipstick.solve.continuation.metric import Marks, Metric, Scalars, chosen, column, dots, norms
+from slipstick.solve.continuation.metric import Marks, Metric, Scalars, chosen, column, dots, larger, norms
 from slipstick.solve.continuation.options import StepOptions
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
@@ -100,7 +100,7 @@ def cubic_distance(
     by_state, by_slope = 0.5 * (state - guess), column(0.125 * length) * turned
     changes = np.array((by_state - by_slope, by_state, by_slope))
     both, of_state, of_slope = metric.judged(changes, metric.sizes(state))
-    return np.maximum(both, REST_OF_BOTH * (of_state + of_slope))
+    return larger(both, REST_OF_BOTH * (of_state + of_slope))
 
 
 def objection(
