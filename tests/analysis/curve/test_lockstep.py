@@ -88,8 +88,10 @@ def hold(found: Branch, problem: ss.Problem, span: tuple[float, float]) -> None:
             expected = alone.table[name].to_numpy()
             scale = max(np.abs(expected).max(), 0.01)  # rounding beside the motion, of order one, is not compared
             error = np.abs(found.table[name].to_numpy() - expected).reshape(len(found), -1).max(axis=1)
-            # a minimum at a corner is known as well as its height asks for
-            assert np.sort(error[solved])[:-2].max() <= 1e-7 * scale, name
+            # a minimum at a corner is known as well as its height asks for; a fraction of the period that begins at a
+            # corner grows as the root of the way from it: a peak there, known to 1e-9 rad/s, gives it to 1e-5
+            limit = np.where(alone.table["kind"].to_numpy() == "peak", 1e-5, 1e-7) if name == "stick_fraction" else 1e-7
+            assert np.sort((error / limit)[solved])[:-2].max() <= scale, name
             assert error.max() <= 2e-4 * scale, name
         estimate, expected = (one.table["truncation"].to_numpy() for one in (found, alone))
         assert np.sum(~np.isclose(estimate, expected, rtol=1e-3, atol=1e-8)) <= 2
