@@ -207,16 +207,14 @@ def results_of(path: Path) -> Path:
     return held[0]
 
 
-def kind_of(path: Path) -> str:
-    """What a file holds: "study", its "curves", "run-up", "fit", or (empty) something else, such as a branch."""
-    from slipstick.io.loading import load_table
+def analysis_in(folder: Path) -> str:
+    """What a folder holds, begun or complete, by its files: "study" or "run_up"; empty for a run, or nothing."""
+    from slipstick.io.journal import journal_of
+    from slipstick.studies.folder import JOURNALS, STUDY_FILE
 
-    if not path.is_file():
-        return ""
-    table = load_table(path)
-    if "study_parameters" in table.attrs:
-        return "study" if "peak_amplitude" in table else "curves"
-    return "run-up" if "section_displacement" in table else "fit" if "standard_error" in table else ""
+    if (folder / STUDY_FILE).exists() or any(folder.glob(JOURNALS)):
+        return "study"
+    return "run_up" if any(path.exists() for path in (folder / PASSED, journal_of(folder / PASSED))) else ""
 
 
 def _text(path: Path) -> str | None:

@@ -22,10 +22,10 @@ from slipstick.io.loading import load, load_dataset, load_table
 from slipstick.io.problem import fingerprint
 from slipstick.results import schema
 from slipstick.results.schema import Layout
-from slipstick.runs.folder import PASSED, FolderOfRun
-from slipstick.runs.passing_through import holds_run_up, load_run_up, run_up_of_case
+from slipstick.runs.folder import PASSED, FolderOfRun, analysis_in
+from slipstick.runs.passing_through import load_run_up, run_up_of_case
 from slipstick.runs.run import UNFINISHED, WEAR, Begun, CaseRun, run_layout
-from slipstick.runs.study import StudyRun, holds_study
+from slipstick.runs.study import StudyRun
 from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
         What is suspicious in the case or the points, what was lost of them, and what ended the run once more.
     """
     path = path_of("resume, folder", folder, "the folder of a run or a study")
-    if path.is_dir() and holds_study(path):
+    if path.is_dir() and analysis_in(path) == "study":
         case = begun_study(path, _doubt)
         if isinstance(case, Case):
             with StudyRun(case, path) as study:
@@ -73,7 +73,7 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
                 study.write()
                 warn([study.failure] if study.failure else [])
         return load_dataset(path / STUDY_FILE)
-    if holds_run_up(path):
+    if analysis_in(path) == "run_up":
         case = begun_run_up(path, _doubt)
         if isinstance(case, Case):
             warn(case.warnings())

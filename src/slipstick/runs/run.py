@@ -22,7 +22,7 @@ from slipstick.io.journal import Recorded
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import ResultStore
 from slipstick.results.record import Point, Recorder
-from slipstick.results.schema import CYCLES, Layout, attributes_of
+from slipstick.results.schema import ANALYSIS, CYCLES, Layout, attributes_of
 from slipstick.results.table import ResultTable
 from slipstick.runs.failures import fault_sentence, os_sentence
 from slipstick.runs.folder import SUBHARMONICS, OutputFolder
@@ -186,6 +186,11 @@ class CaseRun:
             self.folder.complete()
 
     @property
+    def analysis(self) -> str:
+        """The analysis, as results and journals name it."""
+        return WEAR if self.wear else "parameter" if self.case.parameter else "response"
+
+    @property
     def shown_in(self) -> tuple[float, str]:
         """The unit that what is followed is shown in: its size, and how it stands after a number."""
         return (1.0, " cycles") if self.wear else self.case.shown_in
@@ -247,8 +252,8 @@ class CaseRun:
             recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
             self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
             return
-        about = {"case_path": str(self.case.path.resolve()), "problem": fingerprint(problem)}
-        about |= {"analysis": WEAR} if self.wear else {}
+        about = {ANALYSIS: self.analysis, "case_path": str(self.case.path.resolve())}
+        about["problem"] = fingerprint(problem)
         self.store = ResultStore(self.folder.results, layout, problem, about=about)
         self.folder.copy_case()
 
@@ -297,7 +302,9 @@ class CaseRun:
         """What an unfinished file says."""
         unfinished = "unfinished: the run ended before it could say why; every point found is kept"
         parameter = CYCLES if self.wear else self.case.parameter or ""
-        attributes = attributes_of(self.problem, Outcome.INTERRUPTED, unfinished, self.told, parameter=parameter)
+        attributes = attributes_of(
+            self.problem, Outcome.INTERRUPTED, unfinished, self.told, analysis=self.analysis, parameter=parameter
+        )  # fmt: skip
         return {**attributes, **self.case.names}
 
     def _follow_doubled(self) -> None:

@@ -91,6 +91,11 @@ class CurveRequest(Request):
     departure: Departure | None = None
     context: Any = None
 
+    @property
+    def analysis(self) -> str:
+        """Over the frequency or over a parameter."""
+        return "parameter" if self.parameter else "response"
+
     def run(self) -> CurveRun:
         """What follows it."""
         return CurveRun(self)

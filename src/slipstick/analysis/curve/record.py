@@ -154,7 +154,9 @@ class Run(ABC, Generic[R]):
         """
         request, self._listeners = self.request, (*self.request.listeners, *sinks)
         request.problem.warn(request.warnings)
-        attributes = attributes_of(request.problem, self.outcome, "", request.warnings, parameter=request.parameter)
+        attributes = attributes_of(
+            request.problem, self.outcome, "", request.warnings, analysis=request.analysis, parameter=request.parameter
+        )  # fmt: skip
         points = self.points()
         try:
             self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
@@ -197,8 +199,8 @@ class Run(ABC, Generic[R]):
         request, message, seconds = self.request, self.closing, self.seconds
         attributes = attributes_of(
             request.problem, self.outcome, message, [*request.warnings, *self.recorder.besides.sentences],
-            parameter=request.parameter, **self.attributes, seconds=seconds, jacobian=request.balance.backend.name,
-            **requested_attribute(request.requested),
+            analysis=request.analysis, parameter=request.parameter, **self.attributes, seconds=seconds,
+            jacobian=request.balance.backend.name, **requested_attribute(request.requested),
         )  # fmt: skip
         return Stopped(
             outcome=self.outcome, message=message or self.outcome.text, points=self.count, seconds=seconds,

@@ -101,6 +101,8 @@ class Request(ABC):
 
     Attributes
     ----------
+    analysis
+        Name of the analysis, as results and journals say it: "response", "track", "wear" ...
     problem, balance
         What vibrates, as given and made ready.
     parameter
@@ -122,6 +124,11 @@ class Request(ABC):
     options: ContinuationOptions = field(default_factory=ResponseOptions)
     listeners: tuple[EventFunction, ...] = ()
     warnings: Sequence[str] = ()
+
+    @property
+    @abstractmethod
+    def analysis(self) -> str:
+        """Name of the analysis."""
 
     @abstractmethod
     def run(self) -> Run:

@@ -6,7 +6,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -282,6 +282,7 @@ class ModeRecorder(Recorder):
 class ModeRequest(Request):
     """A mode to be followed between two amplitudes at ``dof``; its results are of no problem with loads."""
 
+    analysis: ClassVar[str] = "modes"
     free: FreeProblem
     linear: LinearMode
     number: int

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
 from numbers import Real as Number
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -158,6 +158,7 @@ def one_dof(problem: Problem, dof: Any) -> str:
 class TrackedPeak(Request):
     """A peak to be followed: of the amplitude at ``dof``, between the frequencies ``omega``."""
 
+    analysis: ClassVar[str] = "track"
     omega: tuple[float, float]
     dof: str
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -342,6 +342,7 @@ class WearRequest(Request):
         Of every point that was found already.
     """
 
+    analysis: ClassVar[str] = "wear"
     omega: tuple[float, float]
     dof: str
     depth: Array | None
