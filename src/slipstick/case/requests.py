@@ -6,18 +6,24 @@ Another one is another class here, and its name in :data:`slipstick.case.section
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, PlainValidator
 
 from slipstick.case.table import NotNegative, Positive, Table, is_number, positive_frequency, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import shown, suggestion
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
+    from slipstick.analysis.curve.request import Request
     from slipstick.balance.problem import Problem
+    from slipstick.branch import Branch
+    from slipstick.case.case import Case
+    from slipstick.results.table import ResultTable
 
 
 def _frequencies(value: object) -> tuple[float, float]:
@@ -31,6 +37,8 @@ def _frequencies(value: object) -> tuple[float, float]:
 
 Frequencies = Annotated[tuple[float, float], PlainValidator(_frequencies)]
 Speed = Annotated[float, PlainValidator(positive_frequency)]
+_MOST_LINES = 12
+"""So many contacts are told of."""
 _OMEGA = "the range in which the highest peak is meant, two frequencies; by default that of [response]"
 
 
@@ -47,6 +55,26 @@ class RequestTable(Table):
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """What does not fit the problem; ``swept``: ``[response]`` is over a parameter, not versus frequency."""
+        raise NotImplementedError
+
+    def request(self, case: Case) -> Request:
+        """What is computed."""
+        raise NotImplementedError
+
+    def asked(self, case: Case) -> str:
+        """The same in words."""
+        raise NotImplementedError
+
+    def shown_in(self, case: Case) -> str:
+        """The unit of what is followed, as it stands after a number."""
+        raise NotImplementedError
+
+    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+        """What was found, in sentences, and what a program is told besides."""
+        raise NotImplementedError
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """What draws its figures, by name."""
         raise NotImplementedError
 
 
@@ -201,6 +229,45 @@ class WearTable(RequestTable):
             if self.omega != "peak" and getattr(self, name) is not None:
                 yield Fault(name, 'is for omega = "peak", but a frequency is given', remedy="leave it out")
         yield from _dof_faults(problem, self.dof)
+
+    def request(self, case: Case) -> Request:
+        """Wear at a frequency or at the peak."""
+        from slipstick.analysis.wear.wear import wear_request
+
+        peak = {"range": self.range or case.omega, "dof": self.dof} if self.omega == "peak" else {}
+        return wear_request(
+            case.problem(), self.kappa, (self.start, self.stop), omega=self.omega, depth=self.depth, requested=self.at,
+            method=self.method, tolerance=self.tolerance, max_change=self.max_change, **peak,
+        )  # fmt: skip
+
+    def asked(self, case: Case) -> str:
+        """Over which cycles, at what frequency."""
+        at = "the peak of the response" if self.omega == "peak" else case.frequency_text(self.omega)
+        return f"wear from {self.start:g} to {self.stop:g} cycles at {at}"
+
+    def shown_in(self, case: Case) -> str:
+        """Cycles."""
+        return " cycles"
+
+    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+        """A sentence for each contact that is worn, the deepest first: its depth, and its load at first and at last."""
+        depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
+        length, force = (after_number(data[name].attrs["units"]) for name in ("worn_depth", "normal_load"))
+        last, names = np.nan_to_num(depth[-1]), data["contact"].to_numpy()
+        return [
+            f"{names[i]}: worn {last[i]:.6g}{length}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
+            for i in np.argsort(-last, kind="stable")[:_MOST_LINES]
+            if last[i] > 0.0
+        ], {}
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """Wear over cycles and, of several contacts, on their surface."""
+        from slipstick import plots
+
+        every: dict[str, Callable[[], Any]] = {"wear": lambda: plots.wear(branch)[0]}
+        if branch.table.sizes["contact"] > 1:
+            every["worn_surface"] = lambda: plots.worn_surface(branch)[0]
+        return every
 
 
 class RunUpTable(RequestTable):

@@ -233,7 +233,7 @@ class ShownCurve(RunListener):
 
     def point_kept(self, event: PointKept) -> None:
         """Show where the branch is."""
-        value = float(event.point.parameter) / self._factor
+        value = event.value / self._factor
         if event.point.part != self._part:
             self._part, self._last = event.point.part, None
             where = f"{value:.6g}{self._unit}"
