@@ -235,6 +235,11 @@ class CaseRun:
         return self.outcome.ok and not self.failures
 
     @property
+    def nothing(self) -> bool:
+        """Whether a table gave no point at all: nothing is kept of that, and nothing to go on with."""
+        return bool(self.table) and not self.points and self.begun is None
+
+    @property
     def unfinished(self) -> bool:
         """Whether it can be gone on with."""
         return bool(self.failures) or self.outcome in UNFINISHED
@@ -257,14 +262,16 @@ class CaseRun:
         return self.request.problem if self.table else self.case.problem()
 
     def _open(self, layout: Layout) -> None:
-        problem = self.problem
+        stored, without = (self.request.vibrating, self.request.without) if self.table else (self.problem, "")
         if self.begun is not None:
             recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
-            self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
+            self.store = ResultStore(
+                self.folder.results, recorded.layout, stored, recorded=recorded, keep=keep, without=without
+            )
             return
         about = {ANALYSIS: self.analysis, "case_path": str(self.case.path.resolve())}
-        about["problem"] = fingerprint(problem)
-        self.store = ResultStore(self.folder.results, layout, problem, about=about)
+        about["problem"] = fingerprint(self.problem)
+        self.store = ResultStore(self.folder.results, layout, stored, about=about, without=without)
         self.folder.copy_case()
 
     def _follow(self, listener: RunListener) -> None:

@@ -123,6 +123,8 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     start, stop = (value / factor for value in run.span)
     with termination_as_interrupt(), curve_display(start, stop, unit, quiet=options.quiet) as display:
         run.compute(ShownCurve(run, display))
+    if run.nothing:
+        run.folder.discard()
     if options.figures and (run.table or options.wanted.names) and run.points > 1 and not run.failures:
         _draw(run, options.wanted)
     if options.report and run.points:
@@ -165,7 +167,8 @@ def _answer(run: CaseRun) -> Answer:
     if run.table and run.points:
         results |= run.case.further[run.table].told(run.case, run.found)[1]
     doubled = {"subharmonics": _doubled(run)} if run.doubles else {}
-    return {**case_answer(run.case), **ended, **said, **results, **doubled, **files_in(run.folder.work)}
+    files = {} if run.nothing else files_in(run.folder.work)
+    return {**case_answer(run.case), **ended, **said, **results, **doubled, **files}
 
 
 def _draw(run: CaseRun, wanted: Wanted) -> None:
@@ -276,8 +279,9 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
         options.tell(f"{run.points} points, {iterations} Newton iterations, {duration(run.seconds)}")
     if not run.failures:
         say(run.text)
-    say(f"results in {folder.work}{'/' if run.points else ': no point was found'}")
-    if run.unfinished:
+    if not run.nothing:
+        say(f"results in {folder.work}{'/' if run.points else ': no point was found'}")
+    if run.unfinished and not run.nothing:
         say(f"go on with: slipstick resume {folder.folder}")
     if folder.replaces:
         complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
