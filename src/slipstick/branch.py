@@ -27,8 +27,9 @@ from slipstick.results.foreign import is_dataset
 from slipstick.results.notebook import branch_html
 from slipstick.results.peaks import peak_points
 from slipstick.results.saved_table import write_table
-from slipstick.results.schema import CYCLES, LARGEST
+from slipstick.results.schema import LARGEST
 from slipstick.results.table import ResultTable
+from slipstick.results.view import analysis_of
 from slipstick.state.thermal.model import HeatedContacts
 from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics
@@ -594,7 +595,7 @@ class Branch:
         Of wear over cycles the contacts have the gaps that they have there, and wear no further.
         """
         problem, name = self._known_problem, str(self.table.attrs.get("parameter", ""))
-        if name == CYCLES:
+        if analysis_of(self.table) == "wear":
             return _worn(problem, self.table["worn_depth"].to_numpy()[point])
         if name:
             problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))

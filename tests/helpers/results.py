@@ -20,7 +20,7 @@ LAYOUT = Layout(
         "count": Declared((), "1", "count", whole=True),
         "kind": Declared((), "1", "kind of point", texts=("start", "end")),
     },
-    attributes={"case": "format = 1\n" + "# a long case\n" * 8000},
+    attributes={"analysis": "response", "case": "format = 1\n" + "# a long case\n" * 8000},
 )
 
 

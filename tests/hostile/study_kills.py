@@ -20,7 +20,8 @@ from slipstick.cli.verbs.resume import resume_run
 from slipstick.cli.verbs.study import run_study
 from slipstick.io.journal import read_journal
 from slipstick.io.loading import load_dataset
-from slipstick.runs.study import Spread, holds_study
+from slipstick.runs.folder import analysis_in
+from slipstick.runs.study import Spread
 from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, StudyFolder
 
 STUDY = (
@@ -54,7 +55,8 @@ def main(count: int, folder: Path, seed: int) -> None:
         kept = len(read_journal(journal).rows) if journal.exists() else stored
         assert stored <= kept <= stored + 1, (stored, kept)
         found.append(stored)
-        if not (out.exists() and holds_study(out)):  # killed before there was anything; its lock holds nobody up
+        if not (out.exists() and analysis_in(out) == "study"):
+            # killed before there was anything; its lock holds nobody up
             work()
         elif rng.random() < 0.5:
             killed(lambda out=out: resume_run(out, QUIET), rng.uniform(0.0, length), STORED)

@@ -8,6 +8,7 @@ from helpers.reports import branch, decoded
 
 import slipstick as ss
 from slipstick.report.curves import curves_of, meaning, without_rounding
+from slipstick.results.view import VIEWS
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +18,7 @@ def made() -> ss.Branch:
 
 def test_curves_say_what_varies_with_units_and_totals(made: ss.Branch) -> None:
     kept = {"dof": np.array([0, 2]), "contact": np.array([1])}
-    curves = {curve["key"]: curve for curve in curves_of(made, kept, "response")}
+    curves = {curve["key"]: curve for curve in curves_of(made, kept, VIEWS["response"])}
     assert list(curves)[:3] == ["amplitude", "mean", "phase"]
     assert {"friction_coefficient", "stick_fraction", "truncation"} <= set(curves)
     assert "temperature" not in curves  # nothing is heated
@@ -48,4 +49,4 @@ def test_a_mean_that_is_rounding_is_zero() -> None:
 
 def test_nothing_of_contacts_where_there_are_none(made: ss.Branch) -> None:
     none = {"dof": np.array([0]), "contact": np.array([], dtype=int)}
-    assert {curve["over"] for curve in curves_of(made, none, "response")} == {"dof", ""}
+    assert {curve["over"] for curve in curves_of(made, none, VIEWS["response"])} == {"dof", ""}

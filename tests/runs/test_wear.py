@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ import pytest
 from helpers.wear_case import CASE
 
 import slipstick as ss
+from slipstick.analysis.events import PointFound
 from slipstick.case.case import Case
+from slipstick.io.journal import packed_notes, unpacked
 from slipstick.runs.folder import OutputFolder
 from slipstick.runs.run import CaseRun, PointKept, RunListener
 
@@ -30,7 +33,7 @@ class Killed(RunListener):
 
 def run(folder: Path, omega: str, listener: RunListener | None = None) -> None:
     case = Case.from_text(CASE.replace("OMEGA", omega), folder.parent / "case.toml")
-    CaseRun(case, OutputFolder(folder, case_path=case.path, case_text=case.text), wear=True).compute(listener)
+    CaseRun(case, OutputFolder(folder, case_path=case.path, case_text=case.text), table="wear").compute(listener)
 
 
 @pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -55,7 +58,7 @@ def test_a_killed_run_goes_on_to_the_same_points(tmp_path: Path, omega: str) -> 
 
 
 def test_results_come_back_with_their_problem(tmp_path: Path) -> None:
-    branch = Case.from_text(CASE.replace("OMEGA", '"10 rad/s"'), tmp_path / "case.toml").wear().branch()
+    branch = Case.from_text(CASE.replace("OMEGA", '"10 rad/s"'), tmp_path / "case.toml").asks("wear").branch()
     branch.save(tmp_path / "r.nc")
     again = ss.load(tmp_path / "r.nc")
     assert again.dataset["cycles"].attrs["long_name"] == "cycles of vibration"
@@ -68,3 +71,21 @@ def test_results_come_back_with_their_problem(tmp_path: Path) -> None:
     assert here[-1] == pytest.approx(there[0], rel=1e-9)
     assert abs(here[-1] / here[0] - 1.0) > 0.05
     assert again.check_in_time(len(again) - 1).relative_difference < 1e-3
+
+
+def test_notes_of_journals_written_before_are_read(tmp_path: Path) -> None:
+    """They called what is followed cycles, and said nothing of part and whether a run goes on from there."""
+    request = Case.from_text(CASE.replace("OMEGA", "10.0"), tmp_path / "case.toml").asks("wear")
+    heard: list[PointFound] = []
+    listen = lambda event: heard.append(event) if isinstance(event, PointFound) else None  # noqa: E731
+    for _ in replace(request, listeners=(listen,)).run().follow():
+        if len(heard) == 3:
+            break
+    kept = heard[-1].checkpoint
+    assert kept is not None
+    plain = unpacked(packed_notes(kept.plain()))
+    before = {name: value for name, value in plain.items() if name not in ("value", "part", "goes_on")}
+    again = request.checkpoint({**before, "cycles": plain["value"]})
+    assert again.goes_on
+    assert (again.value, again.part, again.seconds) == (kept.value, kept.part, kept.seconds)
+    assert {name: repr(value) for name, value in again.own.items()} == {n: repr(v) for n, v in kept.own.items()}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.curve.resume import Checkpoint
+from slipstick.analysis.checkpoint import Checkpoint
 from slipstick.balance.start import Searching, StrategyTried
 from slipstick.errors import Outcome
 from slipstick.results.record import Point, Recorder

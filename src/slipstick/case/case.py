@@ -41,9 +41,8 @@ from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
-    from slipstick.analysis.curve.request import ResponseOptions
+    from slipstick.analysis.curve.request import Request, ResponseOptions
     from slipstick.analysis.events import EventFunction
-    from slipstick.analysis.wear.wear import WearRequest
     from slipstick.balance.balance import Balance
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
@@ -397,16 +396,12 @@ class Case:
             return frequency_request(self.problem(), self.span, *arguments)
         return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *arguments)
 
-    def wear(self) -> WearRequest:
-        """What ``[wear]`` asks for, to be followed."""
-        from slipstick.analysis.wear.wear import wear_request
-
-        asked = self.further["wear"]
-        peak = {"range": asked.range or self.omega, "dof": asked.dof} if asked.omega == "peak" else {}
-        return wear_request(
-            self.problem(), asked.kappa, (asked.start, asked.stop), omega=asked.omega, depth=asked.depth,
-            requested=asked.at, method=asked.method, tolerance=asked.tolerance, max_change=asked.max_change, **peak,
-        )  # fmt: skip
+    def asks(self, table: str = "") -> Request:
+        """What a table of that name asks for, or ``[response]`` without a name, to be computed."""
+        if not table:
+            return self.curve()
+        request: Request = self.further[table].request(self)
+        return request
 
     def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""

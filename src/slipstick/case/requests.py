@@ -6,18 +6,24 @@ Another one is another class here, and its name in :data:`slipstick.case.section
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, PlainValidator
 
 from slipstick.case.table import NotNegative, Positive, Table, is_number, positive_frequency, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import shown, suggestion
+from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
+    from slipstick.analysis.curve.request import Request
     from slipstick.balance.problem import Problem
+    from slipstick.branch import Branch
+    from slipstick.case.case import Case
+    from slipstick.results.table import ResultTable
 
 
 def _frequencies(value: object) -> tuple[float, float]:
@@ -31,6 +37,8 @@ def _frequencies(value: object) -> tuple[float, float]:
 
 Frequencies = Annotated[tuple[float, float], PlainValidator(_frequencies)]
 Speed = Annotated[float, PlainValidator(positive_frequency)]
+_MOST_LINES = 12
+"""So many contacts are told of."""
 _OMEGA = "the range in which the highest peak is meant, two frequencies; by default that of [response]"
 
 
@@ -47,6 +55,26 @@ class RequestTable(Table):
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """What does not fit the problem; ``swept``: ``[response]`` is over a parameter, not versus frequency."""
+        raise NotImplementedError
+
+    def request(self, case: Case) -> Request:
+        """What is computed."""
+        raise NotImplementedError
+
+    def asked(self, case: Case) -> str:
+        """The same in words."""
+        raise NotImplementedError
+
+    def shown_in(self, case: Case) -> str:
+        """The unit of what is followed, as it stands after a number."""
+        raise NotImplementedError
+
+    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+        """What was found, in sentences, and what a program is told besides."""
+        raise NotImplementedError
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """What draws its figures, by name."""
         raise NotImplementedError
 
 
@@ -69,6 +97,42 @@ class TrackTable(RequestTable):
         yield from _omega_faults(self.omega, swept)
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
+
+    def request(self, case: Case) -> Request:
+        """The peak to be followed, by default in the range of ``[response]``."""
+        from slipstick.analysis.peaks.tracking import tracked_peak
+
+        omega = case.span if self.omega is None else self.omega
+        return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.dof, self.at, None)
+
+    def asked(self, case: Case) -> str:
+        """Which peak, over what."""
+        return f"the peak over {self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
+
+    def shown_in(self, case: Case) -> str:
+        """That of the parameter."""
+        from slipstick.balance.parameters import parameter_units
+
+        return case.problem().units.after(parameter_units(case.problem(), self.parameter))
+
+    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+        """Optima, turning points and ties."""
+        value, kinds = data["parameter"].to_numpy(), data["kind"].to_numpy()
+        dof, unit = str(data.attrs["peak_of"]), after_number(str(data["parameter"].attrs.get("units", "")))
+        marked = np.flatnonzero(np.isin(kinds, ("optimum", "turning point", "tie")))
+        peaks = [_peak(data, dof, int(k)) for k in marked]
+        lines = [
+            f"{kinds[k]}: {self.parameter} = {value[k]:.6g}{unit}, {_peak_text(case, data, dof, peak)}"
+            for k, peak in zip(marked, peaks, strict=True)
+        ]
+        answers = [
+            {"kind": str(kinds[k]), "parameter": value[k], **peak} for k, peak in zip(marked, peaks, strict=True)
+        ]
+        return lines, {"marked": answers}
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """The peak over the parameter."""
+        return {"response": lambda: branch.plot.response(str(branch.table.attrs["peak_of"]))}
 
 
 class OptimalTable(RequestTable):
@@ -114,6 +178,44 @@ class ModesTable(RequestTable):
             yield Fault("mode", found=str(self.mode), expected=f"a mode of the structure, from 1 to {count}")
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
+
+    def request(self, case: Case) -> Request:
+        """The mode to be followed."""
+        from slipstick.analysis.modes.nonlinear_modes import mode_request
+
+        return mode_request(case.problem(), (self.start, self.stop), self.mode, self.dof, self.load_factors)
+
+    def asked(self, case: Case) -> str:
+        """Which mode, between which amplitudes."""
+        return f"mode {self.mode} from the amplitude {self.start:g} to {self.stop:g}{self.shown_in(case)}"
+
+    def shown_in(self, case: Case) -> str:
+        """That of a length."""
+        return case.problem().units.after("length")
+
+    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+        """The forced peaks of the load factors."""
+        factor, ratio, dof = (
+            data["load_factor"].to_numpy(),
+            data["modal_damping"].to_numpy(),
+            str(data.attrs["mode_of"]),
+        )
+        asked = np.flatnonzero(data["kind"].to_numpy() == "requested")
+        peaks = [_peak(data, dof, int(k)) for k in asked]
+        lines = [
+            f"loads times {factor[k]:.6g}: {_peak_text(case, data, dof, peak)}, damping ratio {100.0 * ratio[k]:.3g} %"
+            for k, peak in zip(asked, peaks, strict=True)
+        ]
+        answers = [
+            {"load_factor": factor[k], **peak, "damping": ratio[k]} for k, peak in zip(asked, peaks, strict=True)
+        ]
+        return lines, {"peaks": answers}
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """Frequency and damping over the amplitude."""
+        from slipstick import plots
+
+        return {"backbone": lambda: plots.backbone(branch), "damping": lambda: plots.damping(branch)}
 
 
 class CyclesTable(RequestTable):
@@ -202,6 +304,45 @@ class WearTable(RequestTable):
                 yield Fault(name, 'is for omega = "peak", but a frequency is given', remedy="leave it out")
         yield from _dof_faults(problem, self.dof)
 
+    def request(self, case: Case) -> Request:
+        """Wear at a frequency or at the peak."""
+        from slipstick.analysis.wear.wear import wear_request
+
+        peak = {"range": self.range or case.omega, "dof": self.dof} if self.omega == "peak" else {}
+        return wear_request(
+            case.problem(), self.kappa, (self.start, self.stop), omega=self.omega, depth=self.depth, requested=self.at,
+            method=self.method, tolerance=self.tolerance, max_change=self.max_change, **peak,
+        )  # fmt: skip
+
+    def asked(self, case: Case) -> str:
+        """Over which cycles, at what frequency."""
+        at = "the peak of the response" if self.omega == "peak" else case.frequency_text(self.omega)
+        return f"wear from {self.start:g} to {self.stop:g} cycles at {at}"
+
+    def shown_in(self, case: Case) -> str:
+        """Cycles."""
+        return " cycles"
+
+    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+        """A sentence for each contact that is worn, the deepest first: its depth, and its load at first and at last."""
+        depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
+        length, force = (after_number(data[name].attrs["units"]) for name in ("worn_depth", "normal_load"))
+        last, names = np.nan_to_num(depth[-1]), data["contact"].to_numpy()
+        return [
+            f"{names[i]}: worn {last[i]:.6g}{length}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
+            for i in np.argsort(-last, kind="stable")[:_MOST_LINES]
+            if last[i] > 0.0
+        ], {}
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """Wear over cycles and, of several contacts, on their surface."""
+        from slipstick import plots
+
+        every: dict[str, Callable[[], Any]] = {"wear": lambda: plots.wear(branch)[0]}
+        if branch.table.sizes["contact"] > 1:
+            every["worn_surface"] = lambda: plots.worn_surface(branch)[0]
+        return every
+
 
 class RunUpTable(RequestTable):
     """``[run_up]``: passing through, or long motion at one speed, in time."""
@@ -270,6 +411,18 @@ class IdentifyTable(RequestTable):
             elif not low <= self.parameters[name] <= high or low == high:
                 start = f"[{low:g}, {high:g}] for a start of {self.parameters[name]:g}"
                 yield Fault(("bounds", name), start, expected="the lowest value first, and the start between them")
+
+
+def _peak(data: ResultTable, dof: str, point: int) -> dict[str, float]:
+    """Frequency and amplitude of a dof at a point."""
+    d = [str(name) for name in data["dof"].to_numpy()].index(dof)
+    return {"omega": data["omega"].to_numpy()[point], "amplitude": data["amplitude"].to_numpy()[point, d]}
+
+
+def _peak_text(case: Case, data: ResultTable, dof: str, peak: Mapping[str, float]) -> str:
+    """How high a peak of a dof is, and where."""
+    unit = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
+    return f"amplitude {peak['amplitude']:.6g}{unit} of {dof} at {case.frequency_text(peak['omega'])}"
 
 
 def _value_faults(problem: Problem, name: str, value: float) -> list[Fault]:

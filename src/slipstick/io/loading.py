@@ -16,8 +16,9 @@ from slipstick.io.journal import Recorded, journal_of, read_journal
 from slipstick.io.model_file import is_model
 from slipstick.io.netcdf import UNLIMITED, StoredVariable, read_netcdf
 from slipstick.io.store import file_blocks
-from slipstick.results.schema import ENDING, make_table
+from slipstick.results.schema import ANALYSIS, ENDING, make_table
 from slipstick.results.table import ResultColumn, ResultTable
+from slipstick.results.view import analysis_of, analysis_of_journal
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -55,10 +56,17 @@ def load_table(path: str | Path) -> ResultTable:
         raise InputError(f"{path}: not a results file: it is {kind}; give a results.nc of 'slipstick run'")
     columns, attributes = _columns(path)
     try:
-        return _continued(columns, attributes, journal_of(path))
+        return _named(_continued(columns, attributes, journal_of(path)))
     except InputError as error:
         warnings.warn(f"{error}; {path.name} was read without it", SlipstickWarning, stacklevel=2)
-        return ResultTable(columns, attributes)
+        return _named(ResultTable(columns, attributes))
+
+
+def _named(table: ResultTable) -> ResultTable:
+    """The table with the name of its analysis, which files written before it was kept do not say."""
+    if analysis := analysis_of(table):
+        table.attrs.setdefault(ANALYSIS, analysis)
+    return table
 
 
 def _columns(path: Path) -> tuple[dict[str, ResultColumn], dict[str, Any]]:
@@ -117,7 +125,8 @@ def _continued(columns: dict[str, ResultColumn], attributes: dict[str, Any], jou
     if not journal.is_file():
         return table
     recorded = read_journal(journal)
-    if "run_up" in recorded.about:  # of periods, not points: what goes on from it brings them together
+    if analysis_of_journal(recorded.about) == "run_up":
+        # of periods, not points: what goes on from it brings them together
         return table
     if recorded.damage:
         warn([recorded.damage])
@@ -223,11 +232,12 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
 
 def require_branch(table: ResultTable, path: Path) -> None:
     """Raises InputError for netCDF that holds something else than a branch."""
-    if "section_displacement" in table:
+    analysis = analysis_of(table)
+    if analysis == "run_up":
         raise InputError(f"{path}: holds a run-up, motion in time, not a curve; ss.resume of its folder gives it")
     if "omega" in table and "displacement" in table:
         return
-    if "study_parameters" in table.attrs:
+    if analysis in ("study", "curves"):
         raise InputError(
             f"{path}: holds a study, not the motion of one run; give the results.nc of a run "
             "(xarray.open_dataset reads a study)"

@@ -49,8 +49,8 @@ class ResultStore:
     layout
         Variables, labels and attributes. :meth:`append` takes the numbers of a point by variable name; those left
         out are stored as nan.
-    problem
-        What is computed, stored with the points.
+    problem, without
+        What is computed, stored with the points; or why there is none.
     about
         What identifies the run, for whoever goes on with it: texts and numbers, kept in the journal.
     recorded, keep
@@ -71,11 +71,12 @@ class ResultStore:
         about: Mapping[str, Any] | None = None,
         recorded: Recorded | None = None,
         keep: int = 0,
+        without: str = "it was not stored with the results",
     ) -> None:
         self.path = Path(path)
         self.layout = layout
         self.attributes: dict[str, Any] = dict(layout.attributes)
-        self._problem = _described(problem)
+        self._problem = _described(problem, without)
         kept, places = (0, []) if recorded is None else (recorded.ends[keep], recorded.places[:keep])
         self._journal = Journal(journal_of(self.path), layout, about, kept, places)
         self._values: dict[str, AnyArray] = {}
@@ -190,7 +191,7 @@ def file_blocks(layout: Layout, rows: Callable[[int, int], Array], count: int) -
         }
 
 
-def _described(problem: Problem | None, without: str = "it was not stored with the results") -> dict[str, Group]:
+def _described(problem: Problem | None, without: str) -> dict[str, Group]:
     """A problem as arrays and JSON, or why there is none: the group of the file that holds it."""
     from slipstick.io.problem import GROUP, WITHOUT, describe
 

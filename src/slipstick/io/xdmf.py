@@ -110,10 +110,11 @@ def write_wear(branch: Branch, path: str | Path) -> Path:
         If the file cannot be written, the results are not of wear, the surface is not known, or no contact lies on it.
     """
     from slipstick.results.deflection import contact_places, deflection_of, nearest_contacts
+    from slipstick.results.view import analysis_of
 
     target = path_of("wear", path, "the path of a file such as wear.xdmf")
     data = branch.dataset
-    if "cycles" not in data or WORN not in data:
+    if analysis_of(data) != "wear":
         raise InputError("these results are not of wear over cycles; give those of ss.wear")
     deflection = deflection_of(branch)
     assert branch.problem is not None

@@ -10,6 +10,7 @@ from slipstick.errors import InputError
 from slipstick.plots.overlay import Curves, corners_of, smooth
 from slipstick.plots.quantities import Branches, OneBranch, abscissa, chosen, dataset_of, quantity, values_of
 from slipstick.plots.style import GREY, legend, styled, titled
+from slipstick.results.view import analysis_of
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -79,6 +80,6 @@ def damping(mode: OneBranch, *, ax: Axes | None = None) -> DrawnAxes:
 def mode_dataset(mode: OneBranch) -> xarray.Dataset:
     """The dataset of a nonlinear mode; InputError for another branch."""
     data = dataset_of(mode)
-    if "modal_damping" not in data:
+    if analysis_of(data) != "modes":
         raise InputError("nothing to draw: these results are not of a nonlinear mode; give those of ss.nonlinear_modes")
     return data

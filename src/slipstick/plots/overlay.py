@@ -27,6 +27,7 @@ from slipstick.plots.quantities import (
 )
 from slipstick.plots.style import GREY, legend, over_decades, styled, titled
 from slipstick.results.stability import UNKNOWN
+from slipstick.results.view import view_of
 from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ BETWEEN = 16
 
 def is_sparse(dataset: xarray.Dataset) -> bool:
     """Whether points are far from each other: tracked peaks and nonlinear modes."""
-    return "modal_damping" in dataset or bool(dataset.attrs.get("peak_of", ""))
+    return view_of(dataset).sparse
 
 
 def corners_of(dataset: xarray.Dataset) -> Array:

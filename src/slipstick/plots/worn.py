@@ -21,6 +21,7 @@ from slipstick.plots.quantities import (
 )
 from slipstick.plots.style import legend, new_figure, short, styled, titled
 from slipstick.results.deflection import contact_nodes, contact_places, nearest_contacts, outward
+from slipstick.results.view import analysis_of
 from slipstick.typing import Array, IntArray, Names, Points
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
 
 def _worn(branch: OneBranch) -> xarray.Dataset:
     data = dataset_of(branch)
-    if "cycles" not in data or "worn_depth" not in data:
+    if analysis_of(data) != "wear":
         raise InputError("nothing to draw: these results are not of wear over cycles; give those of ss.wear")
     return data
 

@@ -10,14 +10,15 @@ import numpy as np
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, orbits_of, planar_of, series_of
-from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
+from slipstick.report.curves import abscissae_of, curves_of, meaning
 from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
-from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
+from slipstick.results.stability import UNKNOWN
+from slipstick.results.view import View, view_of
 from slipstick.typing import Array
 from slipstick.units import FREQUENCIES, Units, after_number, energy_unit, is_rotation, unit_of_dof
 
@@ -46,7 +47,7 @@ def content_of(
     names = [str(name) for name in dataset["dof"].to_numpy()]
     kept = {"dof": _largest(dataset, "dof", "amplitude", dofs, last=[is_rotation(name) for name in names])}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
-    analysis, toleranced = analysis_of(dataset), {}
+    view, toleranced = view_of(dataset), {}
     provenance = _provenance(branch)
     if tolerances is not None and len(branch):
         toleranced = {"bands": bands_of(branch, kept["dof"], tolerances)}
@@ -58,9 +59,9 @@ def content_of(
         "states": STATES,
         "orders": list(branch.harmonics.orders),
         "points": len(branch),
-        "analysis": analysis,
-        "abscissae": abscissae_of(dataset, analysis),
-        "companion": COMPANIONS.get(analysis, ""),
+        "analysis": view.name,
+        "abscissae": abscissae_of(dataset, view),
+        "companion": view.companion,
         "frequency": frequency_of(dataset),
         "omega": packed(dataset["omega"].to_numpy(), "f8"),
         **_marks(dataset),
@@ -70,9 +71,9 @@ def content_of(
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
         "asked": _asked(dataset, kept["dof"]),
-        "notes": _notes(dataset, kept["dof"], analysis),
-        "curves": curves_of(branch, kept, analysis),
-        "references": references_of(branch, kept["dof"]) if analysis == "response" else [],
+        "notes": _notes(dataset, kept["dof"], view),
+        "curves": curves_of(branch, kept, view),
+        "references": references_of(branch, kept["dof"]) if view.name == "response" else [],
         "contacts": _contacts(branch, kept["contact"]),
         "shape": shape_of(branch),
         "disc": disc_content(branch),
@@ -205,27 +206,15 @@ def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
     return [place for place, d in enumerate(kept) if d in told]
 
 
-_BIFURCATIONS = tuple(kind for kind in SPECIAL_KINDS if kind != STATE_CHANGE)
-_NOTED = {
-    "response": _BIFURCATIONS,
-    "parameter": _BIFURCATIONS,
-    "peaks": ("optimum", "turning point", "tie", "corner", "requested"),
-    "modes": ("requested", "turning point"),
-    "cycles": (*_BIFURCATIONS, "requested"),
-    "wear": ("start", "requested", "worn out", "separation", "end"),
-}
-"""Kinds of points that are listed for each analysis, beside the peaks of a response."""
-
-
-def _notes(dataset: ResultTable, kept: Indices, analysis: str) -> list[list[Any]]:
+def _notes(dataset: ResultTable, kept: Indices, view: View) -> list[list[Any]]:
     """Point, place of the dof (-1: of none) and kind of each point that is listed: peaks, and what else is of note."""
     if "kind" not in dataset:
         return []
     place, kinds = {int(d): i for i, d in enumerate(kept)}, dataset["kind"].to_numpy()
     notes: list[list[Any]] = [
-        [int(p), -1, str(kinds[p])] for p in np.flatnonzero(np.isin(kinds, np.array(_NOTED[analysis], dtype=str)))
+        [int(p), -1, str(kinds[p])] for p in np.flatnonzero(np.isin(kinds, np.array(view.marked, dtype=str)))
     ]
-    if "peak_dof" in dataset and analysis in ("response", "parameter"):
+    if "peak_dof" in dataset and view.peaks:
         of = dataset["peak_dof"].to_numpy()
         notes += [[int(p), place[int(of[p])], "peak"] for p in peak_points(dataset) if int(of[p]) in place]
     return notes

@@ -9,8 +9,9 @@ import numpy as np
 
 from slipstick.report.encoding import Indices, packed
 from slipstick.results.measures import phase_of
-from slipstick.results.schema import CYCLES, branch_parts, is_self_excited
+from slipstick.results.schema import branch_parts
 from slipstick.results.stability import between_known
+from slipstick.results.view import View
 from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import Array
 from slipstick.units import after_number, power_unit
@@ -25,23 +26,11 @@ _FRACTIONS = ("stick_fraction", "slip_fraction", "separation_fraction")
 _STATES = tuple(variable.name for variable in STATE_VARIABLES)
 _FIRST = ("worn_depth", "normal_load", "dissipated_power", *_STATES, "friction_coefficient", *_FRACTIONS)
 _ALWAYS = ("dissipated_power", "friction_coefficient")
-_OVER = {
-    "response": ("omega",),
-    "parameter": ("parameter",),
-    "peaks": ("parameter", "omega"),
-    "modes": ("modal_amplitude", "omega", "load_factor"),
-    "cycles": ("parameter", "omega"),
-    "wear": ("parameter",),
-}
-"""What the results of each analysis can be drawn over, the first to begin with."""
 _OF_POINTS = ("omega", "modal_damping", "modal_amplitude", "load_factor", "multiplier_max")
 _WORK = ("truncation", "newton_iterations")
-_BEGIN = {"modes": "omega"}
-COMPANIONS = {"peaks": "omega", "modes": "modal_damping", "cycles": "omega", "wear": "worn_depth"}
-"""The quantity drawn beside the one that is chosen: the other half of the result."""
 
 
-def curves_of(branch: Branch, kept: Mapping[str, Indices], analysis: str) -> list[dict[str, Any]]:
+def curves_of(branch: Branch, kept: Mapping[str, Indices], view: View) -> list[dict[str, Any]]:
     """All curves of a branch, the first the one to begin with; ``kept`` are the dofs and contacts that are shown.
 
     A quantity without a number, or that says nothing, is left out.
@@ -49,31 +38,17 @@ def curves_of(branch: Branch, kept: Mapping[str, Indices], analysis: str) -> lis
     dataset = branch.table
     if not len(branch):
         return []
-    curves = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, analysis)]
-    first = _BEGIN.get(analysis, "amplitude")
-    return sorted(curves, key=lambda curve: curve["key"] != first)
+    curves = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, view)]
+    return sorted(curves, key=lambda curve: curve["key"] != view.first)
 
 
-def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
+def abscissae_of(dataset: ResultTable, view: View) -> list[dict[str, Any]]:
     """What curves can be drawn over, first what the branch follows: the frequency, a parameter, an amplitude."""
     return [
         {"key": key, **meaning(dataset, key), "values": packed(dataset[key].to_numpy(), "f8")}
-        for key in _OVER[analysis]
-        if key == _OVER[analysis][0] or (key in dataset and _says_something(dataset[key].to_numpy().astype(float)))
+        for key in view.over
+        if key == view.over[0] or (key in dataset and _says_something(dataset[key].to_numpy().astype(float)))
     ]
-
-
-def analysis_of(dataset: ResultTable) -> str:
-    """The kind of results: "response", "parameter", "peaks" over a parameter, "modes", "cycles" or "wear"."""
-    if str(dataset.attrs.get("parameter", "")) == CYCLES and CYCLES in dataset:
-        return "wear"
-    if "modal_damping" in dataset:
-        return "modes"
-    if is_self_excited(dataset):
-        return "cycles"
-    if str(dataset.attrs.get("peak_of", "")):
-        return "peaks"
-    return "parameter" if "parameter" in dataset else "response"
 
 
 def _says_something(values: Array) -> bool:
@@ -119,9 +94,9 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
         yield _curve(dataset, name, "contact", values[:, kept]) | total
 
 
-def _of_points(dataset: ResultTable, analysis: str) -> Iterator[dict[str, Any]]:
+def _of_points(dataset: ResultTable, view: View) -> Iterator[dict[str, Any]]:
     for name in (*_OF_POINTS, *_WORK):
-        if name == _OVER[analysis][0] or name not in dataset or dataset[name].dims != ("point",):
+        if name == view.over[0] or name not in dataset or dataset[name].dims != ("point",):
             continue
         values = dataset[name].to_numpy().astype(float)
         values = between_known(values) if name == "multiplier_max" else values

@@ -14,8 +14,8 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
-from slipstick.report.curves import analysis_of
 from slipstick.results.run_up import RunUp, time_unit
+from slipstick.results.view import view_of
 from slipstick.units import Units, after_number, energy_unit, is_rotation, unit_of_dof
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foo
 
 def _check_steady(data: Any, steady: Branch) -> None:
     """InputError for a curve that envelopes cannot be compared with."""
-    if steady.table.attrs.get("parameter") or analysis_of(steady.table) != "response":
+    if steady.table.attrs.get("parameter") or view_of(steady.table).name != "response":
         raise InputError("report: the steady curve of a run-up is a response over a range of frequencies; leave it out")
     known, other = (Units.of_results(attrs).attributes for attrs in (data.attrs, steady.table.attrs))
     if known != other:

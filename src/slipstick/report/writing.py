@@ -21,6 +21,7 @@ from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
 from slipstick.replacing import replacing
 from slipstick.report.encoding import gathered, safe_json
+from slipstick.results.view import VIEWS
 
 if TYPE_CHECKING:
     import xarray
@@ -169,8 +170,7 @@ def _check_together(results: Sequence[Mapping[str, Any]]) -> None:
 def _over(content: Mapping[str, Any]) -> str:
     """What results are, and over what, with its unit."""
     over = content["abscissae"][0]
-    of = {"peaks": "peaks ", "modes": "a nonlinear mode ", "cycles": "self-excited vibration "}
-    return f"{of.get(content['analysis'], '')}{over['label']} [{over['units'] or '1'}]"
+    return f"{VIEWS[content['analysis']].words}{over['label']} [{over['units'] or '1'}]"
 
 
 def _motion(content: Mapping[str, Any]) -> str:

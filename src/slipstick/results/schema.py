@@ -43,6 +43,9 @@ POINT_KINDS = (
 CYCLES = "cycles"
 """Stands for the name of a parameter where wear goes on over cycles of vibration."""
 
+ANALYSIS = "analysis"
+"""Attribute of results and of journals: the analysis that made them, as requests name it."""
+
 REQUESTED = "requested"
 """Attribute of the values at which points are wanted."""
 
@@ -309,11 +312,6 @@ def branch_parts(data: Any) -> AnyArray:
     return np.ones(int(data.sizes.get("point", 0)), dtype=np.int32)
 
 
-def is_self_excited(data: Any) -> bool:
-    """Whether nothing excites the vibration of a table or dataset: its frequency was found with it."""
-    return bool(data.attrs.get("vibration") == SELF_EXCITED)
-
-
 def make_table(layout: Layout, values: Mapping[str, AnyArray], attributes: Mapping[str, Any]) -> ResultTable:
     """The table of a branch from the values of its points, (n_points, ...) each."""
     return ResultTable({name: ResultColumn(*parts) for name, parts in layout.tables(values)}, dict(attributes))
@@ -325,14 +323,16 @@ def requested_attribute(values: Sequence[float]) -> dict[str, str]:
 
 
 def attributes_of(
-    problem: Problem, outcome: Outcome, message: str, warnings: Sequence[str] = (), *, parameter: str = "", **more: Any
-) -> dict[str, Any]:
-    """Attributes of results: title, case, outcome, warnings, settings, versions, and at the end the work (``more``).
+    problem: Problem, outcome: Outcome, message: str, warnings: Sequence[str] = (), *, analysis: str,
+    parameter: str = "", **more: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """Attributes of results: analysis, title, case, outcome, warnings, settings, versions, then the work (``more``).
 
     ``case`` and ``case_file`` are empty for a problem made in Python; ``frequency_unit`` is the one to draw in.
     """
     return {
         "Conventions": "CF-1.11",
+        ANALYSIS: analysis,
         "title": problem.title,
         **problem.units.attributes,
         "frequency_unit": problem.units.angular,

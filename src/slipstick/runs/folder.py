@@ -47,6 +47,7 @@ class OutputFolder:
     def __init__(self, folder: Path, *, case_path: Path, case_text: str, force: bool = False) -> None:
         self.folder, self._case_path, self._case_text = folder, case_path, case_text
         self._created: list[Path] = []
+        self._copied: Path | None = None
         self._lock: FolderLock | None = None
         if folder.exists() and not folder.is_dir():
             raise InputError(
@@ -97,6 +98,16 @@ class OutputFolder:
         copy = self.work / self._case_path.name
         if not (copy.exists() and copy.samefile(self._case_path)):
             copy.write_text(self._case_text, encoding="utf-8")
+            self._copied = copy
+
+    def discard(self) -> None:
+        """Remove what this run has written, as nothing was found, and then what is empty."""
+        from slipstick.io.journal import journal_of
+
+        for path in (self.results, journal_of(self.results), self._copied):
+            if path is not None:
+                path.unlink(missing_ok=True)
+        self.abandon()
 
     def complete(self) -> None:
         """Put the new results in the place of earlier ones."""
@@ -207,16 +218,14 @@ def results_of(path: Path) -> Path:
     return held[0]
 
 
-def kind_of(path: Path) -> str:
-    """What a file holds: "study", its "curves", "run-up", "fit", or (empty) something else, such as a branch."""
-    from slipstick.io.loading import load_table
+def analysis_in(folder: Path) -> str:
+    """What a folder holds, begun or complete, by its files: "study" or "run_up"; empty for a run, or nothing."""
+    from slipstick.io.journal import journal_of
+    from slipstick.studies.folder import JOURNALS, STUDY_FILE
 
-    if not path.is_file():
-        return ""
-    table = load_table(path)
-    if "study_parameters" in table.attrs:
-        return "study" if "peak_amplitude" in table else "curves"
-    return "run-up" if "section_displacement" in table else "fit" if "standard_error" in table else ""
+    if (folder / STUDY_FILE).exists() or any(folder.glob(JOURNALS)):
+        return "study"
+    return "run_up" if any(path.exists() for path in (folder / PASSED, journal_of(folder / PASSED))) else ""
 
 
 def _text(path: Path) -> str | None:

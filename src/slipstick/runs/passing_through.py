@@ -25,7 +25,7 @@ from slipstick.io.lock import FolderLock
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
 from slipstick.results.run_up import CONTACT_STATES, VARIABLES, RunUp
-from slipstick.results.schema import Layout, attributes_of, versions
+from slipstick.results.schema import ANALYSIS, Layout, attributes_of, versions
 from slipstick.runs.folder import PASSED
 from slipstick.typing import Array, Frequency, FrequencyRange
 
@@ -115,11 +115,6 @@ def run_up_of_case(
     return _in_folder(run, folder, listener, case)
 
 
-def holds_run_up(folder: Path) -> bool:
-    """Whether a folder is that of a run-up."""
-    return (folder / PASSED).exists() or journal_of(folder / PASSED).exists()
-
-
 def _in_folder(
     run: LongRun, folder: Path, listener: Callable[[PeriodDone], object] | None, case: Case | None = None
 ) -> RunUp:
@@ -139,7 +134,7 @@ def _in_folder(
             raise InputError(f"{folder} already holds another run-up ({PASSED}); choose another folder")
         begin, keep = _begun(run, place, mark)
         names: dict[str, str] = {} if case is None else case.names
-        about = {"run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
+        about = {ANALYSIS: "run_up", "run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
         layout = replace(_layout(run), attributes={**versions(), **names})
         journal = Journal(place, layout, about, keep)
         try:
@@ -239,7 +234,7 @@ def _dataset(run: LongRun, rows: Sequence[Any] | Array, notes: list[dict[str, An
         data[name] = "change", np.array([CONTACT_STATES[int(s)] for s in changes[:, k]], dtype=np.str_)
     coords = {name: (name, np.array(known, dtype=np.str_)) for name, known in layout.labels.items()}
     said = f"{len(rows)} of {run.periods} periods are integrated"
-    attributes = attributes_of(run.problem, outcome, said, problem_warnings(run.problem))
+    attributes = attributes_of(run.problem, outcome, said, problem_warnings(run.problem), analysis="run_up")
     attributes |= {"start": run.start, "stop": run.stop, "rate": run.rate, "periods": run.periods}
     return xarray.Dataset(data, coords={**coords, "period": np.arange(1, len(rows) + 1)}, attrs=attributes)
 

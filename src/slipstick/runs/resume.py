@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from slipstick.analysis.curve.resume import Checkpoint, resumable
-from slipstick.analysis.wear.wear import WearCheckpoint
+from slipstick.analysis.checkpoint import Checkpoint, resumable
+from slipstick.analysis.curve.request import Request
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.case.source import read_text
@@ -22,10 +22,11 @@ from slipstick.io.loading import load, load_dataset, load_table
 from slipstick.io.problem import fingerprint
 from slipstick.results import schema
 from slipstick.results.schema import Layout
-from slipstick.runs.folder import PASSED, FolderOfRun
-from slipstick.runs.passing_through import holds_run_up, load_run_up, run_up_of_case
-from slipstick.runs.run import UNFINISHED, WEAR, Begun, CaseRun, run_layout
-from slipstick.runs.study import StudyRun, holds_study
+from slipstick.results.view import analysis_of_journal
+from slipstick.runs.folder import PASSED, FolderOfRun, analysis_in
+from slipstick.runs.passing_through import load_run_up, run_up_of_case
+from slipstick.runs.run import UNFINISHED, Begun, CaseRun
+from slipstick.runs.study import StudyRun
 from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
         What is suspicious in the case or the points, what was lost of them, and what ended the run once more.
     """
     path = path_of("resume, folder", folder, "the folder of a run or a study")
-    if path.is_dir() and holds_study(path):
+    if path.is_dir() and analysis_in(path) == "study":
         case = begun_study(path, _doubt)
         if isinstance(case, Case):
             with StudyRun(case, path) as study:
@@ -73,7 +74,7 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
                 study.write()
                 warn([study.failure] if study.failure else [])
         return load_dataset(path / STUDY_FILE)
-    if holds_run_up(path):
+    if analysis_in(path) == "run_up":
         case = begun_run_up(path, _doubt)
         if isinstance(case, Case):
             warn(case.warnings())
@@ -194,9 +195,11 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun 
     told = case.warnings()
     for sentence in told:
         doubt(sentence)
-    run = CaseRun(case, place, told, wear=recorded.about.get("analysis") == WEAR)
+    analysis = analysis_of_journal(recorded.about)
+    run = CaseRun(case, place, told, table=analysis if analysis in case.further else "")
+    request = run.request
     try:
-        run.begun = Begun(recorded, _checkpoints(recorded, run))
+        run.begun = Begun(recorded, _checkpoints(recorded, request))
     except InputError as error:
         raise InputError(f"{journal}: {error}") from None
     _same_problem(run, recorded.layout, str(recorded.about.get("problem")), journal)
@@ -204,20 +207,17 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun 
     return run
 
 
-def _checkpoints(recorded: Recorded, run: CaseRun) -> Sequence[Checkpoint] | Sequence[WearCheckpoint]:
+def _checkpoints(recorded: Recorded, request: Request) -> Sequence[Checkpoint]:
     """Those of the points up to the last one that a run can go on from."""
-    if run.wear:
-        return [WearCheckpoint.from_plain(unpacked(note)) for note in recorded.notes()]
-    size = run.case.balance.size
-    count = resumable(Checkpoint.from_plain(unpacked(note), size) for note in recorded.notes())
-    return _Checkpoints(recorded, range(count), size)
+    count = resumable(request.checkpoint(unpacked(note)) for note in recorded.notes())
+    return _Checkpoints(recorded, range(count), request)
 
 
 class _Checkpoints(Sequence[Checkpoint]):
     """Checkpoints of some points of a journal, read whenever they are asked for: each holds all unknowns twice."""
 
-    def __init__(self, recorded: Recorded, points: range, size: int) -> None:
-        self._recorded, self._points, self._size = recorded, points, size
+    def __init__(self, recorded: Recorded, points: range, request: Request) -> None:
+        self._recorded, self._points, self._request = recorded, points, request
 
     @overload
     def __getitem__(self, number: int) -> Checkpoint: ...
@@ -225,8 +225,8 @@ class _Checkpoints(Sequence[Checkpoint]):
     def __getitem__(self, number: slice) -> _Checkpoints: ...
     def __getitem__(self, number: int | slice) -> Checkpoint | _Checkpoints:
         if isinstance(number, slice):
-            return _Checkpoints(self._recorded, self._points[number], self._size)
-        return Checkpoint.from_plain(unpacked(self._recorded.note(self._points[number])), self._size)
+            return _Checkpoints(self._recorded, self._points[number], self._request)
+        return self._request.checkpoint(unpacked(self._recorded.note(self._points[number])))
 
     def __len__(self) -> int:
         return len(self._points)
@@ -295,7 +295,7 @@ def _same_text(text: str, copies: Sequence[Path]) -> None:
 
 def _same_problem(run: CaseRun, layout: Layout, begun_with: str, journal: Path) -> None:
     """Raises InputError where files that the case names have changed."""
-    present = run_layout(run.case, run.request if run.wear else None)
+    present = run.layout
     same = (present.labels, present.variables) == (layout.labels, layout.variables)
     if not same or fingerprint(run.problem) != begun_with:
         raise InputError(

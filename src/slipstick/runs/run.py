@@ -12,8 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.analysis.checkpoint import Checkpoint
 from slipstick.analysis.curve.record import Run, Sink, undisturbed
-from slipstick.analysis.curve.resume import Checkpoint
 from slipstick.analysis.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
 from slipstick.branch import Branch
 from slipstick.case.case import Case
@@ -22,15 +22,14 @@ from slipstick.io.journal import Recorded
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import ResultStore
 from slipstick.results.record import Point, Recorder
-from slipstick.results.schema import CYCLES, Layout, attributes_of
+from slipstick.results.schema import ANALYSIS, Layout, attributes_of
 from slipstick.results.table import ResultTable
 from slipstick.runs.failures import fault_sentence, os_sentence
 from slipstick.runs.folder import SUBHARMONICS, OutputFolder
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.follow import CurveRequest
-    from slipstick.analysis.wear.wear import WearCheckpoint, WearRequest
+    from slipstick.analysis.curve.request import Request
     from slipstick.balance.problem import Problem
 
 UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
@@ -42,11 +41,7 @@ class Begun:
     """A run that ended before it was done: its journal, and the checkpoints of the points that are kept."""
 
     recorded: Recorded
-    checkpoints: Sequence[Checkpoint] | Sequence[WearCheckpoint]
-
-
-WEAR = "wear"
-"""What a journal calls the run of ``[wear]``; that of ``[response]`` has no name."""
+    checkpoints: Sequence[Checkpoint]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +60,8 @@ class PointKept:
     point: Point = field(repr=False)
     values: Mapping[str, Any] = field(repr=False)
     """Every variable of the results at this point, by name."""
+    value: float
+    """Of what is followed."""
 
 
 class RunListener(Listener):
@@ -98,8 +95,11 @@ class _Stored(Sink):
         """Write each point, with the checkpoint a run goes on from."""
         for i, event in enumerate(events):
             record = {name: value[i] for name, value in values.items()}
-            self._store.append(record, None if event.checkpoint is None else event.checkpoint.plain())
-            self._listener(PointKept(point=event.point, values=record))
+            checkpoint, value = event.checkpoint, event.parameter
+            self._store.append(record, None if checkpoint is None else checkpoint.plain())
+            self._listener(PointKept(
+                point=event.point, values=record, value=value if checkpoint is None else checkpoint.value
+            ))  # fmt: skip
 
     def values(self) -> Mapping[str, Array]:
         """Those of all points in the store."""
@@ -137,13 +137,6 @@ class Clock(Listener):
             raise TimeIsUp
 
 
-def run_layout(case: Case, request: CurveRequest | WearRequest | None = None) -> Layout:
-    """Variables of the results of a case: of what is asked for, or else of its ``[response]``."""
-    if request is not None:
-        return request.recorder().layout
-    return Recorder(case.balance, parameter=case.parameter or "", stability=bool(case.response.judged)).layout
-
-
 @dataclass
 class CaseRun:
     """One run of a case into a folder; its points survive however it ends."""
@@ -153,8 +146,8 @@ class CaseRun:
     told: Sequence[str] = ()
     """Warnings of the case."""
     begun: Begun | None = None
-    wear: bool = False
-    """Whether it is that of ``[wear]``, not of ``[response]``."""
+    table: str = ""
+    """The table that asks for it, such as "wear"; empty for ``[response]``."""
     until: float = math.inf
     """When its time is up, of the monotonic clock."""
     doubts: Sequence[str] = ()
@@ -170,14 +163,13 @@ class CaseRun:
 
     def compute(self, listener: RunListener | None = None) -> None:
         """Follow the branch; every point goes to the store at once."""
-        layout = run_layout(self.case, self.request if self.wear else None)
-        self._open(replace(layout, attributes=self._unfinished()))
+        self._open(replace(self.layout, attributes=self._unfinished()))
         self._follow(listener or RunListener())
         self._close()
 
     def finish(self) -> None:
         """Follow motion of twice the period, where that is asked for; the results take the place of earlier ones."""
-        if self.case.response.follow is not None and not self.wear and self.complete and self.points:
+        if self.doubles and self.complete and self.points:
             try:
                 self._follow_doubled()
             except Exception as error:
@@ -186,23 +178,37 @@ class CaseRun:
             self.folder.complete()
 
     @property
+    def analysis(self) -> str:
+        """The analysis, as results and journals name it."""
+        return self.table or ("parameter" if self.case.parameter else "response")
+
+    @property
+    def layout(self) -> Layout:
+        """Variables of the results."""
+        if self.table:
+            return self.request.recorder().layout
+        case = self.case
+        return Recorder(case.balance, parameter=case.parameter or "", stability=bool(case.response.judged)).layout
+
+    @property
+    def doubles(self) -> bool:
+        """Whether motion of twice the period is followed too, where it begins."""
+        return self.case.response.follow is not None and not self.table
+
+    @property
     def shown_in(self) -> tuple[float, str]:
         """The unit that what is followed is shown in: its size, and how it stands after a number."""
-        return (1.0, " cycles") if self.wear else self.case.shown_in
+        return (1.0, self.case.further[self.table].shown_in(self.case)) if self.table else self.case.shown_in
 
     @property
     def span(self) -> tuple[float, float]:
         """First and last value of what is followed."""
-        return (self.request.start, self.request.stop) if self.wear else self.case.span
+        return (self.request.start, self.request.stop) if self.table else self.case.span
 
     @property
     def asked(self) -> str:
         """What is computed, in words."""
-        if not self.wear:
-            return self.case.request
-        first, last, table = *self.span, self.case.further["wear"]
-        at = "the peak of the response" if table.omega == "peak" else self.case.frequency_text(table.omega)
-        return f"wear from {first:g} to {last:g} cycles at {at}"
+        return self.case.further[self.table].asked(self.case) if self.table else self.case.request
 
     @property
     def points(self) -> int:
@@ -210,14 +216,28 @@ class CaseRun:
         return len(self.store)
 
     @cached_property
-    def table(self) -> ResultTable:
+    def found(self) -> ResultTable:
         """The results as they were written, or as they stand in the journal."""
         return self.store.table()
+
+    @cached_property
+    def branch(self) -> Branch:
+        """The same with the problem that goes with them, and its balance, which is made once for a run."""
+        problem = self.request.vibrating
+        branch = Branch.from_dataset(self.found, problem, "" if problem is not None else self.request.without)
+        if problem is not None:
+            branch.balance = self.request.balance if self.table else self.case.balance
+        return branch
 
     @property
     def complete(self) -> bool:
         """Whether all that was asked for is there."""
         return self.outcome.ok and not self.failures
+
+    @property
+    def nothing(self) -> bool:
+        """Whether a table gave no point at all: nothing is kept of that, and nothing to go on with."""
+        return bool(self.table) and not self.points and self.begun is None
 
     @property
     def unfinished(self) -> bool:
@@ -230,26 +250,28 @@ class CaseRun:
         return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
 
     @cached_property
-    def request(self) -> CurveRequest | WearRequest:
+    def request(self) -> Request:
         """What is computed; its warnings are those of the case, or among ``doubts``."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
-            return self.case.wear() if self.wear else self.case.curve()
+            return self.case.asks(self.table)
 
     @property
     def problem(self) -> Problem:
         """What vibrates, with contacts that wear where they do."""
-        return self.request.problem if self.wear else self.case.problem()
+        return self.request.problem if self.table else self.case.problem()
 
     def _open(self, layout: Layout) -> None:
-        problem = self.problem
+        stored, without = (self.request.vibrating, self.request.without) if self.table else (self.problem, "")
         if self.begun is not None:
             recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
-            self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
+            self.store = ResultStore(
+                self.folder.results, recorded.layout, stored, recorded=recorded, keep=keep, without=without
+            )
             return
-        about = {"case_path": str(self.case.path.resolve()), "problem": fingerprint(problem)}
-        about |= {"analysis": WEAR} if self.wear else {}
-        self.store = ResultStore(self.folder.results, layout, problem, about=about)
+        about = {ANALYSIS: self.analysis, "case_path": str(self.case.path.resolve())}
+        about["problem"] = fingerprint(self.problem)
+        self.store = ResultStore(self.folder.results, layout, stored, about=about, without=without)
         self.folder.copy_case()
 
     def _follow(self, listener: RunListener) -> None:
@@ -258,8 +280,7 @@ class CaseRun:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", SlipstickWarning)  # of the case, or among ``doubts``
-                request: Any = self.request  # checkpoints are of its kind
-                run = replace(request, checkpoints=checkpoints).run()
+                run = replace(self.request, checkpoints=checkpoints).run()
                 sink = _Stored(run, self.store, listener)
                 for last in checkpoints[-1:]:
                     listener(GoingOn(points=run.count, value=last.value, part=last.part))
@@ -272,7 +293,7 @@ class CaseRun:
             self._fail(error)
         if sink is not None and sink.end is not None:
             self.attributes = {**sink.end.attributes, **self.case.names}
-            self.doubts = sink.said()
+            self.doubts = [*(said for said in self.request.warnings if said not in self.told), *sink.said()]
             if sink.end.error is not None:
                 self._fail(sink.end.error)
             if not self.failures:
@@ -296,8 +317,10 @@ class CaseRun:
     def _unfinished(self) -> Mapping[str, Any]:
         """What an unfinished file says."""
         unfinished = "unfinished: the run ended before it could say why; every point found is kept"
-        parameter = CYCLES if self.wear else self.case.parameter or ""
-        attributes = attributes_of(self.problem, Outcome.INTERRUPTED, unfinished, self.told, parameter=parameter)
+        parameter = self.request.parameter if self.table else self.case.parameter or ""
+        attributes = attributes_of(
+            self.problem, Outcome.INTERRUPTED, unfinished, self.told, analysis=self.analysis, parameter=parameter
+        )  # fmt: skip
         return {**attributes, **self.case.names}
 
     def _follow_doubled(self) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome
 from slipstick.runs.failures import os_sentence
-from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE, Share, StudyFolder
+from slipstick.studies.folder import WHOLE, Share, StudyFolder
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved
 from slipstick.studies.workers import connected, solutions
@@ -128,8 +128,3 @@ class StudyRun:
         except KeyboardInterrupt:
             return Outcome.INTERRUPTED
         return None
-
-
-def holds_study(folder: Path) -> bool:
-    """Whether a folder is that of a study."""
-    return (folder / STUDY_FILE).exists() or any(folder.glob(JOURNALS))

@@ -14,7 +14,8 @@ from slipstick.io.loading import load_dataset, load_table, require_branch
 from slipstick.results.foreign import is_dataset
 from slipstick.results.run_up import RunUp
 from slipstick.results.saved_table import write_table
-from slipstick.runs.folder import kind_of, results_of
+from slipstick.results.view import analysis_of
+from slipstick.runs.folder import results_of
 from slipstick.studies.folder import CURVES_FILE
 from slipstick.studies.table import curves_with_parameters
 
@@ -69,14 +70,15 @@ def save_table(results: Any, path: str | Path, table: str | None = None) -> Path
 
 def _of_file(given: Path, path: str | Path, table: str | None) -> Path:
     file = results_of(given)
-    kind, found = kind_of(file), load_table(file)
-    if kind == "":
+    found = load_table(file)
+    analysis = analysis_of(found)
+    if analysis not in ("study", "curves", "run_up", "identify"):
         require_branch(found, file)
         return Branch.from_dataset(found).save_table(path, table)
     data = found.to_dataset()
-    if kind == "run-up":
+    if analysis == "run_up":
         return RunUp(data).save_table(path, table)
-    return write_table(data, path, table, {"curves": lambda: _curves(file, data)} if kind == "study" else None)
+    return write_table(data, path, table, {"curves": lambda: _curves(file, data)} if analysis == "study" else None)
 
 
 def _curves(file: Path, study: xarray.Dataset) -> xarray.Dataset:

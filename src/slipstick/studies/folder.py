@@ -19,6 +19,7 @@ from slipstick.io.journal import Journal, Recorded, read_journal, unpacked
 from slipstick.io.lock import FolderLock
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
+from slipstick.results.schema import ANALYSIS
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.table import curves_dataset, row_layout, study_attributes, study_dataset
@@ -153,7 +154,7 @@ class StudyFolder:
         self._begun = not path.exists()
         keep = read_journal(path).ends[-1] if path.exists() else 0
         layout = replace(self._layout, attributes=self.attributes())
-        self._journal = Journal(path, layout, {"study": self._mark, "case_path": self._path}, keep)
+        self._journal = Journal(path, layout, {ANALYSIS: "study", "study": self._mark, "case_path": self._path}, keep)
         return self._journal
 
     def attributes(self) -> dict[str, Any]:

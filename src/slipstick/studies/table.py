@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.balance.parameters import parameter_units
 from slipstick.errors import Outcome
-from slipstick.results.schema import Declared, Layout, attributes_of, make_table, unit_in
+from slipstick.results.schema import ANALYSIS, Declared, Layout, attributes_of, make_table, unit_in
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job
 
@@ -93,7 +93,7 @@ def curves_dataset(job: Job, cases: Cases, attributes: Mapping[str, Any]) -> xar
     layout = job.curve_layout
     curves = [cases[case].curve for case in sorted(cases) if len(cases[case].curve)]
     rows = np.concatenate(curves) if curves else np.zeros((0, layout.size))
-    return make_table(layout, layout.unpack(rows), attributes).to_dataset()
+    return make_table(layout, layout.unpack(rows), {**attributes, ANALYSIS: "curves"}).to_dataset()
 
 
 def curves_with_parameters(curves: xarray.Dataset, study: xarray.Dataset) -> xarray.Dataset:
@@ -116,7 +116,7 @@ def study_attributes(job: Job, plan: StudyPlan, cases: Cases, more: Mapping[str,
     )
     said = list(dict.fromkeys([*plan.warnings, *(w for case in sorted(cases) for w in cases[case].warnings)]))
     outcome = Outcome.COMPLETED if done else Outcome.INTERRUPTED if len(cases) < len(plan) else Outcome.FAILED
-    made = attributes_of(job.problem, outcome, text, said[:MOST_WARNINGS], parameter=job.parameter)
+    made = attributes_of(job.problem, outcome, text, said[:MOST_WARNINGS], analysis="study", parameter=job.parameter)
     drawn = "\n".join(f"{name}: {d}" for name, d in zip(plan.names, plan.distributions, strict=False))
     sampled = {"study_seed": plan.seed, "study_distributions": drawn} if plan.distributions else {}
     about = {"study_method": plan.method, "study_parameters": "\n".join(plan.names), **sampled}

@@ -13,9 +13,9 @@ from helpers.faults import raises_fault
 from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
+from slipstick.analysis.checkpoint import resumable
 from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.curve.harmonic_selection import driven_orders, harmonic_ladder
-from slipstick.analysis.curve.resume import Checkpoint, resumable
 from slipstick.analysis.events import PointFound
 
 WANTED = tuple(np.linspace(2.5, 14.5, 13))
@@ -136,7 +136,7 @@ def test_a_walk_taken_up_again_finds_the_same_points_to_the_last_bit() -> None:
         return heard
 
     whole = walked(task())
-    checkpoints = [Checkpoint.from_plain(e.checkpoint.plain(), task().balance.size) for e in whole]
+    checkpoints = [task().checkpoint(e.checkpoint.plain()) for e in whole]
     for cut in (resumable(checkpoints[:k]) for k in (1, len(whole) // 2)):
         rest = walked(replace(task(), checkpoints=checkpoints[:cut]))
         assert len(rest) == len(whole) - cut

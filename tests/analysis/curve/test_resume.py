@@ -13,8 +13,8 @@ from helpers.benchmarks import benchmark
 from helpers.oscillator import damper, one_mass, opening
 
 import slipstick as ss
+from slipstick.analysis.checkpoint import resumable
 from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
-from slipstick.analysis.curve.resume import Checkpoint, resumable
 from slipstick.errors import InputError
 from slipstick.verify.cases import oscillator
 
@@ -93,7 +93,7 @@ LONG = {"two parts that meet"}
 def test_points_to_come_are_the_same_to_the_last_bit(name: str) -> None:
     request = REQUESTS[name]()
     whole = walked_whole(name)
-    checkpoints = [Checkpoint.from_plain(p, request.balance.size) for p in whole.checkpoints]
+    checkpoints = [request.checkpoint(p) for p in whole.checkpoints]
     n, parts = len(checkpoints), [c.part for c in checkpoints]
     cuts = {resumable(checkpoints[:k]) for k in (1, n // 2, n - 1, n, parts.count(1), parts.count(1) + 1)}
     for cut in cuts:
@@ -120,4 +120,14 @@ def test_a_damaged_checkpoint_is_refused(change: dict[str, Any]) -> None:
     request = REQUESTS["point limit"]()
     plain = walked_whole("point limit").checkpoints[3]
     with pytest.raises(InputError, match="a checkpoint in the journal is damaged"):
-        Checkpoint.from_plain(plain | change, request.balance.size)
+        request.checkpoint(plain | change)
+
+
+def test_notes_of_journals_written_before_are_read() -> None:
+    """They had the tangent of every point, and said neither the value nor whether a run goes on from there."""
+    request, heard = REQUESTS["point limit"](), walked_whole("point limit").checkpoints
+    added = ("value", "goes_on")
+    before = [{name: value for name, value in plain.items() if name not in added} for plain in heard]
+    for plain in before:
+        plain.setdefault("tangent", np.zeros(plain["state"].size))
+    same([request.checkpoint(plain).plain() for plain in before], [request.checkpoint(p).plain() for p in heard])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.analysis.checkpoint import resumable
 from slipstick.analysis.curve.follow import frequency_request
-from slipstick.analysis.curve.resume import resumable
 from slipstick.analysis.events import PointFound
 from slipstick.verify.cases import oscillator
 

@@ -6,7 +6,7 @@ from helpers.floquet import distance
 from helpers.stability import brake
 
 import slipstick as ss
-from slipstick.results.schema import is_self_excited
+from slipstick.results.view import analysis_of
 
 EXACT = {
     0.55: (9.994471, (0.856465, 0.654091, -0.111258), 5e-6, 7e-5),
@@ -109,9 +109,9 @@ def test_an_unstable_range_says_where_to_begin():
 
 def test_a_branch_is_stored_drawn_and_reported(squeal, tmp_path):
     again = ss.load(squeal.save(tmp_path / "squeal.nc"))
-    assert is_self_excited(again.dataset)
+    assert analysis_of(again.dataset) == "cycles"
     shaken = ss.forced_response(brake_shaken(), omega=(5.0, 6.0), options={"max_points": 2})
-    assert not is_self_excited(shaken.dataset)
+    assert analysis_of(shaken.dataset) == "response"
     np.testing.assert_array_equal(again.dataset.omega, squeal.dataset.omega)
     axes = squeal.plot.response("y")
     assert "Hopf" in axes.get_legend_handles_labels()[1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.analysis.checkpoint import Checkpoint
 from slipstick.analysis.curve.observables import OutputObservables
 from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request, adapted_to
-from slipstick.analysis.curve.resume import Checkpoint, ResumeState
+from slipstick.analysis.curve.resume import ResumeState, curve_checkpoint
 from slipstick.analysis.curve.segments import BROKEN_OFF, Segment, joined, progress
 from slipstick.analysis.curve.state_continuation import FOLDS, NO_WORK, StateContinuation, jumps_text
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
@@ -70,8 +71,6 @@ class CurveRequest(Request):
         Outputs of which all peaks are located, and those of which the largest amplitude is, and no other peak.
     guess
         Unknowns (N,) to try first.
-    checkpoints
-        Of every point that was found already, up to an accepted one: the branch is followed on from there.
     stability
         Judges every point, where that is asked for.
     departure
@@ -86,10 +85,18 @@ class CurveRequest(Request):
     peaks_of: tuple[str, ...] = ()
     largest_of: tuple[str, ...] = ()
     guess: Array | None = None
-    checkpoints: Sequence[Checkpoint] = ()
     stability: StabilityWatch | None = None
     departure: Departure | None = None
     context: Any = None
+
+    @property
+    def analysis(self) -> str:
+        """Over the frequency or over a parameter."""
+        return "parameter" if self.parameter else "response"
+
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """That of a curve."""
+        return curve_checkpoint(plain, self.balance.size)
 
     def run(self) -> CurveRun:
         """What follows it."""
@@ -169,7 +176,7 @@ class CurveRun(Run[CurveRequest]):
 
     def __init__(self, request: CurveRequest) -> None:
         self.state = ResumeState.taken_up(request.start, request.stop, request.checkpoints)
-        super().__init__(request, count=self.state.points, begun=self.state.seconds)
+        super().__init__(request)
         self._special: SpecialPoints | None = None
         self._reached: Step | None = None
 

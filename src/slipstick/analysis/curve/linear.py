@@ -128,7 +128,8 @@ class LinearLimit:
             "amplitude": amplitude(problem.harmonics, motion).value,
             "mean": motion[:, :, 0],
         }
-        attributes = attributes_of(problem, Outcome.COMPLETED, f"linear response, contacts {self.state}", warnings)
+        told = f"linear response, contacts {self.state}"
+        attributes = attributes_of(problem, Outcome.COMPLETED, told, warnings, analysis="linear")
         layout = layout_of(problem, only=tuple(values))
         return Branch(make_table(layout, values, attributes), Outcome.COMPLETED, problem)
 

@@ -276,12 +276,12 @@ class Lockstep:
         segment = Segment(number=1, start=request.start, stop=request.stop, points=points, outcome=Outcome.COMPLETED)
         outcome, message = joined([segment])
         said = [*request.warnings, *request.doubts(own)]
-        work = {
+        work: dict[str, Any] = {
             "parts": 1, "evaluations": int(self._correctors.evaluations[i]),
             "linear_solves": int(self._correctors.solves[i]), "rejected_steps": int(self._rejected[i]),
         }  # fmt: skip
         attributes = attributes_of(
-            request.problem, outcome, message, said, parameter="", **work, peaks_of="\n".join(request.peaks_of),
-            largest_of="", seconds=seconds, jacobian=request.balance.backend.name,
+            request.problem, outcome, message, said, analysis=request.analysis, **work,
+            peaks_of="\n".join(request.peaks_of), largest_of="", seconds=seconds, jacobian=request.balance.backend.name,
         )  # fmt: skip
         return Branch(make_table(self._layout, own, attributes), outcome, request.problem, message)

@@ -24,8 +24,8 @@ from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
+    from slipstick.analysis.checkpoint import Checkpoint
     from slipstick.analysis.curve.request import Request
-    from slipstick.analysis.curve.resume import Checkpoint
     from slipstick.analysis.curve.state_continuation import Work
 
 R = TypeVar("R", bound="Request")
@@ -66,23 +66,21 @@ class Run(ABC, Generic[R]):
     outcome, message, error
         How it ended, or would if it did now; the exception that ended it, if one did.
     count
-        Points so far.
-    begun
-        Seconds that were taken before, in a run that this one goes on with.
+        Points so far, with those of a run that this one goes on with.
     progress, step, checkpoint
         Of the point that comes, as in ``PointFound``.
     doing
         What is done on the way to it, in words, for those who wait; empty where that needs no words.
     """
 
-    def __init__(self, request: R, *, count: int = 0, begun: float = 0.0) -> None:
-        self.request, self.recorder, self.count = request, request.recorder(), count
+    def __init__(self, request: R) -> None:
+        self.request, self.recorder, self.count = request, request.recorder(), len(request.checkpoints)
         self.outcome, self.message = Outcome.INTERRUPTED, ""
         self.error: Exception | None = None
         self.progress, self.step = 0.0, nan
         self.checkpoint: Checkpoint | None = None
         self.doing = ""
-        self._clock = time.perf_counter() - begun
+        self._clock = time.perf_counter() - (request.checkpoints[-1].seconds if request.checkpoints else 0.0)
         self._listeners: tuple[EventFunction, ...] = request.listeners
         self._told, self._felt, self._seeking = time.perf_counter(), 0, False
 
@@ -154,7 +152,9 @@ class Run(ABC, Generic[R]):
         """
         request, self._listeners = self.request, (*self.request.listeners, *sinks)
         request.problem.warn(request.warnings)
-        attributes = attributes_of(request.problem, self.outcome, "", request.warnings, parameter=request.parameter)
+        attributes = attributes_of(
+            request.problem, self.outcome, "", request.warnings, analysis=request.analysis, parameter=request.parameter
+        )  # fmt: skip
         points = self.points()
         try:
             self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
@@ -197,8 +197,8 @@ class Run(ABC, Generic[R]):
         request, message, seconds = self.request, self.closing, self.seconds
         attributes = attributes_of(
             request.problem, self.outcome, message, [*request.warnings, *self.recorder.besides.sentences],
-            parameter=request.parameter, **self.attributes, seconds=seconds, jacobian=request.balance.backend.name,
-            **requested_attribute(request.requested),
+            analysis=request.analysis, parameter=request.parameter, **self.attributes, seconds=seconds,
+            jacobian=request.balance.backend.name, **requested_attribute(request.requested),
         )  # fmt: skip
         return Stopped(
             outcome=self.outcome, message=message or self.outcome.text, points=self.count, seconds=seconds,

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from numpy.typing import ArrayLike
 
@@ -49,6 +49,7 @@ from slipstick.typing import Array
 from slipstick.units import Units
 
 if TYPE_CHECKING:
+    from slipstick.analysis.checkpoint import Checkpoint
     from slipstick.analysis.curve.record import Run
     from slipstick.analysis.stability.floquet import StabilityWatch
     from slipstick.branch import Branch
@@ -101,6 +102,8 @@ class Request(ABC):
 
     Attributes
     ----------
+    analysis
+        Name of the analysis, as results and journals say it: "response", "track", "wear" ...
     problem, balance
         What vibrates, as given and made ready.
     parameter
@@ -111,6 +114,8 @@ class Request(ABC):
         Values of it at which points are wanted.
     warnings
         Given to the user and kept with the results.
+    checkpoints
+        Of every point that was found already, up to one that the analysis can be taken up after: it goes on from there.
     """
 
     problem: Problem
@@ -122,6 +127,24 @@ class Request(ABC):
     options: ContinuationOptions = field(default_factory=ResponseOptions)
     listeners: tuple[EventFunction, ...] = ()
     warnings: Sequence[str] = ()
+    checkpoints: Sequence[Checkpoint] = ()
+
+    @property
+    @abstractmethod
+    def analysis(self) -> str:
+        """Name of the analysis."""
+
+    without: ClassVar[str] = "it was not stored with the results"
+    """Why there is no problem that goes with the results, where there is none."""
+
+    @property
+    def vibrating(self) -> Problem | None:
+        """The problem that goes with the results; None where they are of no problem with loads."""
+        return self.problem
+
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """Where a run stood at a point, from its journal; raises InputError where that is damaged."""
+        raise InputError(f"{self.analysis} cannot be taken up after a point")
 
     @abstractmethod
     def run(self) -> Run:

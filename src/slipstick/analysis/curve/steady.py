@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -128,6 +128,7 @@ class SteadyRequest(CurveRequest):
 
     values: tuple[float, ...]
     near: Branch | None = None
+    analysis: ClassVar[str] = "steady"
 
     def run(self) -> SteadyRun:
         """What finds them."""

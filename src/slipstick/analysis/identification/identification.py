@@ -44,7 +44,7 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, SlipstickError
 from slipstick.faults import Gathering, number, numbers, shown, suggestion, warn, whole, wrong
 from slipstick.results.saved_table import write_table
-from slipstick.results.schema import versions
+from slipstick.results.schema import ANALYSIS, versions
 from slipstick.results.sensitivities import direction_of
 from slipstick.typing import Array
 
@@ -1066,7 +1066,7 @@ def _dataset(request: _Request, end: _End, found: Identification, deviation: flo
         moved = np.array([[*values.values()] for values in found.without_level.values()])
         data["without_level"] = (("level", "parameter"), moved, {"long_name": "parameters without a level"})
     attributes = {
-        "warnings": "\n".join(found.warnings), "refused": found.refused, "weights": found.weights,
+        ANALYSIS: "identify", "warnings": "\n".join(found.warnings), "refused": found.refused, "weights": found.weights,
         "misfit": found.misfit, "noise": found.noise, "converged": int(found.converged), "message": found.message,
         "indistinct": "\n".join(found.indistinct), "several": found.several,
         "degrees_of_freedom": found.degrees_of_freedom, "title": problem.title, **problem.units.attributes,

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import inf, log
 from typing import Any
 
 import numpy as np
 
+from slipstick.analysis.checkpoint import Checkpoint
+from slipstick.analysis.curve.state_continuation import NO_WORK, Work
 from slipstick.analysis.modes.start import LinearMode
 from slipstick.analysis.modes.system import ModeSystem, TargetMode
 from slipstick.balance.balance import Balance
@@ -18,6 +21,7 @@ from slipstick.solve.continuation import (
     BranchEvent,
     Continuation,
     ContinuationOptions,
+    RestartPoint,
     Step,
     continuation,
 )
@@ -65,15 +69,19 @@ class ModePath:
         self.first, self.last = ends
         self.options = replace(options, output_step=inf)
         self._runs: list[Continuation | Corrector | NewtonResult] = []
+        self._earlier, self._begin, self._most = NO_WORK, 0.0, 0.0
+        self._stood: deque[RestartPoint] = deque(maxlen=2)
 
     @property
-    def work(self) -> dict[str, int]:
-        """Evaluations, linear solves and rejected steps so far."""
-        return {
-            "evaluations": sum(run.evaluations for run in self._runs),
-            "linear_solves": sum(run.solves for run in self._runs),
-            "rejected_steps": sum(run.rejected for run in self._runs if isinstance(run, Continuation)),
-        }
+    def work(self) -> Work:
+        """Of all runs so far."""
+        return self._work_of(self._runs)
+
+    def _work_of(self, runs: Sequence[Continuation | Corrector | NewtonResult]) -> Work:
+        rejected = sum(run.rejected for run in runs if isinstance(run, Continuation))
+        return self._earlier.plus(
+            Work(0, sum(run.evaluations for run in runs), sum(run.solves for run in runs), rejected)
+        )
 
     def begin(self) -> tuple[Array, float] | None:
         """Unknowns (N + 4,) and parameter at the first amplitude; None where none are found.
@@ -110,17 +118,42 @@ class ModePath:
 
     def follow(self, y: Array, parameter: float, events: Iterable[BranchEvent]) -> Continuation:
         """From the first point on; the last one, at the last amplitude, is of kind "end"."""
+        self._begin = parameter
         return self._run(y, parameter, (self.first, self.last), events)
 
-    def refined(self, steps: Iterable[Step]) -> Iterator[Step]:
+    def beyond(self, stood: Checkpoint, events: Iterable[BranchEvent]) -> Continuation:
+        """From where another way along the same mode stood: the points that it would have found."""
+        own, restart = stood.own, tuple(filter(None, (stood.before, stood.restart_point)))
+        self._begin, self._most, self._earlier = own["begin"], own["most"], own["work"]
+        self._stood.extend(restart)
+        return self._run(restart[-1].state[:-1], self._begin, (self.first, self.last), events, restart)
+
+    def refined(self, run: Continuation) -> Iterator[Step]:
         """With corrected points between neighbours, so that lines between them are frequency and damping."""
-        before, most = None, 0.0
-        for step in steps:
-            most = max(most, abs(float(_values(step.state)[1])))
+        before = run.standing
+        for step in run:
+            self._most = max(self._most, abs(float(_values(step.state)[1])))
+            if run.restart_point is not None and run.restart_point.state is step.state:
+                self._stood.append(run.restart_point)
             if before is not None:
-                yield from self._between(before, step, max(_SLIGHT * most, _UNDAMPED), _HALVINGS)
+                yield from self._between(before, step, max(_SLIGHT * self._most, _UNDAMPED), _HALVINGS)
             yield step
             before = step
+
+    def stands(self, run: Continuation, step: Step, seconds: float) -> Checkpoint:
+        """Where it stands at a step of ``refined``, before the next one is asked for.
+
+        Its ``own`` are the parameter at which the run began (``begin``), the largest damping so far (``most``) and the
+        ``work`` of all other runs.
+        """
+        accepted = bool(self._stood) and self._stood[-1].state is step.state
+        others = self._work_of([one for one in self._runs if one is not run])
+        return Checkpoint(
+            value=step.evaluation.detail.amplitude, seconds=seconds, goes_on=accepted,
+            restart_point=self._stood[-1] if accepted else None,
+            before=self._stood[0] if accepted and len(self._stood) > 1 else None,
+            own={"begin": self._begin, "most": self._most, "work": others},
+        )  # fmt: skip
 
     def arrived(self, step: Step) -> tuple[Outcome, str]:
         """Whether the way ended at the last amplitude, and what else to say."""
@@ -166,8 +199,9 @@ class ModePath:
         return unit
 
     def _run(
-        self, y: Array, parameter: float, ends: tuple[float, float], events: Iterable[BranchEvent]
-    ) -> Continuation:
+        self, y: Array, parameter: float, ends: tuple[float, float], events: Iterable[BranchEvent],
+        restart: Sequence[RestartPoint] = (),
+    ) -> Continuation:  # fmt: skip
         first, last = ends
         way = log(last / first)
         stop = parameter + way + np.copysign(_BEYOND, way)
@@ -180,7 +214,7 @@ class ModePath:
         self._scaling, self._length = scaling, abs(way)
         run = continuation(
             self.system, y, parameter, stop, options=self.options, scaling=scaling, doubted=self._doubted,
-            events=[slip, *events, reached],
+            events=[slip, *events, reached], restart=restart,
         )  # fmt: skip
         self._runs.append(run)
         return run

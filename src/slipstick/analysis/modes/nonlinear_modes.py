@@ -6,13 +6,14 @@ from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from slipstick.analysis.curve.record import Run
+from slipstick.analysis.checkpoint import Checkpoint, undamaged
+from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.curve.state_continuation import relative_residual
+from slipstick.analysis.curve.state_continuation import Work, relative_residual
 from slipstick.analysis.events import EventFunction
 from slipstick.analysis.modes.following import ModePath, first_guess
 from slipstick.analysis.modes.start import LinearMode, linear_mode
@@ -32,7 +33,7 @@ from slipstick.interrupts import pass_on
 from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.result_warnings import result_warnings
 from slipstick.results.schema import Declared, Layout
-from slipstick.solve.continuation import BranchEvent, Step
+from slipstick.solve.continuation import BranchEvent, Continuation, Step
 from slipstick.structure.cyclic import TravellingWave
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import ModalStructure
@@ -116,6 +117,14 @@ def nonlinear_modes(
     >>> float(branch.dataset.omega[0].round(6)), float(branch.dataset.modal_damping[0].round(8))
     (6.403124, 0.00078087)
     """
+    return mode_request(problem, amplitude, mode, dof, load_factors, options, listeners).branch()
+
+
+def mode_request(
+    problem: Any, amplitude: Any, mode: Any = 1, dof: Any = None, load_factors: Any = (), options: Any = None,
+    listeners: Any = (),
+) -> ModeRequest:  # fmt: skip
+    """What is asked for, checked; InputError with all faults."""
     checks = Checks(problem)
     ends = checks.take(_amplitudes, amplitude)
     number = checks.take(whole, "mode", mode, 1)
@@ -134,7 +143,7 @@ def nonlinear_modes(
         stop=ends[1], dof=output, factors=factors or (), options=common["options"],
         listeners=common["listeners"],
         warnings=problem_warnings(checks.problem, free=True),
-    ).branch()  # fmt: skip
+    )  # fmt: skip
 
 
 def _amplitudes(amplitude: Any) -> tuple[float, float]:
@@ -280,6 +289,7 @@ class ModeRecorder(Recorder):
 class ModeRequest(Request):
     """A mode to be followed between two amplitudes at ``dof``; its results are of no problem with loads."""
 
+    analysis: ClassVar[str] = "modes"
     free: FreeProblem
     linear: LinearMode
     number: int
@@ -290,11 +300,28 @@ class ModeRequest(Request):
         """What follows it."""
         return ModeRun(self)
 
+    without: ClassVar[str] = "it is a free vibration, not that of a problem with loads"
+
+    @property
+    def vibrating(self) -> Problem | None:
+        """None: the problem is excited, the mode is not."""
+        return None
+
     def branch(self) -> Branch:
         """The points, in memory."""
         branch = super().branch()
-        without = "it is a free vibration, not that of a problem with loads"
-        return Branch(branch.table, branch.outcome, None, branch.message, without=without)
+        return Branch(branch.table, branch.outcome, None, branch.message, without=self.without)
+
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """That of ``ModePath.stands``."""
+        with undamaged():
+            point = Checkpoint.from_plain(plain, size=self.balance.size + 5)
+            if not point.goes_on:
+                return point
+            if point.restart_point is None:
+                raise ValueError
+            own = {"begin": float(plain["begin"]), "most": float(plain["most"])}
+            return replace(point, own={**own, "work": Work._make(map(int, plain["work"]))})
 
     def recorder(self) -> ModeRecorder:
         """With what a mode has besides."""
@@ -351,17 +378,24 @@ class ModeRun(Run[ModeRequest]):
     def points(self) -> Generator[Point, None, None]:
         """From the first amplitude to the last one, which is met exactly."""
         request, path, newest = self.request, self._path, list[Step]()
+        stood, way = request.checkpoints[-1:], log(request.stop / request.start)
         self.outcome, self.doing = Outcome.NO_FIRST_POINT, f"looking for the mode at the amplitude {request.start:.6g}"
-        way = log(request.stop / request.start)
         with self.kept(newest):
-            begun = path.begin()
-            if begun is not None:
-                run, self.doing = path.follow(*begun, [self._level(factor) for factor in request.factors]), ""
+            levels = [self._level(factor) for factor in request.factors]
+            run: Continuation | None = None
+            if stood:
+                run = path.beyond(stood[0], levels)
+            elif (begun := path.begin()) is not None:
+                run = path.follow(*begun, levels)
+            if run is not None:
+                self.doing = ""
+                checkpoint: Checkpoint | None = None
                 for step in path.refined(run):
                     pass_on()
                     if newest:
+                        self.checkpoint = checkpoint
                         yield self._point(self._system, newest[0])
-                    newest[:] = [step]
+                    newest[:], checkpoint = [step], path.stands(run, step, self.seconds)
                     self.progress = min(max(log(step.evaluation.detail.amplitude / request.start) / way, 0.0), 1.0)
                 self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
         if self.outcome is Outcome.NO_FIRST_POINT:
@@ -375,12 +409,14 @@ class ModeRun(Run[ModeRequest]):
             last, system = path.finished(last), self._at_dof
         else:
             self.message = f"{self.message}; the last amplitude is {last.evaluation.detail.amplitude:.6g}"
+        amplitude = float(last.evaluation.detail.amplitude)
+        self.checkpoint = Checkpoint(value=amplitude, seconds=self.seconds, goes_on=False, own={})  # it is found anew
         yield self._point(system, last)
 
     @property
     def attributes(self) -> Mapping[str, Any]:
         """Which mode, and the work."""
-        return {"mode": self.request.number + 1, "mode_of": self.request.dof, **self._path.work}
+        return {"mode": self.request.number + 1, "mode_of": self.request.dof, **counted(self._path.work)}
 
     def _point(self, system: ModeSystem, step: Step) -> Point:
         """A point with its phase turned so that harmonic 1 at the output is a cosine."""

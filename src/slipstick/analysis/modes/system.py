@@ -187,11 +187,13 @@ class ModeSystem:
         P[-1, self._pair] = q
         return replace(self._base, P=P, structure={XI: xi})
 
-    def evaluate(self, y: Array, parameter: float, context: tuple[Array, Array | None] | None = None) -> Evaluation:
+    def evaluate(self, y: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``ModeDetail``."""
         if not (isfinite(y.dot(y)) and isfinite(parameter) and abs(parameter) < 600.0 and y[-2] > 0.0):
             return Evaluation.undefined(y.size)
-        reference, near = context or (self._reference, None)
+        reference, near, n = self._reference, None, self._reference.size
+        if context is not None:
+            reference, near = context[:n], context[n:] if context.size > n else None
         A, omega, xi, motion = exp(parameter), float(y[-2]), float(y[-1]), y[:-2]
         sizes = self.sizes(A)[:-2]
         q = A * y[-4:-2]
@@ -220,7 +222,8 @@ class ModeSystem:
         )  # fmt: skip
         if reference @ shift < _TRANSVERSAL * norm(shift):
             reference = shift / norm(shift)
-        return evaluation._replace(context=(reference, here.detail.carried))
+        carried = here.detail.carried
+        return evaluation._replace(context=reference if carried is None else np.append(reference, carried))
 
     def _columns_of_mode(self, here: Linearization) -> list[Array]:
         """Derivatives of the balance by the motion of the mode, cosine and sine."""

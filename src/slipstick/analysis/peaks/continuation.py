@@ -12,12 +12,14 @@ another part of the branch.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections import deque
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.checkpoint import Checkpoint
 from slipstick.analysis.curve.state_continuation import NO_WORK, Work
 from slipstick.analysis.peaks.events import peak_events
 from slipstick.analysis.peaks.gradient import FLAT, Extreme
@@ -31,6 +33,7 @@ from slipstick.solve.continuation import (
     BranchEvent,
     Continuation,
     ContinuationOptions,
+    RestartPoint,
     Step,
     continuation,
 )
@@ -75,6 +78,8 @@ class PeakPoint(NamedTuple):
     iterations: int
     part: int = 1
     """Of the branch: one more where another peak is followed on."""
+    given: Array | None = None
+    """What a peak found by bracketing was evaluated with, as ``context``."""
 
     @property
     def context(self) -> Array:
@@ -121,14 +126,57 @@ class PeakContinuation:
         self._way, self._reach, self._reason = 1.0 if span[1] > span[0] else -1.0, span[0], ""
         self._context: Array | None = None
         self._part, self._begun = 1, False
+        self._runs, self._side, self._accepted = 0, 0.0, False
+        self._begin = np.zeros(0), span[0]
+        self._stood: deque[RestartPoint] = deque(maxlen=2)
         self._unit = self.balance.problem.units.angular
         self._size = scales(self.balance, system.at(span[0])[0], bounds[0]).displacement
 
     def points(self, y: Array) -> Iterator[PeakPoint]:
         """From the peak ``y`` (N + 1,) at the start of the range."""
-        at, runs, self._first = self.span[0], 0, y
-        while runs < _MOST_RUNS:
-            why, runs = (yield from self._smooth(y, at)), runs + 1
+        self._first = y
+        yield from self._points(y, self.span[0])
+
+    def beyond(self, stood: Checkpoint) -> Iterator[PeakPoint]:
+        """From where another continuation stood, of the same arguments: the points that it would have found."""
+        own = stood.own
+        self._runs, self._part, self._begun = own["runs"], stood.part, own["begun"]
+        self._reach, self._length, self._reason = own["reach"], own["length"], own["reason"]
+        self.notes, self.work, y, at = list(own["notes"]), own["work"], own["y"], own["at"]
+        if stood.restart_point is None:
+            detail = self.system.evaluate(y, at, own["given"]).detail
+            self.last = PeakPoint(y, at, detail, own["kind"], own["residual"], own["iterations"], stood.part)
+            self._context, self.system.factorisations = self.last.context, own["factorisations"]
+            if own["kind"] == "end":
+                self._end(Outcome.COMPLETED, Outcome.COMPLETED.text)
+                return
+        yield from self._points(y, at, stood)
+
+    def stands(self, seconds: float) -> Checkpoint:
+        """Where it stands at the point found last, after so many seconds.
+
+        Its ``own`` say where the present smooth curve of peaks begins, or the next one where the peak was found by
+        bracketing (``y``, ``at``, and what it was ``given``), and what was taken note of on the way.
+        """
+        last, smooth = self.last, bool(self._stood)
+        assert last is not None
+        y, at = self._begin if smooth else (last.y, last.parameter)
+        restart = tuple(self._stood) if self._accepted else ()
+        return Checkpoint(
+            value=last.parameter, seconds=seconds, part=self._part, goes_on=self._accepted,
+            restart_point=restart[-1] if restart else None, before=restart[0] if len(restart) > 1 else None,
+            own={
+                "y": y, "at": at, "given": last.given, "kind": last.kind, "residual": last.residual,
+                "iterations": last.iterations, "side": float(self._side), "reach": self._reach,
+                "length": self._length, "reason": self._reason, "notes": list(self.notes), "runs": self._runs,
+                "begun": self._begun and not smooth, "work": self.work, "factorisations": self.system.factorisations,
+            },
+        )  # fmt: skip
+
+    def _points(self, y: Array, at: float, stood: Checkpoint | None = None) -> Iterator[PeakPoint]:
+        while self._runs < _MOST_RUNS:
+            why, stood = (yield from self._smooth(y, at, stood)), None
+            self._runs += 1
             if not why:
                 return
             onward = (self._rivalled() or self._climbed()) if why == TIE else (yield from self._corners())
@@ -137,11 +185,23 @@ class PeakContinuation:
             y, at = onward
         self._end(Outcome.POINT_LIMIT, Outcome.POINT_LIMIT.text)
 
-    def _smooth(self, y: Array, at: float) -> Generator[PeakPoint, None, str]:
+    def _smooth(self, y: Array, at: float, stood: Checkpoint | None) -> Generator[PeakPoint, None, str]:
         """Smooth peaks from one on; the value is what ended them: a tie, a corner, or nothing more to do."""
-        run, side, before = self._run(y, at), 0.0, self.last.detail if self.last is not None else None
+        restart = () if stood is None else tuple(filter(None, (stood.before, stood.restart_point)))
+        run, side, before = self._run(y, at, restart), 0.0, self.last.detail if self.last is not None else None
+        self._begin, self._stood = (y, at), deque(restart, maxlen=2)
+        if stood is not None and run.standing is not None:
+            own, step = stood.own, run.standing
+            side, before, self._context = own["side"], step.evaluation.detail, step.evaluation.context
+            self.last = PeakPoint(
+                step.x, step.parameter, before, own["kind"], own["residual"], own["iterations"], self._part
+            )
+            self.system.factorisations = own["factorisations"]
         try:
             for step in run:
+                self._accepted = run.restart_point is not None and run.restart_point.state is step.state
+                if self._accepted and run.restart_point is not None:
+                    self._stood.append(run.restart_point)
                 if before is not None and not _goes_on(before, step.evaluation.detail):
                     return CORNER
                 before = step.evaluation.detail
@@ -150,6 +210,7 @@ class PeakContinuation:
                 if self._slope_of(step) > FLAT or (step.kind != "turning point" and way * side < 0.0):
                     return CORNER
                 again, side = step.kind == "start" and self.last is not None, side or way
+                self._side = side
                 point = self._point(step)
                 self._take(point)
                 if not again or self._begun:
@@ -159,6 +220,7 @@ class PeakContinuation:
                     self.notes.append(f"the peak and a minimum of the curve merge at {step.parameter:.6g}")
         finally:
             self.work = self.work.plus(Work(1, run.evaluations, run.solves, run.rejected))
+            self._stood.clear()
         if self.last is not None and self.last.kind == TIE:
             return TIE
         if run.outcome in _LOST:
@@ -167,7 +229,7 @@ class PeakContinuation:
         self._end(run.outcome or Outcome.INTERRUPTED, run.message)
         return ""
 
-    def _run(self, y: Array, at: float) -> Continuation:
+    def _run(self, y: Array, at: float, restart: Sequence[RestartPoint]) -> Continuation:
         unit = np.full(y.size, self._size)
         unit[-1] = y[-1]
         direction = None
@@ -179,7 +241,7 @@ class PeakContinuation:
                 BranchEvent(name=TIE, kind=TIE, function=lambda s: s.evaluation.detail.ahead - LEVEL, direction=1,
                             terminal=True),
                 BranchEvent(name=OPTIMUM, kind=OPTIMUM, function=self._rate),
-            ), context=self._context, doubted=self._doubted,
+            ), context=self._context, restart=restart, doubted=self._doubted,
         )  # fmt: skip
 
     @staticmethod
@@ -304,6 +366,7 @@ class PeakContinuation:
         self.notes.append(f"at {before.parameter:.6g} {why}")
         end = before._replace(kind=TIE if tie else CORNER, part=self._part)
         self._take(end)
+        self._accepted = False
         return end
 
     def _next(self, peak: PeakPoint | None) -> Generator[PeakPoint, None, tuple[Array, float] | None]:
@@ -323,6 +386,7 @@ class PeakContinuation:
         peak = peak._replace(kind="start" if self.last is None else kind, part=self._part)
         self._context = peak.context
         self._take(peak)
+        self._accepted = True
         yield peak
         if kind == "end":
             self._end(Outcome.COMPLETED, Outcome.COMPLETED.text)
@@ -434,4 +498,4 @@ class _Search:
         terms = value.terms()[:-1] if value.terms else np.ones(y.size - 1)
         residual = relative(value.residual[:-1], terms)
         kind = "regular" if abs(last) <= FLAT else CORNER
-        return PeakPoint(y, self._value, value.detail, kind, residual, self._solved)
+        return PeakPoint(y, self._value, value.detail, kind, residual, self._solved, given=self._context)

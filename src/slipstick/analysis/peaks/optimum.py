@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -123,7 +123,8 @@ def optimal(
     >>> round(best.value, 5), round(best.omega, 6), round(best.amplitude, 7), best.kind
     (471.69623, 9.504764, 2.8037329, 'lowest')
     """
-    search = OptimumSearch(tracked_peak(problem, parameter, start, omega, dof, (), options, listeners))
+    request = tracked_peak(problem, parameter, start, omega, dof, (), options, listeners)
+    search = OptimumRequest(**vars(request)).run()
     return search.optimum(search.branch())
 
 
@@ -159,6 +160,17 @@ class OptimumSystem:
     def _row(side: Displaced, along: tuple[Move, ...]) -> Array:
         """Gradient of a slope over all unknowns."""
         return np.concatenate([side.by_motion(), [side.along(FREQUENCY), side.along(*along)]])
+
+
+@dataclass(frozen=True, kw_only=True)
+class OptimumRequest(TrackedPeak):
+    """A peak whose optimum over the parameter is sought."""
+
+    analysis: ClassVar[str] = "optimal"
+
+    def run(self) -> OptimumSearch:
+        """What finds it."""
+        return OptimumSearch(self)
 
 
 class OptimumSearch(PeakRun):

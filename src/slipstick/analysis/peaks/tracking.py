@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real as Number
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from slipstick.analysis.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request
+from slipstick.analysis.curve.state_continuation import Work
 from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
 from slipstick.analysis.peaks.gradient import Extreme, StateSpace
@@ -158,8 +160,24 @@ def one_dof(problem: Problem, dof: Any) -> str:
 class TrackedPeak(Request):
     """A peak to be followed: of the amplitude at ``dof``, between the frequencies ``omega``."""
 
+    analysis: ClassVar[str] = "track"
     omega: tuple[float, float]
     dof: str
+
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """That of ``PeakContinuation.stands``."""
+        with undamaged():
+            point, own = Checkpoint.from_plain(plain, size=self.balance.size + 2), dict(plain)
+            given = None if own["given"] is None else np.asarray(own["given"], dtype=float)
+            if given is not None and given.ndim != 1:
+                raise ValueError
+            numbers = {name: float(own[name]) for name in ("at", "residual", "side", "reach", "length")}
+            counts = {name: int(own[name]) for name in ("iterations", "runs", "factorisations")}
+            return replace(point, own={
+                **numbers, **counts, "y": vector(own["y"], self.balance.size + 1), "given": given,
+                "kind": str(own["kind"]), "reason": str(own["reason"]), "notes": list(map(str, own["notes"])),
+                "begun": bool(own["begun"]), "work": Work._make(map(int, own["work"])),
+            })  # fmt: skip
 
     def run(self) -> PeakRun:
         """What follows it."""
@@ -195,13 +213,18 @@ class PeakRun(Run[TrackedPeak]):
 
     def points(self) -> Generator[Point, None, None]:
         """From the highest peak at the first value on."""
-        self.doing = self.sought
-        first, peaks, request = self.request.first(self.system), self._peaks, self.request
-        if first is None:
-            self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
-            return
-        self.doing = ""
-        for peak in peaks.points(first):
+        peaks, request = self._peaks, self.request
+        if request.checkpoints:
+            found = peaks.beyond(request.checkpoints[-1])
+        else:
+            self.doing = self.sought
+            first = request.first(self.system)
+            if first is None:
+                self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
+                return
+            self.doing, found = "", peaks.points(first)
+        for peak in found:
+            self.checkpoint = peaks.stands(self.seconds)
             self.progress = min(1.0, abs((peak.parameter - request.start) / (request.stop - request.start)))
             yield self.point(peak)
             pass_on()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -246,6 +246,7 @@ class SelfExcited(Request):
         Of the parameter, at which it is looked at; in their order.
     """
 
+    analysis: ClassVar[str] = "cycles"
     sliding: SteadySliding
     values: tuple[float, ...]
 

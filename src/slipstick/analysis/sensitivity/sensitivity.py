@@ -26,7 +26,7 @@ from slipstick.balance.states import Powered
 from slipstick.errors import InputError
 from slipstick.faults import point_numbers, warn, wrong
 from slipstick.results.record import Outputs, contact_states, unknowns
-from slipstick.results.schema import CYCLES, is_self_excited, state_names
+from slipstick.results.schema import state_names
 from slipstick.results.sensitivities import (
     PointDerivatives,
     corner_warnings,
@@ -35,6 +35,7 @@ from slipstick.results.sensitivities import (
     parameter_names,
     sensitivity_dataset,
 )
+from slipstick.results.view import analysis_of
 from slipstick.solve.norm import norm
 from slipstick.state.contact_state import Carried
 from slipstick.typing import Array
@@ -77,8 +78,8 @@ class Sensitivities:
         self.balance.anchor_if_undamped(float(self._table["omega"].to_numpy()[0]))
         self.outputs = Outputs(self.balance, (dof,))
         followed = str(self._table.attrs.get("parameter", ""))
-        self._followed = "" if followed == CYCLES else followed  # at each point the gaps are held as worn
-        self._worn = followed == CYCLES
+        self._worn = analysis_of(self._table) == "wear"
+        self._followed = "" if self._worn else followed  # at each point the gaps are held as worn
         self._path = parameter_path(branch.problem, self._followed) if self._followed else None
         self._along = self._table[branch.followed].to_numpy()
         self._without: Counter[tuple[str, str]] = Counter()
@@ -333,7 +334,7 @@ def sensitivity_of(
     if branch.problem is None:
         raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}")
     table = branch.table
-    if is_self_excited(table):
+    if analysis_of(table) == "cycles":
         raise InputError(
             "sensitivities of self-excited vibration are not known: its frequency moves with the parameters"
         )

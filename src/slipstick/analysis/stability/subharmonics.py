@@ -16,8 +16,8 @@ from slipstick.branch import Branch
 from slipstick.contact.rubbing import SECOND, SWEPT
 from slipstick.errors import InputError
 from slipstick.faults import warn
-from slipstick.results.schema import is_self_excited
 from slipstick.results.stability import PERIOD_DOUBLING
+from slipstick.results.view import analysis_of
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.metric import Metric
@@ -63,7 +63,7 @@ def renamed(parameter: str) -> str:
 
 def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, **options: Any) -> Branch:
     """As ``Branch.subharmonic``."""
-    if is_self_excited(branch.table):
+    if analysis_of(branch.table) == "cycles":
         raise InputError("motion of twice the period is not followed from limit cycles: integrate in time")
     kind = str(branch.table["kind"].to_numpy()[point])
     if kind != PERIOD_DOUBLING:

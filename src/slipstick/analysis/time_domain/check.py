@@ -15,7 +15,7 @@ from slipstick.balance.reduction import worst_error
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.results.contacts import FRICTION_VARIABLES
-from slipstick.results.schema import is_self_excited
+from slipstick.results.view import analysis_of
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -64,7 +64,8 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
         mean_force=np.concatenate([np.zeros(0), *means]),
     )  # fmt: skip
     held = {name: np.nan_to_num(d[v]) for name, v in FRICTION_VARIABLES.items() if v in d}
-    if is_self_excited(branch.table):  # shooting at a given period has no solution that stands alone: the phase is free
+    if analysis_of(branch.table) == "cycles":
+        # shooting at a given period has no solution that stands alone: the phase is free
         options = {"method": "march", "tolerance": _FREE_PHASE, **options}
     result = transient(problem, omega, initial=start, held=held, **options)
     amplitude, mean = d["amplitude"], d["mean"]

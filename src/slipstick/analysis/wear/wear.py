@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.checkpoint import Checkpoint, undamaged
 from slipstick.analysis.curve.record import Run
 from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.events import EventFunction
@@ -284,51 +285,6 @@ def wear_warnings(problem: Problem) -> list[str]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WearCheckpoint:
-    """Where wear stood at a point, exactly: everything that the steps after it depend on."""
-
-    cycles: float
-    z: Array
-    y: Array
-    near: Array
-    length: float
-    """Of the step that comes."""
-    reference: float
-    implicit: bool
-    smooth: bool
-    iterations: int
-    work: tuple[int, int, int]
-    seconds: float
-
-    @property
-    def value(self) -> float:
-        """Of what is followed."""
-        return self.cycles
-
-    part = 1
-
-    def plain(self) -> dict[str, Any]:
-        """As numbers and arrays."""
-        return dict(vars(self))
-
-    @classmethod
-    def from_plain(cls, plain: Mapping[str, Any]) -> WearCheckpoint:
-        """What ``plain`` made; raises InputError where it is none."""
-        try:
-            z, y, near = (np.asarray(plain[name], dtype=float) for name in ("z", "y", "near"))
-            if any(array.ndim != 1 for array in (z, y, near)) or not np.all(np.isfinite(y)):
-                raise ValueError
-            first, second, third = map(int, plain["work"])
-            return cls(
-                z=z, y=y, near=near, work=(first, second, third), cycles=float(plain["cycles"]),
-                length=float(plain["length"]), reference=float(plain["reference"]), seconds=float(plain["seconds"]),
-                implicit=bool(plain["implicit"]), smooth=bool(plain["smooth"]), iterations=int(plain["iterations"]),
-            )  # fmt: skip
-        except (KeyError, TypeError, ValueError, OverflowError):
-            raise InputError("a checkpoint in the journal is damaged, or of another problem") from None
-
-
-@dataclass(frozen=True, kw_only=True)
 class WearRequest(Request):
     """Wear to be followed over cycles.
 
@@ -338,10 +294,9 @@ class WearRequest(Request):
         The frequency twice, or the range in which the peak of ``dof`` is sought.
     depth
         At which each contact of the problem is worn out, (n_contacts,); None: never.
-    checkpoints
-        Of every point that was found already.
     """
 
+    analysis: ClassVar[str] = "wear"
     omega: tuple[float, float]
     dof: str
     depth: Array | None
@@ -349,7 +304,25 @@ class WearRequest(Request):
     steps: int
     tolerance: float
     max_change: float
-    checkpoints: Sequence[WearCheckpoint] = ()
+
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """Where wear stood at a point, exactly: everything that the steps after it depend on.
+
+        Its ``own`` are depths ``z`` and motion ``y`` with what it was found ``near``, the ``length`` of the step that
+        comes and whether it is ``implicit``, the ``reference`` of loads, ``smooth``, ``iterations`` and ``work``.
+        """
+        with undamaged():  # those of before call what is followed cycles
+            point = Checkpoint.from_plain(plain, "cycles" if "cycles" in plain else "value")
+            z, y, near = (np.asarray(plain[name], dtype=float) for name in ("z", "y", "near"))
+            if any(array.ndim != 1 for array in (z, y, near)) or not np.all(np.isfinite(y)):
+                raise ValueError
+            first, second, third = map(int, plain["work"])
+            own = {
+                "z": z, "y": y, "near": near, "work": (first, second, third), "length": float(plain["length"]),
+                "reference": float(plain["reference"]), "implicit": bool(plain["implicit"]),
+                "smooth": bool(plain["smooth"]), "iterations": int(plain["iterations"]),
+            }  # fmt: skip
+            return replace(point, own=own)
 
     def run(self) -> WearRun:
         """What follows it."""
@@ -413,9 +386,8 @@ class WearRun(Run[WearRequest]):
     """Wear under way."""
 
     def __init__(self, request: WearRequest) -> None:
-        checkpoints = request.checkpoints
-        seconds = checkpoints[-1].seconds if checkpoints else 0.0
-        super().__init__(request, count=len(checkpoints), begun=seconds)
+        super().__init__(request)
+        own: Mapping[str, Any] = request.checkpoints[-1].own if request.checkpoints else {"work": (0, 0, 0)}
         balance = request.balance
         balance.anchor_if_undamped(request.omega[0])
         low = request.omega[0]
@@ -424,12 +396,12 @@ class WearRun(Run[WearRequest]):
             AtPeak(balance, request.omega, dof) if request.dof else AtFrequency(balance, low, dof, self.tell)
         )
         self._span = request.stop - request.start
-        self._work = checkpoints[-1].work if checkpoints else (0, 0, 0)
+        self._work: tuple[int, int, int] = own["work"]
         self._limits = np.full(self.steady.size, np.inf)
         if request.depth is not None:
             places = {name: i for i, name in enumerate(request.problem.elements)}
             self._limits = request.depth[[places[name] for name in self.steady.names]]
-        self._reference = checkpoints[-1].reference if checkpoints else 0.0
+        self._reference: float = own.get("reference", 0.0)
         self._per_depth = np.zeros(self.steady.size)
 
     @property
@@ -443,11 +415,11 @@ class WearRun(Run[WearRequest]):
         """From the first cycle on."""
         request = self.request
         if request.checkpoints:
-            last = request.checkpoints[-1]
-            n, ahead = last.cycles, _Ahead(last.length, last.implicit)
-            here = self.steady.at(last.z, last.y, last.near, last.iterations)
+            n, own = request.checkpoints[-1].value, request.checkpoints[-1].own
+            ahead = _Ahead(own["length"], own["implicit"])
+            here = self.steady.at(own["z"], own["y"], own["near"], own["iterations"])
             assert here is not None
-            here = replace(here, smooth=last.smooth)
+            here = replace(here, smooth=own["smooth"])
         else:
             n, here = request.start, self.steady.first()
             if here is None:
@@ -487,11 +459,10 @@ class WearRun(Run[WearRequest]):
     def _point(self, n: float, here: WornMotion, kind: str, ahead: _Ahead) -> Point:
         steady = self.steady
         self.step = ahead.length
-        self.checkpoint = WearCheckpoint(  # type: ignore[assignment]
-            cycles=n, z=here.z, y=here.y, near=here.near, length=ahead.length, implicit=ahead.implicit,
-            reference=self._reference, smooth=here.smooth, iterations=here.iterations, work=self._work,
-            seconds=self.seconds,
-        )  # fmt: skip
+        self.checkpoint = Checkpoint(value=n, seconds=self.seconds, own={
+            "z": here.z, "y": here.y, "near": here.near, "length": ahead.length, "implicit": ahead.implicit,
+            "reference": self._reference, "smooth": here.smooth, "iterations": here.iterations, "work": self._work,
+        })  # fmt: skip
         return Point.at(
             here.detail, x=steady.x(here.y), residual=here.residual, iterations=here.iterations, kind=kind,
             parameter=n, peak_of=self.request.dof,

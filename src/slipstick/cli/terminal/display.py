@@ -211,6 +211,9 @@ class ShownCurve(RunListener):
 
     def __init__(self, run: CaseRun, display: CurveDisplay) -> None:
         self._case, self._display = run.case, display
+        self._broke_off = "another peak is followed on" if run.table else (
+            "the branch broke off: it is followed from the other end too"
+        )  # fmt: skip
         self._factor, self._unit = run.shown_in
         self._last: float | None = None
         self._part = 1
@@ -219,6 +222,10 @@ class ShownCurve(RunListener):
         """Show how far the search for the first point is."""
         where = f"first point at {self._case.frequency_text(event.omega)}"
         self._display.search((where, *event.parts))
+
+    def working(self, event: Working) -> None:
+        """Show what is done where no point comes for a while."""
+        self._display.search((event.text,))
 
     def strategy_tried(self, event: StrategyTried) -> None:
         """Show how the first point is sought."""
@@ -233,11 +240,11 @@ class ShownCurve(RunListener):
 
     def point_kept(self, event: PointKept) -> None:
         """Show where the branch is."""
-        value = float(event.point.parameter) / self._factor
+        value = event.value / self._factor
         if event.point.part != self._part:
             self._part, self._last = event.point.part, None
             where = f"{value:.6g}{self._unit}"
-            self._display.note(f"  the branch broke off: it is followed from the other end too, from {where}")
+            self._display.note(f"  {self._broke_off}, from {where}")
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._display.at(value, step, states_text(event.values))

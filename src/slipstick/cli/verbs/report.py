@@ -13,7 +13,7 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import complain, say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
-from slipstick.runs.folder import REPORT, kind_of, results_of
+from slipstick.runs.folder import REPORT, results_of
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
@@ -64,9 +64,10 @@ def report_results(
     InputError
         If a results file cannot be read or the report cannot be written; for a case that the study does not have.
     """
-    from slipstick.io.loading import load, load_dataset
+    from slipstick.io.loading import load, load_dataset, load_table
     from slipstick.report.writing import write_fit_report, write_report, write_run_up_report
     from slipstick.results.run_up import RunUp
+    from slipstick.results.view import analysis_of
 
     paths = [results_of(path) for path in paths]
     twice = sorted({str(path) for path in paths if paths.count(path) > 1})
@@ -74,7 +75,7 @@ def report_results(
         warn_user(f"{name}: is given twice, and drawn twice")
     if output is not None and output.suffix.lower() not in _PAGES and not output.exists():
         raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
-    kinds = [kind_of(path) for path in paths]
+    kinds = [analysis_of(load_table(path)) if path.is_file() else "" for path in paths]
     if case is not None:
         if kinds != ["study"]:
             raise InputError("--case is a case of a study: give its study.nc, or its folder, alone")
@@ -86,14 +87,14 @@ def report_results(
         if len(paths) > 1:
             raise InputError("a report holds one study, or results of runs; give a study by itself")
         return _told(report_study(paths[0], target, title=title, dofs=dofs))
-    if "run-up" in kinds:
-        run_up, *curves = sorted(paths, key=lambda path: kinds[paths.index(path)] != "run-up")
-        if kinds.count("run-up") > 1 or len(curves) > 1:
+    if "run_up" in kinds:
+        run_up, *curves = sorted(paths, key=lambda path: kinds[paths.index(path)] != "run_up")
+        if kinds.count("run_up") > 1 or len(curves) > 1:
             raise InputError("a report holds one run-up, with the results of its steady curve or without")
         run, steady = RunUp(load_dataset(run_up)), load(curves[0]) if curves else None
         target = output if output is not None else run_up.parent / REPORT
         return _told(write_run_up_report(run, target, steady=steady, title=title, dofs=dofs))
-    if "fit" in kinds:
+    if "identify" in kinds:
         if len(paths) > 1:
             raise InputError("a report holds one fit, or results of runs; give the fit by itself")
         return _told(write_fit_report(load_dataset(paths[0]), target, title=title))

@@ -25,7 +25,7 @@ from slipstick.cli.verbs.run import computed
 from slipstick.cli.verbs.run_up import computed as run_up_computed
 from slipstick.cli.verbs.study import computed as study_computed
 from slipstick.errors import InputError
-from slipstick.runs.folder import FolderOfRun
+from slipstick.runs.folder import FolderOfRun, analysis_in
 
 if TYPE_CHECKING:
     from slipstick.runs.resume import Ended
@@ -65,11 +65,11 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         If there is no run in it, its case has changed, or it was begun by another version.
     """
     from slipstick.io.loading import load_table
-    from slipstick.runs.passing_through import holds_run_up
     from slipstick.runs.resume import Ended, begun_run, begun_study
-    from slipstick.runs.study import Spread, StudyRun, holds_study
+    from slipstick.runs.study import Spread, StudyRun
 
-    if folder.is_dir() and holds_study(folder):
+    held = analysis_in(folder) if folder.is_dir() else ""
+    if held == "study":
         case = begun_study(folder, warn_user, options.tell)
         if not isinstance(case, Ended):
             return study_computed(StudyRun(case, folder, Spread(workers=workers)), options)
@@ -77,7 +77,7 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         say(case.message)
         say(f"nothing is left to do: the study in {folder} is complete")
         return DONE
-    if folder.is_dir() and holds_run_up(folder):
+    if held == "run_up":
         return _run_up(folder, options, workers)
     place = FolderOfRun(folder)
     try:

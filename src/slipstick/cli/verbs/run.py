@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -41,9 +40,6 @@ from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import Units, after_number, is_rotation, unit_of_dof
 
-WEAR, WORN_SURFACE = "wear", "worn_surface"
-"""Names of its figures."""
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -73,8 +69,13 @@ def run(
     return run_case(case, output, force=force, options=options)
 
 
-def run_case(path: Path, output: Path | None, *, force: bool = False, options: RunOptions = PLAIN) -> int:
-    """Compute a case into a folder; the exit code.
+def run_case(
+    path: Path, output: Path | None, *, table: str = "", example: str = "", force: bool = False,
+    options: RunOptions = PLAIN,
+) -> int:  # fmt: skip
+    """Compute what ``[response]``, or another ``table``, of a case asks for into a folder; the exit code.
+
+    ``example`` is what could stand in a table that is missing.
 
     Raises
     ------
@@ -86,16 +87,19 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, options: R
     from slipstick.runs.run import CaseRun
 
     case = Case.from_file(path, options.tell)
-    start_interpreted(case, options.tell)
+    if table and table not in case.further:
+        raise InputError(f"{path}: [{table}] is missing; give it, such as {example}")
+    if not table:
+        start_interpreted(case, options.tell)
     told = print_warnings(case)
     folder = OutputFolder(
-        output if output is not None else Path(f"{case.name}-results"),
+        output if output is not None else Path(f"{case.name}-{table or 'results'}"),
         case_path=path,
         case_text=case.text,
         force=force,
     )
     try:
-        return computed(CaseRun(case, folder, told), options)
+        return computed(CaseRun(case, folder, told, table=table), options)
     except BaseException:
         folder.abandon()
         raise
@@ -111,7 +115,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     options.tell(f"{case.title}: {run.asked}")
     if case.plan is not None:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
-    for name in () if run.wear else case.further:
+    for name in () if run.table else case.further:
         options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
     run.until = options.until
     prepare_kernel(options.tell)
@@ -119,9 +123,10 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     start, stop = (value / factor for value in run.span)
     with termination_as_interrupt(), curve_display(start, stop, unit, quiet=options.quiet) as display:
         run.compute(ShownCurve(run, display))
-    wanted = replace(options.wanted, names=(WEAR, WORN_SURFACE), all_there=True) if run.wear else options.wanted
-    if options.figures and wanted.names and run.points > 1 and not run.failures:
-        _draw(run, wanted)
+    if run.nothing:
+        run.folder.discard()
+    if options.figures and (run.table or options.wanted.names) and run.points > 1 and not run.failures:
+        _draw(run, options.wanted)
     if options.report and run.points:
         _report(run)
     with termination_as_interrupt(), warnings_said():
@@ -144,13 +149,13 @@ def _doubled(run: CaseRun) -> list[Answer]:
 
 
 def _tell_doubled(run: CaseRun) -> None:
-    if run.case.response.follow is None or run.wear or not run.points:
+    if not (run.doubles and run.points):
         return
     from slipstick.results.stability import PERIOD_DOUBLING
 
     for file, branch in run.doubled.items():
         say(f"twice the period, {file.name}: {len(branch)} points, {branch.message or branch.outcome.text}")
-    if run.complete and PERIOD_DOUBLING not in run.table["kind"].to_numpy():
+    if run.complete and PERIOD_DOUBLING not in run.found["kind"].to_numpy():
         say("the period doubles nowhere: there is no motion of twice the period to follow")
 
 
@@ -158,9 +163,12 @@ def _answer(run: CaseRun) -> Answer:
     """What a program is told of the run."""
     ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
     said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
-    results = results_answer(run.table) if run.points else {"points": 0, "peaks": []}
-    doubled = {} if run.case.response.follow is None or run.wear else {"subharmonics": _doubled(run)}
-    return {**case_answer(run.case), **ended, **said, **results, **doubled, **files_in(run.folder.work)}
+    results = results_answer(run.found) if run.points else {"points": 0, "peaks": []}
+    if run.table and run.points:
+        results |= run.case.further[run.table].told(run.case, run.found)[1]
+    doubled = {"subharmonics": _doubled(run)} if run.doubles else {}
+    files = {} if run.nothing else files_in(run.folder.work)
+    return {**case_answer(run.case), **ended, **said, **results, **doubled, **files}
 
 
 def _draw(run: CaseRun, wanted: Wanted) -> None:
@@ -172,7 +180,7 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
     except Exception as error:
         run.failures.append(f"figures: {fault_sentence(error)}")
         return
-    for name in wanted.names:
+    for name in drawings if run.table else wanted.names:
         if name not in drawings:
             if not wanted.all_there:
                 warn_user(f"figures: there is nothing in these results to draw of '{name}'")
@@ -190,17 +198,13 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
     import numpy as np
 
     from slipstick import plots
-    from slipstick.branch import Branch
     from slipstick.results.contacts import has_orbit, has_states
 
-    data = run.table.to_dataset()
-    if run.wear:
-        every = {WEAR: lambda: plots.wear(data)[0]}
-        if data.sizes["contact"] > 1:
-            branch = Branch.from_dataset(run.table, run.problem)
-            every[WORN_SURFACE] = lambda: plots.worn_surface(branch)[0]
-        return every
-    branch = Branch.from_dataset(run.table, run.problem)
+    branch = run.branch
+    if run.table:
+        drawn: dict[str, Callable[[], Axes]] = run.case.further[run.table].figures(branch)
+        return drawn
+    data = run.found.to_dataset()
     names, size = [str(name) for name in data["dof"].to_numpy()], data["amplitude"].max("point").to_numpy()
     dof = names[
         np.lexsort(np.stack([-size, np.array([float(is_rotation(name)) for name in names])]))[0]
@@ -243,12 +247,9 @@ def _references(case: Case) -> dict[str, Branch]:
 
 
 def _report(run: CaseRun) -> None:
-    from slipstick.branch import Branch
     from slipstick.report.writing import write_report
 
-    branch = Branch.from_dataset(run.table, run.problem)
-    branch.balance = run.request.balance if run.wear else run.case.balance  # made once for a run
-    report_or_warn(lambda: write_report(branch, run.folder.work / REPORT))
+    report_or_warn(lambda: write_report(run.branch, run.folder.work / REPORT))
 
 
 def report_or_warn(write: Callable[[], object]) -> None:
@@ -266,8 +267,9 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
 
     folder = run.folder
     if run.points:
-        data = run.table
-        for line in wear_lines(data) if run.wear else peak_lines(data):
+        data = run.found
+        lines = run.case.further[run.table].told(run.case, data)[0] if run.table else peak_lines(data)
+        for line in lines:
             options.tell(line)
         if "coordinates_of_motion" in data.attrs:
             options.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
@@ -277,28 +279,14 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
         options.tell(f"{run.points} points, {iterations} Newton iterations, {duration(run.seconds)}")
     if not run.failures:
         say(run.text)
-    say(f"results in {folder.work}{'/' if run.points else ': no point was found'}")
-    if run.unfinished:
+    if not run.nothing:
+        say(f"results in {folder.work}{'/' if run.points else ': no point was found'}")
+    if run.unfinished and not run.nothing:
         say(f"go on with: slipstick resume {folder.folder}")
     if folder.replaces:
         complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
     for failure in run.failures:
         complain(f"error: {failure}")
-
-
-def wear_lines(data: ResultTable, most: int = 12) -> list[str]:
-    """One line for each contact that is worn, the deepest first: its depth, and the load left of the first one."""
-    import numpy as np
-
-    depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
-    length, force = (after_number(data[name].attrs["units"]) for name in ("worn_depth", "normal_load"))
-    last = np.nan_to_num(depth[-1])
-    names = data["contact"].to_numpy()
-    return [
-        f"{names[i]}: worn {last[i]:.6g}{length}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
-        for i in np.argsort(-last, kind="stable")[:most]
-        if last[i] > 0.0
-    ]
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:

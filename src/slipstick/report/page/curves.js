@@ -303,11 +303,11 @@ class Curves {
 }
 
 /** Results of few points, each far from the next: their lines are smooth but for corners. */
-const SMOOTH = ["peaks", "modes"], CORNERS = ["tie", "corner"];
+const SMOOTH = ["track", "modes"], CORNERS = ["tie", "corner"];
 const BRIEF = { modal_amplitude: "amplitude of the mode", omega: "frequency", modal_damping: "damping", parameter: "parameter" };
 /** Room for the numbers of two charts, one below the other, so that places are. */
 const LETTERS = 6;
-const TITLES = { response: "Response", parameter: "Response over the parameter", peaks: "Peak over the parameter", modes: "Nonlinear mode", cycles: "Self-excited vibration", wear: "Wear over cycles" };
+const TITLES = { response: "Response", parameter: "Response over the parameter", track: "Peak over the parameter", modes: "Nonlinear mode", cycles: "Self-excited vibration", wear: "Wear over cycles" };
 
 /** The dof whose peaks or amplitudes were sought, else the first. */
 const soughtOf = (result) => result.dofs[result.content.asked[0] ?? 0];

@@ -1,0 +1,116 @@
+"""Where a run stood when it found a point: what goes on from it, here or in another process, finds the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.solve.continuation import RestartPoint
+from slipstick.typing import Array
+
+_STORED = {"context": "given"}
+"""Names that fields of a restart point have in a journal, where they differ."""
+_PREFIXES = ("place_", "before_")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checkpoint:
+    """Where a run stood when it found a point.
+
+    Attributes
+    ----------
+    value
+        Of what is followed.
+    seconds
+        Time taken so far.
+    part
+        Of the branch.
+    restart_point
+        Of a point that a continuation accepted: what that goes on from.
+    before
+        The restart point before it, where it cannot be told from the points before.
+    goes_on
+        Whether the run can be taken up after this point; otherwise after one before.
+    own
+        What the analysis adds: numbers, texts, lists of them, and vectors, by name.
+    """
+
+    value: float
+    seconds: float
+    part: int = 1
+    restart_point: RestartPoint | None = None
+    before: RestartPoint | None = None
+    goes_on: bool = True
+    own: Mapping[str, Any]
+
+    def plain(self) -> dict[str, Any]:
+        """As numbers, texts and lists of them, and arrays."""
+        values = {"value": self.value, "seconds": self.seconds, "part": self.part, "goes_on": self.goes_on}
+        if self.before is not None:
+            values |= _flat(self.before, "before_")
+        if self.restart_point is not None:
+            flat = _flat(self.restart_point, "place_")
+            values |= {name: flat.pop(f"place_{name}") for name in ("state", "tangent")} | flat
+        return {**values, **self.own}
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any], value: str = "value", size: int | None = None) -> Checkpoint:
+        """What ``plain`` made; ``own`` is all that it does not know, to be checked by the analysis.
+
+        ``value`` is the name that the followed value has; ``size`` is that of states. Raises ValueError, KeyError or
+        TypeError where it is none, see ``undamaged``.
+        """
+        stands = {f"place_{name}": plain[name] for name in ("state", "tangent") if name in plain} | dict(plain)
+        restart_point = _restart_point(stands, "place_", size) if "place_points" in plain else None
+        known = {"value", "seconds", "part", "goes_on"} | ({"state", "tangent"} if restart_point else set())
+        return cls(
+            value=float(plain[value]), seconds=float(plain["seconds"]), part=int(plain.get("part", 1)),
+            restart_point=restart_point, goes_on=bool(plain.get("goes_on", True)),
+            before=_restart_point(plain, "before_", size) if "before_points" in plain else None,
+            own={k: v for k, v in plain.items() if k not in known and not k.startswith(_PREFIXES)},
+        )  # fmt: skip
+
+
+@contextmanager
+def undamaged() -> Iterator[None]:
+    """Raises InputError where what is read inside is no checkpoint of this problem."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, OverflowError):
+        raise InputError("a checkpoint in the journal is damaged, or of another problem") from None
+
+
+def vector(value: Any, size: int | None = None) -> Array:
+    """An array (size,) of finite numbers; raises ValueError where it is none."""
+    array = np.asarray(value, dtype=float)
+    if array.ndim != 1 or (size is not None and array.size != size) or not np.all(np.isfinite(array)):
+        raise ValueError
+    return array
+
+
+def resumable(checkpoints: Iterable[Checkpoint]) -> int:
+    """How many of the points of an ended run it is taken up after: up to the last one that it can go on from."""
+    return max((number for number, point in enumerate(checkpoints, 1) if point.goes_on), default=0)
+
+
+def _flat(point: RestartPoint, prefix: str) -> dict[str, Any]:
+    values = {prefix + _STORED.get(name, name): value for name, value in point._asdict().items()}
+    return values | {f"{prefix}{name}": np.array(getattr(point, name), dtype=float) for name in ("measure", "values")}
+
+
+def _restart_point(plain: Mapping[str, Any], prefix: str, size: int | None) -> RestartPoint:
+    values = {name.removeprefix(prefix): value for name, value in plain.items() if name.startswith(prefix)}
+    typical, length, present, largest = vector(values["measure"], 4).tolist()
+    return RestartPoint(
+        state=vector(values["state"], size), tangent=vector(values["tangent"], size), kind=str(values["kind"]),
+        orientation=int(values["orientation"]), arclength=float(values["arclength"]),
+        step_length=float(values["step_length"]), measure=(typical, length, present, largest),
+        context=None if values["given"] is None else vector(values["given"]),
+        values=tuple(np.asarray(values["values"], dtype=float).tolist()),
+        **{name: int(values[name]) for name in ("points", "rejected", "evaluations", "solves")},
+    )  # fmt: skip
