@@ -153,7 +153,7 @@ def test_a_peak_that_ends_is_told_where_another_is_followed_on():
 
 
 def test_a_neighbouring_peak_is_not_gone_over_to_in_silence():
-    """The peak merges with a minimum, by whole curves too; the next one is 0.7 % beside it, less than a step changes."""
+    """The peak merges with a minimum, by whole curves too; the next one is 0.6 % beside it."""
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.984]], K=[[40.0]], dofs=["x"])
     rubbing = ss.RubbingMotion(velocity=70.0, cos={2: 0.43})
     contact = ss.FrictionContact(kt=95.6, mu=0.366, normal_load=102.0)

@@ -5,9 +5,9 @@ another extreme of the period becomes as large (a tie, ``a_1 = a_2``) the curve 
 is gone: the curve rises on to another one, which is climbed to. Where the peak sits on a change of state the slope
 jumps through zero (a corner of the curve): it is found by bracketing.
 
-Points are believed to be of one peak where its extreme in time goes on as theirs and the frequency is the expected one.
-Where shorter steps do not lead there, the peak has ended: its last point is located, and the points of the next one are
-another part of the branch.
+Points are believed to be of one peak where its extreme in time goes on as theirs and the tangents at both lead from one
+to the other. Where shorter steps do not lead there, the peak has ended: its last point is located, and the points of
+the next one are another part of the branch.
 """
 
 from __future__ import annotations
@@ -187,9 +187,8 @@ class PeakContinuation:
     def _doubted(self, last: Step, new: Step, _: Array) -> bool:
         """Whether a step may lead to another extreme of the period or to another peak of the curve.
 
-        Along one curve of peaks, a kink on the way included, the tangents at both ends lead from the one to the other:
-        the step is a sum of positive multiples of them, but for the third order of its length. What a jump adds is
-        beside them, however little it is.
+        Along one curve, a kink included, a step is a sum of positive multiples of the tangents at its ends, but for the
+        third order of its length. What a jump adds to it is no such sum.
         """
         from scipy.optimize import nnls
 
@@ -202,7 +201,7 @@ class PeakContinuation:
         return bool(beside > max(_BESIDE * norm(step[:-1]), _BESIDE_LEAST))
 
     def _scale(self, y: Array) -> Array:
-        """What changes of unknowns and frequency ``y`` (N + 1,) are multiplied with to be parts of their own sizes.
+        """Factors (N + 1,) that make changes of unknowns and frequency ``y`` parts of the motion.
 
         The mean is left out: it may change its side where the rubbing does, and the vibration goes on.
         """
@@ -211,8 +210,8 @@ class PeakContinuation:
         scale = vibration.reshape(-1)
         return np.append(scale / (norm(scale * y[:-1]) or 1.0), _PER_FREQUENCY / y[-1])
 
-    def _size_of(self, change: Array, y: Array) -> float:
-        """Of a change of unknowns and frequency ``y`` (N + 1,): part of the motion, or of the frequency with its weight."""
+    def _relative(self, change: Array, y: Array) -> float:
+        """Size of a change (N + 1,) of unknowns and frequency ``y``, in parts of the motion."""
         return norm(change * self._scale(y))
 
     def _rate(self, step: Step) -> float:
@@ -360,7 +359,7 @@ class PeakContinuation:
 
     def _same(self, before: PeakPoint, after: PeakPoint) -> bool:
         """Whether two points near to each other are of one peak."""
-        return _goes_on(before.detail, after.detail) and self._size_of(after.y - before.y, after.y) <= _STEADY
+        return _goes_on(before.detail, after.detail) and self._relative(after.y - before.y, after.y) <= _STEADY
 
     def _jump(self, low: PeakPoint, high: PeakPoint) -> tuple[PeakPoint, PeakPoint] | None:
         """The last point of a peak and the first one of another, where it ends between two; None: it goes on."""
@@ -371,9 +370,9 @@ class PeakContinuation:
         middle = bracketed_peak(self.system, 0.5 * (low.parameter + high.parameter), low.y, low.context)
         if middle is None:
             return low, high
-        smooth = _goes_on(low.detail, middle.detail) and _goes_on(middle.detail, high.detail)
-        if smooth and self._size_of(middle.y - 0.5 * (low.y + high.y), high.y) <= 0.5 * _STEADY:
-            return None  # half of a jump on either side of the middle would be seen there
+        goes_on = _goes_on(low.detail, middle.detail) and _goes_on(middle.detail, high.detail)
+        if goes_on and self._relative(middle.y - 0.5 * (low.y + high.y), high.y) <= 0.5 * _STEADY:
+            return None  # a jump on either side would move the middle by half of it
         return self._jump(low, middle) or self._jump(middle, high)
 
     def _take(self, point: PeakPoint) -> None:
