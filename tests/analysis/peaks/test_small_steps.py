@@ -23,7 +23,7 @@ _APART = 0.03
 """The same from where walks from both sides end, above which these are two peaks."""
 _MOST = 40
 """Steps of a tracked peak that are looked at: a few cases have hundreds."""
-_FAST = (55,)
+_FAST = (121,)
 
 
 def request(seed: int) -> tuple[ss.Problem, str, tuple[float, float]]:
