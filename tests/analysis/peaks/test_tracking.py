@@ -152,6 +152,28 @@ def test_a_peak_that_ends_is_told_where_another_is_followed_on():
         assert np.abs(own - omega[end + 1]).min() < 2e-3
 
 
+def test_a_neighbouring_peak_is_not_gone_over_to_in_silence():
+    """The peak merges with a minimum, by whole curves too; the next one is 0.6 % beside it."""
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.984]], K=[[40.0]], dofs=["x"])
+    rubbing = ss.RubbingMotion(velocity=70.0, cos={2: 0.43})
+    contact = ss.FrictionContact(kt=95.6, mu=0.366, normal_load=102.0)
+    pair = ss.ContactPair(name="damper", tangential="x", contact=contact, rubbing=rubbing)
+    problem = ss.Problem(structure, contacts=[pair], loads=ss.Load(dof="x", sin=100.0), harmonics=range(8))
+    locus = ss.track_peak(problem, "damper.velocity", (70.0, 90.0), omega=(6.2, 6.4))
+    d = locus.dataset
+    ((fold, omega, _),) = at(locus, "turning point")
+    (end,) = np.flatnonzero(np.diff(d.branch_part.values))
+    beyond, there = float(d.parameter[end + 1]), float(d.omega[end + 1])
+    assert locus.outcome is ss.Outcome.COMPLETED
+    assert f"the peak and a minimum of the curve merge at {fold:.6g}" in locus.message
+    assert f"at {beyond:.6g} the peak at {there:.6g} rad/s is followed on" in locus.message
+    for velocity, old in ((fold - 0.02, True), (beyond, False)):
+        curve = ss.forced_response(problem.with_parameter("damper.velocity", velocity), omega=(6.29, 6.36))
+        own = curve.dataset.omega.values[curve.dataset.kind.values == "peak"]  # however little they stand out
+        assert bool(np.abs(own - omega).min() < 0.01) is old
+        assert bool(np.abs(own - there).min() < 1e-6) is not old
+
+
 def test_several_contacts_and_an_output_that_is_no_port():
     problem = random_problem(1)
     curve = ss.forced_response(problem, omega=(4.0, 12.0), peaks_of="d3")

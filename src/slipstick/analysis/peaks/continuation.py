@@ -5,9 +5,9 @@ another extreme of the period becomes as large (a tie, ``a_1 = a_2``) the curve 
 is gone: the curve rises on to another one, which is climbed to. Where the peak sits on a change of state the slope
 jumps through zero (a corner of the curve): it is found by bracketing.
 
-Points are believed to be of one peak where its extreme in time goes on as theirs and the frequency is the expected one.
-Where shorter steps do not lead there, the peak has ended: its last point is located, and the points of the next one are
-another part of the branch.
+Points are believed to be of one peak where its extreme in time goes on as theirs and the tangents at both lead from one
+to the other. Where shorter steps do not lead there, the peak has ended: its last point is located, and the points of
+the next one are another part of the branch.
 """
 
 from __future__ import annotations
@@ -53,10 +53,12 @@ LEVEL = 1e-9
 """Extremes that are equal by symmetry differ by rounding, and a plateau is not quite level."""
 _MOST_RUNS = 200
 _ASIDE = 1e-4
-_EXPECTED = 0.01, 0.1
-"""Parts of the frequency and of the motion by which a point of the same peak is at most off its prediction."""
-_STEADY = 5e-3
-"""Change of frequency and amplitude from corner to corner, relative, up to which the peak is the same."""
+_PER_FREQUENCY = 10.0
+"""A change of the frequency by its own size counts as that many of the motion by its own."""
+_BESIDE, _BESIDE_LEAST = 0.01, 2e-3
+"""Parts of the change over a step, and of the motion, by which it is at most off what both tangents lead to."""
+_STEADY = 0.01
+"""Change of motion and frequency from corner to corner, relative, up to which the peak is the same."""
 _PLACED = 1e-6
 """Part of the range to which the place is known where a peak ends between two corners."""
 _AS_LARGE = 1e-5
@@ -244,14 +246,35 @@ class PeakContinuation:
             ), context=self._context, restart=restart, doubted=self._doubted,
         )  # fmt: skip
 
-    @staticmethod
-    def _doubted(last: Step, new: Step, guess: Array) -> bool:
-        """Whether a step may lead to another extreme of the period or to another peak of the curve."""
+    def _doubted(self, last: Step, new: Step, _: Array) -> bool:
+        """Whether a step may lead to another extreme of the period or to another peak of the curve.
+
+        Along one curve, a kink included, a step is a sum of positive multiples of the tangents at its ends, but for the
+        third order of its length. What a jump adds to it is no such sum.
+        """
+        from scipy.optimize import nnls
+
         if not _goes_on(last.evaluation.detail, new.evaluation.detail):
             return True
-        off, size = new.state - guess, new.state
-        frequency, motion = _EXPECTED
-        return bool(abs(off[-2]) > frequency * abs(size[-2]) or norm(off[:-2]) > motion * norm(size[:-2]))
+        scale = np.append(self._scale(new.x), 1.0 / abs(self.span[1] - self.span[0]))
+        tangents = np.column_stack([last.tangent * scale, new.tangent * scale])
+        step = (new.state - last.state) * scale
+        beside = nnls(tangents / np.linalg.norm(tangents, axis=0), step)[1]
+        return bool(beside > max(_BESIDE * norm(step[:-1]), _BESIDE_LEAST))
+
+    def _scale(self, y: Array) -> Array:
+        """Factors (N + 1,) that make changes of unknowns and frequency ``y`` parts of the motion.
+
+        The mean is left out: it may change its side where the rubbing does, and the vibration goes on.
+        """
+        vibration = np.ones((self.balance.n_ports, self.balance.L))
+        vibration[:, 0] = 0.0
+        scale = vibration.reshape(-1)
+        return np.append(scale / (norm(scale * y[:-1]) or 1.0), _PER_FREQUENCY / y[-1])
+
+    def _relative(self, change: Array, y: Array) -> float:
+        """Size of a change (N + 1,) of unknowns and frequency ``y``, in parts of the motion."""
+        return norm(change * self._scale(y))
 
     def _rate(self, step: Step) -> float:
         """Derivative of the peak by the parameter; a plateau has no extremes."""
@@ -340,6 +363,11 @@ class PeakContinuation:
         if last.detail.bend < 0.0:
             peak = self._ahead(last.parameter)
             jump = None if peak is None else self._jump(last, peak)
+            if jump is not None:  # what was found from afar may be another peak where this one goes on
+                low, high = jump
+                again = bracketed_peak(self.system, high.parameter, low.y, low.context)
+                if again is not None and self._same(low, again):
+                    peak, jump = again, None
             if peak is not None and jump is None:
                 return (yield from self._taken(peak))
             if jump is not None:
@@ -393,15 +421,22 @@ class PeakContinuation:
             return None
         return peak.y, peak.parameter
 
+    def _same(self, before: PeakPoint, after: PeakPoint) -> bool:
+        """Whether two points near to each other are of one peak."""
+        return _goes_on(before.detail, after.detail) and self._relative(after.y - before.y, after.y) <= _STEADY
+
     def _jump(self, low: PeakPoint, high: PeakPoint) -> tuple[PeakPoint, PeakPoint] | None:
         """The last point of a peak and the first one of another, where it ends between two; None: it goes on."""
-        if _change(low.detail, high.detail) <= _STEADY:
+        if self._same(low, high):
             return None
         if abs(high.parameter - low.parameter) <= _PLACED * abs(self.span[1] - self.span[0]):
             return low, high
         middle = bracketed_peak(self.system, 0.5 * (low.parameter + high.parameter), low.y, low.context)
         if middle is None:
             return low, high
+        goes_on = _goes_on(low.detail, middle.detail) and _goes_on(middle.detail, high.detail)
+        if goes_on and self._relative(middle.y - 0.5 * (low.y + high.y), high.y) <= 0.5 * _STEADY:
+            return None  # a jump on either side would move the middle by half of it
         return self._jump(low, middle) or self._jump(middle, high)
 
     def _take(self, point: PeakPoint) -> None:
@@ -415,13 +450,6 @@ class PeakContinuation:
 def _goes_on(before: PeakDetail, after: PeakDetail) -> bool:
     """Whether an extreme of the period is the same one at another point."""
     return before.extreme.goes_on_as(after.extreme, before.motion, after.motion)
-
-
-def _change(before: PeakDetail, after: PeakDetail) -> float:
-    """Change of frequency and amplitude from one peak to another, relative; infinite to another extreme."""
-    if not _goes_on(before, after):
-        return float("inf")
-    return abs(after.omega / before.omega - 1.0) + abs(after.amplitude / before.amplitude - 1.0)
 
 
 _FIRST, _WIDEST = 2e-4, 0.3
