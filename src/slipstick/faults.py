@@ -110,7 +110,7 @@ def shown(value: Any, limit: int = 60) -> str:
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def plain(value: object) -> str:
+def plain(value: Any) -> str:
     """A value as it can be typed again: arrays as lists, numpy's numbers as Python's.
 
     >>> import numpy as np

@@ -80,8 +80,8 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     faults += [*wrong, *parts.faults]
     units = (sections.top.get("units") or UnitsTable()).units
     if sections.top.right("units"):
-        gathering = Gathering()
-        units = gathering.take(units.filled, described.structure and described.structure.units) or units
+        gathering, known = Gathering(), None if described.structure is None else described.structure.units
+        units = gathering.take(units.filled, known) or units
         faults += [*gathering.faults, *unit_faults(raw, units)]
     if not faults:
         try:

@@ -178,9 +178,9 @@ def _own_influence(contacts: Sequence[CaseContact], order: Sequence[str], points
 
 def _read(name: str, folder: Path) -> Array:
     import numpy as np
-    from scipy.sparse import issparse
 
     from slipstick.importers.plain.matrix_file import read_matrix
+    from slipstick.structure.checks import dense
     from slipstick.structure.npz import array_shapes, read_arrays
 
     try:
@@ -192,7 +192,7 @@ def _read(name: str, folder: Path) -> Array:
         matrix = read_matrix(path)
     except InputError as error:
         raise InputError([fault.inside("thermal", "influence") for fault in error.faults]) from None
-    return np.asarray(matrix.toarray() if issparse(matrix) else matrix, dtype=float)
+    return np.asarray(dense(matrix), dtype=float)
 
 
 def thermal_model(

@@ -111,7 +111,7 @@ class RubbingMotion:
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        values = {**self.velocities, **self.parts}
+        values: dict[str, Any] = {**self.velocities, **self.parts}
         said = (f"{name}={plain(value)}" for name, value in values.items() if np.size(value) > 1 or value)
         return f"RubbingMotion({', '.join(said)})"
 

@@ -9,12 +9,13 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_array, issparse
+from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
 from slipstick.fem.loads import film_matrix
 from slipstick.fem.mesh import Mesh
+from slipstick.structure.checks import dense
 from slipstick.typing import Array, IntArray, Matrix
 
 LinearSolver = Callable[[csr_array, Array], Array]
@@ -87,6 +88,6 @@ def influence_matrix(
     ``weights`` (n_nodes, n_contacts) are those of `ContactPatches`: heat is spread, and temperature averaged, over the
     patch. Fixed nodes keep their temperature (rise zero).
     """
-    spread = weights.toarray() if issparse(weights) else np.asarray(weights, dtype=float)
+    spread = np.asarray(dense(weights), dtype=float)
     rise = weights.T @ steady_temperature(matrix, spread, fixed=fixed, solve=solve)
     return (rise + rise.T) / 2.0

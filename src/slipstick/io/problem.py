@@ -134,7 +134,7 @@ def _left_out(reason: str) -> Group:
     return Group(variables={}, attributes={WITHOUT: reason})
 
 
-def _plain(value: object, where: str, arrays: dict[str, StoredVariable]) -> Any:
+def _plain(value: Any, where: str, arrays: dict[str, StoredVariable]) -> Any:
     """A value as JSON; arrays go to ``arrays``, under the names of the arguments that lead to them."""
     if value is None or isinstance(value, bool | int | float | str):
         return value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slipstick.errors import Fault, InputError
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-def is_dataset(value: object, *variables: str) -> bool:
+def is_dataset(value: Any, *variables: str) -> bool:
     """Whether it is a dataset of xarray that has some variables; xarray itself is not needed to tell."""
     return hasattr(value, "data_vars") and set(variables) <= set(value.variables)
 

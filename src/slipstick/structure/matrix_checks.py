@@ -159,7 +159,7 @@ def _regular_faults(_: str, matrix: Sparse) -> list[Fault]:
     return [] if np.linalg.svd(unit, compute_uv=False)[-1] > 1e-13 * len(matrix) else [FREE]
 
 
-def stored(matrix: Matrix, dense: bool) -> Any:
+def stored(matrix: Any, dense: bool) -> Any:
     """Dense, or compressed sparse by columns."""
     if dense:
         return matrix.toarray() if sparse.issparse(matrix) else matrix
@@ -170,7 +170,7 @@ def _numbers(value: Any) -> Any:
     return real(value).tocsc(copy=True) if sparse.issparse(value) else real(value)
 
 
-def _shape_faults(name: str, matrix: Matrix, n: int) -> list[Fault]:
+def _shape_faults(name: str, matrix: Any, n: int) -> list[Fault]:
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         return [Fault(name, found=f"shape {matrix.shape}", expected="a square matrix")]
     if matrix.shape[0] != n:

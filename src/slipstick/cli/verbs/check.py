@@ -13,6 +13,7 @@ from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer, case_answer
 from slipstick.cli.terminal.guard import DONE, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
+from slipstick.html import some
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
@@ -106,7 +107,7 @@ def _structure(case: Case, problem: Problem) -> None:
 
     structure = problem.structure
     shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
-    say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
+    say(f"structure: {len(structure.dofs)} dofs ({some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
     ratios = structure.damping_ratios
     say(f"undamped natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
@@ -223,11 +224,11 @@ def _request(case: Case, problem: Problem) -> None:
     say(f"range: {case.request}")
     orders = problem.harmonics.orders
     unknowns = sum(pair.n_ports for pair in problem.contacts) * problem.harmonics.size
-    say(f"harmonics: {_some([str(m) for m in orders], 14)}; {unknowns} unknowns")
+    say(f"harmonics: {some([str(m) for m in orders], 14)}; {unknowns} unknowns")
     if problem.period_ratio != (1, 1):
         ratio = "{}/{}".format(*problem.period_ratio)
         say(f"period of the load over that of the rub: {ratio}; omega belongs to the common period")
-    say(f"loads: {len(problem.loads)}; output dofs: {_some(problem.outputs or ())}")
+    say(f"loads: {len(problem.loads)}; output dofs: {some(problem.outputs or ())}")
     if problem.relative:
         say("the support moves: all motion, in results and figures too, is relative to it")
 
@@ -277,8 +278,8 @@ def _motion(pair: ContactPair, k: int, units: Units) -> str:
     said = [_speed(float(v), float(s), units) for v, s in zip(speeds, swept, strict=True)]
     at = f"({', '.join(said)})" if len(said) > 1 else said[0]
     words = [f"rubbing at {at}" if np.any(speeds) or np.any(swept) or along else "no rubbing"]
-    words += [f"periodic part of order {_some(along)}"] if along else []
-    words += [f"moving along the normal with order {_some(across)}"] if across else []
+    words += [f"periodic part of order {some(along)}"] if along else []
+    words += [f"moving along the normal with order {some(across)}"] if across else []
     return " and ".join(words)
 
 
@@ -302,7 +303,7 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
     for pair in problem.contacts:
         held = pair.contact.coulomb
         for k, name in enumerate(pair.elements):
-            periodic = _some(m for m in _orders(pair, k, *_SLIDING) if m > 0)
+            periodic = some(m for m in _orders(pair, k, *_SLIDING) if m > 0)
             velocity, swept, direction = _course(pair, k, omega)
             signs = {copysign(1.0, v) for v in (velocity + swept * w for w in omega) if v}
             if not signs and not periodic:
@@ -350,9 +351,9 @@ def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Seq
     """Contacts ``names`` that slide towards ``ahead``; ``turns``: to both sides, ``held``: by friction."""
     who, it = f"contact '{names[0]}': its side slides", "it"
     if len(names) > 1:
-        listed = _some([f"'{name}'" for name in names])
+        listed = some([f"'{name}'" for name in names])
         who, it = f"contacts {listed}: their sides slide", "them"
-    ahead, back = (_some(dict.fromkeys(ways), _WAYS) for ways in (ahead, back))
+    ahead, back = (some(dict.fromkeys(ways), _WAYS) for ways in (ahead, back))
     if turns:
         return f"{who} {how} over the opposing surface, positive towards {ahead}: it has no mean direction"
     friction = f"friction holds {it} back, pushing {it} towards {back}; " if held else ""
@@ -404,8 +405,3 @@ def _towards(cosines: Mapping[str, float], sign: float) -> str:
     """
     words = _cosines({dof: sign * c for dof, c in cosines.items()})
     return words if len(cosines) > 1 or words.startswith("-") else f"+{words}"
-
-
-def _some(names: object, most: int = 8) -> str:
-    listed = [str(n) for n in names]  # type: ignore[attr-defined]
-    return ", ".join(listed[:most]) + (f", ... ({len(listed)})" if len(listed) > most else "")

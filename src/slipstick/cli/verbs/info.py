@@ -30,22 +30,16 @@ def all_versions() -> dict[str, str]:
 def info(answer: Answer) -> None:
     """Versions, platform, threads, and whether the contact kernel is compiled."""
     from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
+    from slipstick.studies.workers import cores
     from slipstick.trig.compile_cache import cache_folder
 
     answer["versions"] = all_versions()
-    answer |= {"platform": platform.platform(), "processors": usable_cpus()}
+    answer |= {"platform": platform.platform(), "processors": cores()}
     answer["kernel"] = {"compiled": is_compiled(), "cache": cache_folder()}
     for name, number in all_versions().items():
         say(f"{name:<12} {number}")
     say(f"{'platform':<12} {platform.platform()}")
     threads = os.environ.get("NUMBA_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS")
-    say(f"{'threads':<12} {usable_cpus()} processors" + (f", limited to {threads} by the environment" * bool(threads)))
+    say(f"{'threads':<12} {cores()} processors" + (f", limited to {threads} by the environment" * bool(threads)))
     state = "compiled" if is_compiled() else f"not compiled yet ({COMPILE_TIME}, once, at the first run)"
     say(f"{'kernel':<12} {state}; cache in {cache_folder()}")
-
-
-def usable_cpus() -> int:
-    """Processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
