@@ -47,6 +47,8 @@ class RequestTable(Table):
 
     verb: ClassVar[str]
     """The function of the library that computes it."""
+    onward: ClassVar[str] = "another part begins"
+    """What is said where another part of the branch begins."""
 
     @classmethod
     def impossible(cls, problem: Problem) -> list[Fault]:
@@ -69,7 +71,7 @@ class RequestTable(Table):
         """The unit of what is followed, as it stands after a number."""
         raise NotImplementedError
 
-    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
         """What was found, in sentences, and what a program is told besides."""
         raise NotImplementedError
 
@@ -82,6 +84,7 @@ class TrackTable(RequestTable):
     """``[track]``: the peak over a parameter."""
 
     verb: ClassVar[str] = "track_peak"
+    onward: ClassVar[str] = "another peak is followed on"
 
     parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
     start: float = Field(alias="from", description="a number")
@@ -111,12 +114,11 @@ class TrackTable(RequestTable):
 
     def shown_in(self, case: Case) -> str:
         """That of the parameter."""
-        from slipstick.balance.parameters import parameter_units
+        return _unit_of(case, self.parameter)
 
-        return case.problem().units.after(parameter_units(case.problem(), self.parameter))
-
-    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
         """Optima, turning points and ties."""
+        data = branch.table
         value, kinds = data["parameter"].to_numpy(), data["kind"].to_numpy()
         dof, unit = str(data.attrs["peak_of"]), after_number(str(data["parameter"].attrs.get("units", "")))
         marked = np.flatnonzero(np.isin(kinds, ("optimum", "turning point", "tie")))
@@ -193,8 +195,9 @@ class ModesTable(RequestTable):
         """That of a length."""
         return case.problem().units.after("length")
 
-    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
         """The forced peaks of the load factors."""
+        data = branch.table
         factor, ratio, dof = (
             data["load_factor"].to_numpy(),
             data["modal_damping"].to_numpy(),
@@ -222,6 +225,7 @@ class CyclesTable(RequestTable):
     """``[cycles]``: self-excited vibration over a parameter."""
 
     verb: ClassVar[str] = "limit_cycles"
+    onward: ClassVar[str] = "steady sliding over the range"
 
     parameter: str = Field(description='the name of a parameter such as "pad.mu"')
     start: float = Field(alias="from", description="a number, where steady sliding is stable")
@@ -242,6 +246,46 @@ class CyclesTable(RequestTable):
         yield from _at_faults(self)
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
+
+    def request(self, case: Case) -> Request:
+        """The limit cycles to be followed."""
+        from slipstick.analysis.self_excited.limit_cycles import cycles_request
+
+        return cycles_request(case.problem(), self.parameter, (self.start, self.stop), self.at, None)
+
+    def asked(self, case: Case) -> str:
+        """Over what."""
+        over = f"{self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
+        return f"self-excited vibration over {over}"
+
+    def shown_in(self, case: Case) -> str:
+        """That of the parameter."""
+        return _unit_of(case, self.parameter)
+
+    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+        """Bifurcations, and the limit cycles at the values asked for; where there are several at one, each."""
+        data, d = branch.table, branch.dof_index(self.dof)
+        dof, unit = str(data["dof"].to_numpy()[d]), after_number(str(data["parameter"].attrs.get("units", "")))
+        length = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
+        lines: list[str] = []
+        answers: dict[str, Any] = {"marked": [], "cycles": []}
+        for found in branch.bifurcations():
+            at = f"{self.parameter} = {found.value:.6g}{unit}"
+            lines.append(f"{found.kind}: {at}, {case.frequency_text(found.omega)}")
+            marked = {"kind": found.kind, "parameter": found.value, "omega": found.omega}
+            answers["marked"].append({**marked, "before": found.before, "after": found.after})
+        part, kinds, stable, value = (data[n].to_numpy() for n in ("branch_part", "kind", "stable", "parameter"))
+        for k in np.flatnonzero((kinds == "requested") & (part == 1)):
+            sure, peak = {0: False, 1: True}.get(int(stable[k])), _peak(data, dof, int(k))
+            verdict = {False: ", unstable", True: ", stable", None: ""}[sure]
+            where = f"{self.parameter} = {value[k]:.6g}{unit}: {case.frequency_text(peak['omega'])}"
+            lines.append(f"limit cycle at {where}, amplitude {peak['amplitude']:.6g}{length}{verdict}")
+            answers["cycles"].append({"parameter": value[k], **peak, "stable": sure})
+        return lines, answers
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """The vibration over the parameter, and its stability."""
+        return {"response": lambda: branch.plot.response(self.dof), "stability": lambda: branch.plot.stability()}
 
 
 def _by_contact(value: Any) -> Any:
@@ -323,8 +367,9 @@ class WearTable(RequestTable):
         """Cycles."""
         return " cycles"
 
-    def told(self, case: Case, data: ResultTable) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
         """A sentence for each contact that is worn, the deepest first: its depth, and its load at first and at last."""
+        data = branch.table
         depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
         length, force = (after_number(data[name].attrs["units"]) for name in ("worn_depth", "normal_load"))
         last, names = np.nan_to_num(depth[-1]), data["contact"].to_numpy()
@@ -411,6 +456,13 @@ class IdentifyTable(RequestTable):
             elif not low <= self.parameters[name] <= high or low == high:
                 start = f"[{low:g}, {high:g}] for a start of {self.parameters[name]:g}"
                 yield Fault(("bounds", name), start, expected="the lowest value first, and the start between them")
+
+
+def _unit_of(case: Case, parameter: str) -> str:
+    """The unit of a parameter, as it stands after a number."""
+    from slipstick.balance.parameters import parameter_units
+
+    return case.problem().units.after(parameter_units(case.problem(), parameter))
 
 
 def _peak(data: ResultTable, dof: str, point: int) -> dict[str, float]:

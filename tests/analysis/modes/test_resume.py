@@ -34,7 +34,8 @@ def whole() -> Heard:
 
 
 def resumed(whole: Heard, cuts: list[int]) -> None:
-    stood = [request().checkpoint(unpacked(note)) for note in whole.notes]
+    asked = request()
+    stood = [asked.checkpoint(unpacked(note)) for note in whole.notes]
     assert all(stood[cut - 1].goes_on for cut in cuts)
     for cut in cuts:
         rest = Heard(replace(request(), checkpoints=stood[:cut]))
@@ -43,7 +44,8 @@ def resumed(whole: Heard, cuts: list[int]) -> None:
 
 
 def accepted(whole: Heard) -> list[int]:
-    kept = [request().checkpoint(unpacked(note)).goes_on for note in whole.notes]
+    asked = request()
+    kept = [asked.checkpoint(unpacked(note)).goes_on for note in whole.notes]
     assert not kept[-1]  # the last amplitude is met exactly, anew
     return [number for number, goes_on in enumerate(kept, 1) if goes_on]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from slipstick.analysis.checkpoint import Checkpoint, undamaged
 from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.curve.state_continuation import NO_WORK, Work
@@ -31,7 +33,7 @@ from slipstick.interrupts import pass_on
 from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import SELF_EXCITED
 from slipstick.results.stability import HOPF, STATE_CHANGE
-from slipstick.solve.continuation import ArclengthScaling, BranchEvent, Step, continuation
+from slipstick.solve.continuation import ArclengthScaling, BranchEvent, RestartPoint, Step, continuation
 from slipstick.solve.norm import relative
 from slipstick.structure.cyclic import TravellingWave
 from slipstick.typing import Array, Real
@@ -261,6 +263,14 @@ class SelfExcited(Request):
         """First and last value of the parameter."""
         return self.start, self.stop
 
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """Where a run stood at a point of the branch of limit cycles; steady sliding is computed again."""
+        with undamaged():
+            point = Checkpoint.from_plain(plain, size=self.balance.size + 2)
+            if point.goes_on and point.restart_point is None:
+                raise ValueError
+            return point
+
     def run(self) -> SelfExcitedRun:
         """What follows it."""
         return SelfExcitedRun(self)
@@ -319,6 +329,7 @@ class SelfExcitedRun(Run[SelfExcited]):
         kind = "start" if sliding is known[0] else "end" if sliding is known[-1] else "regular"
         kind = HOPF if sliding in hopf else "requested" if sliding.value in self.request.requested else kind
         x, stability = at_rest(self.request.balance, sliding), sliding.stability
+        self._stands(sliding.value, SLIDING_PART)
         return self._uncorrected(x, sliding.omega, sliding.value, kind=kind, part=SLIDING_PART, stability=stability)
 
     def _uncorrected(self, x: Array, omega: float, value: float, **names: Any) -> Point:
@@ -360,11 +371,13 @@ class SelfExcitedRun(Run[SelfExcited]):
             self.message = "the balance has no vibration near the Hopf point of the eigenvalues"
             return
         self.beginning = start.value
-        yield self._rising(start, hopf, 0.0, "start")
+        begun = bool(request.checkpoints)
+        if not begun:
+            yield self._rising(start, hopf, 0.0, "start")
         if start.largest is None:
             self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
             return
-        if not start.smooth:
+        if not (start.smooth or begun):
             yield self._rising(start, hopf, start.largest, STATE_CHANGE)
         first = start.first()
         if first is not None:
@@ -373,6 +386,7 @@ class SelfExcitedRun(Run[SelfExcited]):
     def _rising(self, start: CycleStart, hopf: Sliding, size: float, kind: str) -> Point:
         """Of the straight rise at the Hopf point."""
         x, stability = start.vibrating(size), hopf.stability
+        self._stands(start.value, CYCLE_PART)
         return self._uncorrected(x, start.omega, start.value, kind=kind, part=CYCLE_PART, stability=stability)
 
     def _beyond(self, start: CycleStart, first: Step) -> Iterator[Point]:
@@ -384,20 +398,35 @@ class SelfExcitedRun(Run[SelfExcited]):
             name="the vibration dies away in steady sliding", kind="end", terminal=True, direction=-1,
             function=lambda step: start.size(step.x[:-1]) - least,
         )  # fmt: skip
+        before = [point for stood in request.checkpoints[-1:] for point in (stood.before, stood.restart_point)]
+        restart = [point for point in before if point is not None]
         run = continuation(
             system, first.x, *request.span, at=first.parameter, direction=first.tangent, options=request.options,
             scaling=ArclengthScaling(x=start.unit(first.x[:-1]), weight=0.1), requested=request.requested,
-            events=(gone, *special.events),
+            events=(gone, *special.events), restart=restart,
         )  # fmt: skip
-        self.doing = ""
+        if run.standing is not None:
+            special.take_up(run.standing, restart[-1].values[-1])
+        self.doing, stood = "", deque(restart, maxlen=2)
         for step in run:
             pass_on()
+            accepted = run.restart_point is not None and run.restart_point.state is step.state
+            if accepted and run.restart_point is not None:
+                stood.append(run.restart_point)
             self.progress = min(1.0, abs((step.parameter - request.start) / (request.stop - request.start)))
             # steady sliding solves the balance at every frequency: what is located there is no cycle
             if start.size(step.x[:-1]) > 0.5 * least:
+                self._stands(step.parameter, CYCLE_PART, tuple(stood) if accepted else ())
                 yield self._followed(step, special)
         self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
         self._work = Work(1, run.evaluations, run.solves, run.rejected)
+
+    def _stands(self, value: float, part: int, stood: tuple[RestartPoint, ...] = ()) -> None:
+        """Put down where it stands at a point that comes; it goes on from the points of the continuation alone."""
+        self.checkpoint = Checkpoint(
+            value=value, seconds=self.seconds, part=part, goes_on=bool(stood), own={},
+            restart_point=stood[-1] if stood else None, before=stood[0] if len(stood) > 1 else None,
+        )  # fmt: skip
 
     def _followed(self, step: Step, special: CycleSpecialPoints) -> Point:
         value = step.evaluation

@@ -211,9 +211,8 @@ class ShownCurve(RunListener):
 
     def __init__(self, run: CaseRun, display: CurveDisplay) -> None:
         self._case, self._display = run.case, display
-        self._broke_off = "another peak is followed on" if run.table else (
-            "the branch broke off: it is followed from the other end too"
-        )  # fmt: skip
+        broke_off = "the branch broke off: it is followed from the other end too"
+        self._onward = run.case.further[run.table].onward if run.table else broke_off
         self._factor, self._unit = run.shown_in
         self._last: float | None = None
         self._part = 1
@@ -244,7 +243,7 @@ class ShownCurve(RunListener):
         if event.point.part != self._part:
             self._part, self._last = event.point.part, None
             where = f"{value:.6g}{self._unit}"
-            self._display.note(f"  {self._broke_off}, from {where}")
+            self._display.note(f"  {self._onward}, from {where}")
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._display.at(value, step, states_text(event.values))

@@ -165,7 +165,7 @@ def _answer(run: CaseRun) -> Answer:
     said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
     results = results_answer(run.found) if run.points else {"points": 0, "peaks": []}
     if run.table and run.points:
-        results |= run.case.further[run.table].told(run.case, run.found)[1]
+        results |= run.case.further[run.table].told(run.case, run.branch)[1]
     doubled = {"subharmonics": _doubled(run)} if run.doubles else {}
     files = {} if run.nothing else files_in(run.folder.work)
     return {**case_answer(run.case), **ended, **said, **results, **doubled, **files}
@@ -268,7 +268,7 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
     folder = run.folder
     if run.points:
         data = run.found
-        lines = run.case.further[run.table].told(run.case, data)[0] if run.table else peak_lines(data)
+        lines = run.case.further[run.table].told(run.case, run.branch)[0] if run.table else peak_lines(data)
         for line in lines:
             options.tell(line)
         if "coordinates_of_motion" in data.attrs:
