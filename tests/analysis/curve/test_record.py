@@ -27,6 +27,7 @@ def test_linear_algebra_has_one_thread_inside():
 class Every(Request):
     """Every second solution of a curve, up to one at which something happens: all that an analysis needs to add."""
 
+    analysis = "every"
     curve: CurveRequest
     last: int = 10**6
     fault: BaseException | None = None
