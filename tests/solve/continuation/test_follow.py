@@ -342,7 +342,7 @@ def test_work_is_counted():
 def test_metric_follows_the_solution_but_not_to_zero():
     metric = Metric(ArclengthScaling(weight=1.0, floor=1e-3), np.array([3.0, 4.0]), 2.0)
     np.testing.assert_allclose(metric.weights, [0.2, 0.2, 0.5])
-    metric.renew(np.array([0.0, 0.0]))
+    metric = metric.renewed(np.array([0.0, 0.0]))
     np.testing.assert_allclose(metric.weights, [200.0, 200.0, 0.5])
     fixed = Metric(ArclengthScaling(adaptive=False, weight=1.0, x=[1.0, 10.0]), np.array([3.0, 4.0]), 2.0)
     np.testing.assert_allclose(fixed.weights, [1.0, 0.1, 0.5])

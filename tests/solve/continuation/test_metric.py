@@ -24,20 +24,20 @@ def test_what_counts_as_one():
     metric = Metric(ArclengthScaling(weight=0.1), X, 10.0)
     assert metric.length(np.array([0.0, 0.0, 10.0])) == pytest.approx(1.0)
     assert metric.length(np.array([*X, 0.0])) == pytest.approx(0.1)
-    metric.renew(100.0 * X)
+    metric = metric.renewed(100.0 * X)
     assert metric.length(np.array([*(100.0 * X), 0.0])) == pytest.approx(0.1)
     fixed = Metric(ArclengthScaling(x=1.0, adaptive=False, weight=1.0), X, 10.0)
-    fixed.renew(100.0 * X)
+    fixed = fixed.renewed(100.0 * X)
     assert fixed.length(np.array([*X, 0.0])) == pytest.approx(5.0)
 
 
-def test_a_metric_is_brought_back_to_where_it_was():
+def test_a_metric_is_a_value_and_brought_back_by_its_measure():
     metric = Metric(ArclengthScaling(), X, 10.0)
-    before, weights = metric.measure, metric.weights.copy()
-    metric.renew(50.0 * X)
-    assert not np.array_equal(metric.weights, weights)
-    metric.measure = before
+    weights = metric.weights.copy()
+    renewed = metric.renewed(50.0 * X)
+    assert not np.array_equal(renewed.weights, weights)
     np.testing.assert_array_equal(metric.weights, weights)
+    np.testing.assert_array_equal(renewed.measuring(metric.measure).weights, weights)
 
 
 @pytest.mark.parametrize("given", [{"x": 0.0}, {"x": [1.0, -1.0]}, {"parameter": np.inf}, {"floor": 0}, {"weight": -1}])

@@ -31,9 +31,10 @@ from slipstick.errors import Outcome
 from slipstick.results.record import Columns, Outputs
 from slipstick.results.schema import LARGEST, POINT_KINDS, attributes_of, make_table
 from slipstick.results.truncation import at_their_parameter
-from slipstick.solve.continuation.lockstep import Correctors, Inverses, Measures, Numbers, follow
+from slipstick.solve.continuation.lockstep import Correctors, Inverses, Numbers, follow
 from slipstick.solve.continuation.lockstep_output import Interpolated, Segments
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
+from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array, BoolArray, IntArray
 
@@ -138,8 +139,9 @@ class Lockstep:
         self._layout = self._first.recorder().layout
         self._systems = ManyBalances([r.balance for r in requests], [r.inputs for r in requests])
         self._correctors = Correctors(self._systems, len(requests), x.shape[1], options.newton)
-        measures = Measures.begun(self._scalings[0], np.array([s.displacement for s in scaling]), x, span)
-        followed = follow(self._correctors, x, self._span, measures, options)
+        together = replace(self._scalings[0], x=None)
+        metric = Metric(together, x, span, np.array([s.displacement for s in scaling]))
+        followed = follow(self._correctors, x, self._span, metric, options)
         self._rejected = followed.rejected
         if not followed.points.branch.size:
             return out

@@ -19,14 +19,16 @@ from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude_with_slope
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ArclengthScaling, Step
-from slipstick.solve.continuation.corrector import _TOO_FAR, Corrector
+from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import turning_points
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTTOM_SECANTS, Locator, bottoms
-from slipstick.solve.continuation.lockstep import Correctors, Cubics, Measures, Numbers, Points, Solved
+from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
 from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, DEEP, DIP, TINY
-from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.continuation.metric import Measure, Metric
+from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array, BoolArray
 
@@ -164,7 +166,7 @@ class Events:
         for _ in range(BOTTOM_SECANTS):
             cubics = self._cubics.at(segments)
             solved, good = self._solved(
-                segments, self._measures.at(segments), cubics, cubics.points(u), cubics.derivatives(u)
+                segments, self._measures.at(segments), cubics, cubics.point(u), cubics.derivative(u)
             )
             alone[segments[~good]] = True
             size, slope = (each[:, i] for each in self._at(solved.states[good], solved.tangents[good]))
@@ -281,7 +283,7 @@ class Events:
             if not rest.segment.size:
                 return _falling(parts)
             u = np.full(rest.segment.size, 0.5)
-            solved, good = self._solved(rest.segment, rest.measures, some, some.points(u), some.derivatives(u))
+            solved, good = self._solved(rest.segment, rest.measures, some, some.point(u), some.derivative(u))
             parts.append(rest.at(~good))
             middle = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
             rest = rest.at(good)
@@ -308,7 +310,7 @@ class Events:
             inside = np.flatnonzero(u != edge)
             if inside.size:
                 here, cubics = self._measures.at(which[inside]), self._cubics.at(which[inside])
-                guess, direction = cubics.points(u[inside]), cubics.derivatives(u[inside])
+                guess, direction = cubics.point(u[inside]), cubics.derivative(u[inside])
                 solved, fine = self._solved(which[inside], here, cubics, guess, direction, exact=True)
                 end.put(inside[fine], Ends.found(self._correctors, solved, np.flatnonzero(fine), self._observed(i)))
                 good[inside[~fine]] = False
@@ -345,8 +347,8 @@ class Events:
             if not live.size:
                 break
             some = cubics.at(live)
-            guess = some.points(u[live]) + off[live]
-            direction = some.derivatives(u[live])
+            guess = some.point(u[live]) + off[live]
+            direction = some.derivative(u[live])
             solved, fine = self._solved(which[live], measures.at(live), some, guess, direction, exact=True)
             live, kept = live[fine], np.flatnonzero(fine)
             value = self._at(solved.states[kept], solved.tangents[kept])[1][:, i] if kept.size else np.empty(0)
@@ -357,7 +359,7 @@ class Events:
             live, kept, value = live[right], kept[right], value[right]
             rate[live] = slope[right]
             known_at[live], known[live] = u[live], value
-            off[live] = solved.states[kept] - cubics.at(live).points(u[live])
+            off[live] = solved.states[kept] - cubics.at(live).point(u[live])
             shift = -value / rate[live]
             done = np.abs(shift) * cubics.length[live] < tolerance
             if done.any():
@@ -375,7 +377,7 @@ class Events:
         return good
 
     def _solved(
-        self, which: Numbers, measures: Measures, cubics: Cubics, guess: Array, direction: Array, *,
+        self, which: Numbers, measures: Metric, cubics: HermiteSegment, guess: Array, direction: Array, *,
         exact: bool = False,
     ) -> tuple[Solved, BoolArray]:  # fmt: skip
         """``Maxima.solved``: solutions on planes across segments, and which of them are those expected."""
@@ -386,7 +388,7 @@ class Events:
             branch, guess, direction, across, measures, forward=direction, options=self._exact if exact else None
         )
         with np.errstate(invalid="ignore"):
-            near = measures.lengths(solved.states - guess) <= _TOO_FAR * cubics.length
+            near = is_near(measures, solved.states - guess, cubics.length)
         ways = (nodes.orientation[ends[which]] for ends in (segments.first, segments.second))
         elsewhere = np.logical_and.reduce([solved.orientation * way < 0 for way in ways])
         return solved, np.asarray(solved.found & near & ~elsewhere)
@@ -398,7 +400,7 @@ class Events:
         return Points(
             branch=nodes.branch[first], states=states, tangents=solved.tangents[kept], inverse=inverse,
             orientation=solved.orientation[kept], iterations=solved.iterations[kept],
-            arclength=nodes.arclength[first] + measures.lengths(states - nodes.states[first]),
+            arclength=nodes.arclength[first] + measures.length(states - nodes.states[first]),
             apart=np.full(kept.size, np.inf), measures=measures,
         )  # fmt: skip
 
@@ -415,8 +417,8 @@ class Events:
                 locators[i] = self._locator(i)
             corrector, locator = locators[i]
             owner = int(segments.owner[s])
-            of = nodes.measures
-            corrector.metric.measure = 1.0, float(of.size[owner]), float(of.present[owner]), float(of.largest[owner])
+            _, *sizes = (float(part[owner]) for part in nodes.measures.measure)
+            corrector.metric = corrector.metric.measuring(Measure(1.0, *sizes))
             locator.values = tuple(before[:, s].tolist())
             ends = int(segments.first[s]), int(segments.second[s])
             first, second = (self._step(node) for node in ends)
@@ -504,9 +506,9 @@ def _falling(parts: list[Brackets]) -> Brackets:
     return every.at(every.falls)
 
 
-def _plain(slopes: Array, heights: Array, measures: Measures, first: Array, second: Array, length: Array) -> BoolArray:
+def _plain(slopes: Array, heights: Array, measures: Metric, first: Array, second: Array, length: Array) -> BoolArray:
     """``Maxima._plain`` of segments: slopes and heights (n, 2) and tangents (n, N + 1) at both ends, lengths (n,)."""
-    before, after = slopes[:, 0] / measures.lengths(first), slopes[:, 1] / measures.lengths(second)
+    before, after = slopes[:, 0] / measures.length(first), slopes[:, 1] / measures.length(second)
     gain = heights[:, 1] - heights[:, 0]
     hidden = np.minimum(
         np.abs(gain - 0.5 * length * (before + after)), np.maximum(np.abs(before), np.abs(after)) * length

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import acos, inf, isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.continuation.metric import Metric, angle_of
 from slipstick.solve.continuation.step import RestartPoint, Step
+from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate
-from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
-_ENOUGH_DIMENSIONS = 5
-_SHARPEST = 0.1
-_CORNER_FIT = 0.05
-_TOO_FAR = 0.5
-"""Of the way made: a solution further than that from where it was sought is another one."""
 _OFF = 3e-3
 """Relative error of how far states are off the branch, which the Jacobian of another point does not tell better."""
 _LOCATED = 1e-14
@@ -137,12 +132,12 @@ class Corrector:
         """Residuals (n, N) at n states (n, N + 1)."""
         return np.array([self._evaluate(state[:-1], float(state[-1])).residual for state in states])
 
-    def off(self, residuals: Array, near: Step) -> Array:
+    def off(self, residuals: Array, beside: Step) -> Array:
         """How far states (n, N + 1) with ``residuals`` (n, N) are off the branch, by the Jacobian of a step nearby.
 
         Infinite where that cannot be said.
         """
-        if near.jacobian is None:
+        if beside.jacobian is None:
             return np.full((len(residuals), self._size + 1), inf)
         right = np.zeros((self._size + 1, len(residuals)))
         right[:-1] = residuals.T
@@ -150,28 +145,14 @@ class Corrector:
         if unknown is not None:
             right[:, unknown] = 0.0
         self.solves += len(residuals)
-        off = near.jacobian.solve_correction(right, _OFF).T
+        off = beside.jacobian.solve_correction(right, _OFF).T
         if unknown is not None:
             off[unknown] = inf
         return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, inf)
 
     def near(self, off: Array, length: float) -> bool:
         """Whether a solution ``off`` (N + 1,) from where a segment of some ``length`` expects it may be that one."""
-        return self.metric.length(off) <= _TOO_FAR * length
-
-    def apart(self, step: Step, guess: Array, direction: Array, length: float) -> float:
-        """Distance in the middle between two cubics of some ``length``, over the size of the row that it is largest of.
-
-        They share an end, the first for a positive ``length``; at the other one is at ``guess`` with ``direction``, the
-        other at the step. Where the two differences cancel in the middle an eighth of them counts, as much as is
-        left of them on a smooth branch.
-        """
-        metric = self.metric
-        turned = step.tangent / metric.length(step.tangent) - direction / metric.length(direction)
-        by_state, by_slope = 0.5 * (step.state - guess), 0.125 * length * turned
-        changes = np.array((by_state - by_slope, by_state, by_slope))
-        both, first, second = metric.judged(changes, metric.sizes(step.state)).tolist()
-        return float(max(both, 0.125 * (first + second)))
+        return bool(is_near(self.metric, off, length))
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
         """Direction in which the residual does not change at any state, and its orientation; None if there is none.
@@ -196,10 +177,8 @@ class Corrector:
         (one, other, weights), segment = self._latest
         if segment is not None and one is first and other is second and weights is metric.weights:
             return segment
-        turn = self.angle(first.tangent, second.tangent)
-        length = metric.length(second.state - first.state) * (1.0 + turn * turn / 24.0)
-        rates = length / metric.length(first.tangent), length / metric.length(second.tangent)
-        segment = HermiteSegment(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
+        angle = self.angle(first.tangent, second.tangent)
+        segment = HermiteSegment.of(metric, (first.state, first.tangent), (second.state, second.tangent), angle)
         self._latest = (first, second, metric.weights), segment
         return segment
 
@@ -211,31 +190,8 @@ class Corrector:
             self._latest_angle = (a, b, self.metric.weights), angle
         return angle
 
-    def is_kink(self, first: Step, second: Step) -> bool:
-        """Whether two points with different tangents lie on the two straight sides of one corner.
-
-        The chord is then a sum of positive multiples of the tangents, which another branch would not respect: with few
-        unknowns it might, so the answer is no.
-        """
-        weights = self.metric.weights
-        if weights.size < _ENOUGH_DIMENSIONS:
-            return False
-        a, b, chord = first.tangent * weights, second.tangent * weights, (second.state - first.state) * weights
-        a, b = a / norm(a), b / norm(b)
-        g, p, q = a.dot(b), a.dot(chord), b.dot(chord)
-        before, after = p - g * q, q - g * p
-        if g < _SHARPEST or before < 0 or after < 0:
-            return False
-        rest = chord * (1.0 - g * g) - before * a - after * b
-        return norm(rest) <= _CORNER_FIT * (1.0 - g * g) * norm(chord)
-
 
 def _again(value: Any) -> Any:
     """With which context a solution has to be sought once more; None where it is good as it is."""
     again = getattr(value, "again", None)
     return None if again is None else again()
-
-
-def angle_of(cosine: float) -> float:
-    """Angle of a cosine that may be beyond 1 by rounding."""
-    return acos(max(-1.0, min(1.0, cosine)))

@@ -12,6 +12,7 @@ from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.step_acceptance import cubic_distance
 from slipstick.typing import Array, BoolArray
 
 
@@ -91,9 +92,9 @@ class _Seen:
         self.unknowns_bent = corrector.metric.judged(off, self._sizes)
         self.observables_bent = np.zeros(len(off))
         if observables.any:
-            self.observables_bent = _or_inf(between.bent(-_finite(off)[:, :-1], segment, places))
-        off = _at_their_parameter(off, self.slopes)
-        self.states, self.last = self.cubic - _finite(off), self._size(between, off)
+            self.observables_bent = _or_inf(between.bent(-finite(off)[:, :-1], segment, places))
+        off = at_their_parameter(off, self.slopes)
+        self.states, self.last = self.cubic - finite(off), self._size(between, off)
 
     def _off(self, states: Array) -> tuple[Between, Array]:
         """States evaluated, and how far they are off the branch."""
@@ -105,7 +106,7 @@ class _Seen:
         """Sizes (n,) of corrections, of what is read off the states too."""
         sizes = self._corrector.metric.judged(off, self._sizes)
         if self._observables.any:
-            sizes = np.maximum(sizes, _or_inf(between.changes(_finite(off)[:, :-1])))
+            sizes = np.maximum(sizes, _or_inf(between.changes(finite(off)[:, :-1])))
         return sizes
 
     def settle(self, count: int, tolerance: float) -> tuple[Array, BoolArray]:
@@ -115,14 +116,14 @@ class _Seen:
             if not rest.size:
                 break
             between, off = self._off(self.states[rest])
-            off = _at_their_parameter(off, self.slopes[rest])
+            off = at_their_parameter(off, self.slopes[rest])
             before, self.last[rest] = self.last[rest], self._size(between, off)
-            self.states[rest] -= _finite(off)
+            self.states[rest] -= finite(off)
             self.last[rest[self.last[rest] > 0.5 * before]] = np.inf
         return self.states[:count], self.last[:count] <= tolerance
 
 
-def _at_their_parameter(off: Array, slopes: Array) -> Array:
+def at_their_parameter(off: Array, slopes: Array) -> Array:
     """Corrections (n, N + 1) across the branch, with the way along it that leads back to the parameter of each state.
 
     Where the branch is steep a state near to it may be far from the solution at its own parameter.
@@ -130,10 +131,10 @@ def _at_their_parameter(off: Array, slopes: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         corrections = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
     corrections[:, -1] = 0.0
-    return corrections
+    return np.asarray(corrections)
 
 
-def _finite(off: Array) -> Array:
+def finite(off: Array) -> Array:
     """Corrections, none where they are not known."""
     return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, 0.0)
 
@@ -176,7 +177,7 @@ class DenseOutput:
     def halves(self, first: Step, second: Step, apart: float) -> list[Step]:
         """Corrected points between two neighbours, so that the cubics are near enough; both ends left out.
 
-        ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``.
+        ``apart`` is the distance of the cubic from another one in the middle, see ``cubic_distance``.
         """
         self._looked_at.clear()
         self.lost = False
@@ -207,7 +208,7 @@ class DenseOutput:
             return []
         middle.arclength = first.arclength + self._corrector.metric.length(middle.state - first.state)
         before, after = (
-            self._corrector.apart(middle, guess, direction, way)
+            cubic_distance(self._corrector.metric, (middle.state, middle.tangent), (guess, direction), way)
             for way in (at * segment.length, (at - 1.0) * segment.length)
         )
         closely = closely or bool(seen.observables_bent.max() > limit)
@@ -260,7 +261,7 @@ class DenseOutput:
     def _believed(self, step: Step | None, first: Step, expected: Array, length: float) -> bool:
         if step is None or step.orientation * first.orientation < 0:
             return False
-        return self._corrector.near(step.state - expected, length) and self._span.passed(step.parameter) is None
+        return self._corrector.near(step.state - expected, length) and not self._span.outside(step.parameter)
 
     def points(self, first: Step, second: Step, end: Step) -> list[Step]:
         """Points between two neighbours on the segment that leads to ``end``."""
@@ -275,8 +276,8 @@ class DenseOutput:
             seen = self._seen(first, second, segment, places)
             states, good = seen.settle(count - 1, self._tolerance)
             slopes = seen.slopes[: count - 1]
-        tangents = slopes / metric.lengths(slopes)[:, None]
-        arclengths = (first.arclength + metric.lengths(states - first.state)).tolist()
+        rates, chords = metric.length(np.array((slopes, states - first.state)))
+        tangents, arclengths = slopes / rates[:, None], (first.arclength + chords).tolist()
         made = []
         for i, at in enumerate(places.u.tolist()):
             if good[i]:
@@ -287,7 +288,7 @@ class DenseOutput:
                     continue
                 step = solved
                 step.arclength = first.arclength + metric.length(step.state - first.state)
-            if self._span.passed(step.parameter) is None:
+            if not self._span.outside(step.parameter):
                 made.append(step)
         return made
 

@@ -14,16 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Outcome, Reason, reason_of
+from slipstick.solve.continuation.corner import turn
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.dense_output import DenseOutput, Observables
 from slipstick.solve.continuation.events import BranchEvent, Watched, turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import Locator
-from slipstick.solve.continuation.metric import ArclengthScaling, Metric
+from slipstick.solve.continuation.metric import ArclengthScaling, Measure, Metric
 from slipstick.solve.continuation.options import ContinuationOptions, next_step
 from slipstick.solve.continuation.predictor import Span, predict
 from slipstick.solve.continuation.step import RestartPoint, Step
-from slipstick.solve.continuation.step_acceptance import Rejection, objection, reach, turn
+from slipstick.solve.continuation.step_acceptance import Rejection, cubic_distance, objection, reach
 from slipstick.solve.newton import NewtonResult, NewtonStop, System
 from slipstick.typing import Array
 
@@ -184,8 +185,7 @@ class Continuation(Iterator[Step]):
     ) -> None:
         self._options, self._doubted = options, doubted
         self._span = Span(*ends)
-        self._metric = Metric(scaling, x, abs(ends[1] - ends[0]))
-        self._corrector = Corrector(system, x.size, self._metric, options.newton)
+        self._corrector = Corrector(system, x.size, Metric(scaling, x, abs(ends[1] - ends[0])), options.newton)
         self._corrector.context = context
         self._events = (*((turning_points(),) if options.locate_turning_points else ()), *events)
         self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance, watched)
@@ -222,6 +222,11 @@ class Continuation(Iterator[Step]):
     def solves(self) -> int:
         """Linear solves so far."""
         return self._corrector.solves
+
+    @property
+    def _metric(self) -> Metric:
+        """The metric, which follows the last accepted point."""
+        return self._corrector.metric
 
     def _end(self, outcome: Outcome, message: str = "") -> Outcome:
         self.outcome, self.message = outcome, message or outcome.text
@@ -293,7 +298,7 @@ class Continuation(Iterator[Step]):
         """The segment that leads on from two neighbours, None at a corner between; the metric follows the newer."""
         sharp = self._corrector.angle(last.tangent, new.tangent) > self._options.max_angle
         segment = None if sharp else self._corrector.segment(last, new)
-        self._metric.renew(new.x)
+        self._corrector.metric = self._metric.renewed(new.x)
         return segment
 
     def _accepted(self, step: Step) -> None:
@@ -310,7 +315,8 @@ class Continuation(Iterator[Step]):
     def _take_up(self, restart: tuple[RestartPoint, ...]) -> HermiteSegment | None:
         """Stand where another continuation stood; the segment that leads on."""
         *before, self.restart_point = restart
-        self._metric.measure, self._locator.values = self.restart_point.measure, self.restart_point.values
+        self._corrector.metric = self._metric.measuring(Measure(*self.restart_point.measure))
+        self._locator.values = self.restart_point.values
         self.step_length, self.points, self.rejected = (
             self.restart_point.step_length,
             self.restart_point.points,
@@ -329,7 +335,7 @@ class Continuation(Iterator[Step]):
         before = self._metric.inverse[:-1]
         step, result = self._corrector.correct(state, None, "start")
         if step is not None:
-            self._metric.renew(step.x)
+            self._corrector.metric = self._metric.renewed(step.x)
             if np.any(self._metric.inverse[:-1] > 2.0 * before):
                 step, result = self._corrector.correct(step.state, None, "start")
         if step is None:
@@ -348,7 +354,7 @@ class Continuation(Iterator[Step]):
         length = self.step_length
         corrector.beside = None  # no Jacobian is kept to go on from where a branch is taken up again
         while length >= options.min_step:
-            ahead = predict(self._metric, span, last, segment, length)
+            ahead = predict(corrector.metric, span, last, segment, length)
             normal, kind = (None, "end") if ahead.at_end else (ahead.direction, "regular")
             new, result = corrector.correct(
                 ahead.guess, normal, kind, forward=last.tangent, reach=reach(options, length)
@@ -356,11 +362,14 @@ class Continuation(Iterator[Step]):
             if new is None:
                 reason = result.reason
             else:
-                reason = objection(corrector, span, options, last, new, ahead.guess, length)
+                angle = corrector.angle(last.tangent, new.tangent)
+                reason = objection(corrector.metric, span, options, last, new, ahead.guess, length, angle)
                 if reason is None and self._doubted is not None and length > options.kink_step:
                     reason = Rejection.DOUBTED if self._doubted(last, new, ahead.guess) else None
                 if reason is None:
-                    new.apart = corrector.apart(new, ahead.guess, ahead.direction, length)
+                    new.apart = cubic_distance(
+                        corrector.metric, (new.state, new.tangent), (ahead.guess, ahead.direction), length
+                    )
                     return self._accept(last, new, result, length, 2 if segment is None else 4)
             self.rejected += 1
             if length <= options.kink_step:

@@ -6,6 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.solve.continuation.metric import (
+    Metric,
+    Scalars,
+    angle_of,
+    chosen,
+    column,
+    entries,
+    mixed,
+    stacked,
+)
 from slipstick.typing import Array
 
 
@@ -22,9 +32,16 @@ class HermiteSegment:
     """Cubic Hermite curve through two states with tangents; ``u`` is 0 at the first and 1 at the second.
 
     Extrapolated to ``u > 1`` it predicts the next point with an error of fourth order in the step; between the two it
-    is the branch but for a hundredth of that error.
+    is the branch but for a hundredth of that error. States are (N + 1,), or (k, N + 1) for k segments at once.
 
-    ``rates`` times the tangents are derivatives by ``u``: the ``length`` where these have unit length.
+    Attributes
+    ----------
+    nodes
+        Both states and both derivatives by ``u``, (..., 4, N + 1).
+    length
+        Arc length, a float or (k,).
+    rates
+        Factors of the tangents that make them derivatives by ``u``: the ``length`` where tangents have unit length.
     """
 
     def __init__(
@@ -33,12 +50,42 @@ class HermiteSegment:
         first_tangent: Array,
         second: Array,
         second_tangent: Array,
-        length: float,
+        length: Scalars,
         *,
-        rates: tuple[float, float] | None = None,
+        rates: tuple[Scalars, Scalars] | None = None,
     ) -> None:
         self.length, self.rates = length, rates or (length, length)
-        self._nodes = np.array((first, second, self.rates[0] * first_tangent, self.rates[1] * second_tangent))
+        before, after = map(column, self.rates)
+        self.nodes = stacked(first, second, before * first_tangent, after * second_tangent)
+
+    @classmethod
+    def of(
+        cls, metric: Metric, first: tuple[Array, Array], second: tuple[Array, Array], angle: Scalars = None
+    ) -> HermiteSegment:
+        """Segment between two points, each a state and a tangent, in a metric.
+
+        The arc is longer than its chord by what a circle would be, of which the tangents enclose that ``angle``
+        (radians); None: it is computed.
+        """
+        (a, before), (b, after) = first, second
+        if angle is None:
+            angle = angle_of(metric.cosine(before, after))
+        length = metric.length(b - a) * (1.0 + angle * angle / 24.0)
+        rates = length / metric.length(before), length / metric.length(after)
+        return cls(a, before, b, after, length, rates=rates)
+
+    def at(self, which: Any) -> HermiteSegment:
+        """Some of k segments."""
+        some = HermiteSegment.__new__(HermiteSegment)
+        some.nodes, some.length = self.nodes[which], self.length[which]
+        some.rates = self.rates[0][which], self.rates[1][which]
+        return some
+
+    def put(self, which: Any, those: HermiteSegment) -> None:
+        """Replace, in place, some of k segments."""
+        self.nodes[which], self.length[which] = those.nodes, those.length
+        for rate, new in zip(self.rates, those.rates, strict=True):
+            rate[which] = new
 
     def between(
         self, first: Array, second: Array, first_rate: Array, second_rate: Array, places: HermiteBasis
@@ -52,50 +99,48 @@ class HermiteSegment:
         shape = (-1, *nodes.shape[1:])
         return (places.shares @ flat).reshape(shape), (places.slopes @ flat).reshape(shape)
 
-    def point(self, u: float) -> Array:
-        """State (N + 1,) at ``u``."""
-        return np.asarray(np.array(blend(u)) @ self._nodes)
+    def point(self, u: Scalars) -> Array:
+        """State (..., N + 1) at ``u``."""
+        return mixed(blend(u), self.nodes)
 
-    def derivative(self, u: float) -> Array:
-        """Derivative by ``u`` (N + 1,)."""
-        return np.asarray(np.array(blend_slope(u)) @ self._nodes)
+    def derivative(self, u: Scalars) -> Array:
+        """Derivative by ``u`` (..., N + 1)."""
+        return mixed(blend_slope(u), self.nodes)
 
     def points(self, places: HermiteBasis) -> Array:
-        """States (n, N + 1) at n places."""
-        return np.asarray(places.shares @ self._nodes)
+        """States (..., n, N + 1) at n places."""
+        return np.asarray(places.shares @ self.nodes)
 
     def derivatives(self, places: HermiteBasis) -> Array:
-        """Derivatives by ``u`` (n, N + 1) at n places."""
-        return np.asarray(places.slopes @ self._nodes)
+        """Derivatives by ``u`` (..., n, N + 1) at n places."""
+        return np.asarray(places.slopes @ self.nodes)
 
     def parameter_rates(self, places: HermiteBasis) -> Array:
         """Derivatives of the parameter by ``u`` (n,) at n places."""
-        return np.asarray(places.slopes @ self._nodes[:, -1])
+        return np.asarray(places.slopes @ self.nodes[:, -1])
 
-    def parameter(self, u: float) -> float:
+    def parameter(self, u: Scalars) -> Scalars:
         """Parameter (last entry of the state) at ``u``."""
-        (a, b, c, d), (p, q, r, s) = self._nodes[:, -1].tolist(), blend(u)
-        return float(p * a + q * b + r * c + s * d)
+        (p, q, r, s), (a, b, c, d) = blend(u), entries(self.nodes[..., -1])
+        return p * a + q * b + r * c + s * d
 
-    def where(self, parameter: float, low: float, high: float) -> float:
+    def where(self, parameter: float, low: Scalars, high: Scalars) -> Scalars:
         """The ``u`` in [low, high] at which the cubic passes ``parameter`` (bisection; the ends must bracket it)."""
         rising = self.parameter(high) > self.parameter(low)
         for _ in range(60):
             middle = 0.5 * (low + high)
-            if (self.parameter(middle) > parameter) == rising:
-                high = middle
-            else:
-                low = middle
+            beyond = (self.parameter(middle) > parameter) == rising
+            low, high = chosen(beyond, low, middle), chosen(beyond, middle, high)
         return 0.5 * (low + high)
 
 
-def blend(u: Any) -> tuple[Any, Any, Any, Any]:
+def blend(u: Scalars) -> tuple[Scalars, Scalars, Scalars, Scalars]:
     """Shares at ``u`` of: first value, second value, derivatives by ``u`` at the first and at the second."""
     v = u - 1.0
     return (1.0 + 2.0 * u) * v * v, u * u * (3.0 - 2.0 * u), u * v * v, u * u * v
 
 
-def blend_slope(u: Any) -> tuple[Any, Any, Any, Any]:
+def blend_slope(u: Scalars) -> tuple[Scalars, Scalars, Scalars, Scalars]:
     """Derivatives of ``blend`` by ``u``."""
     v = u - 1.0
     return 6.0 * u * v, -6.0 * u * v, v * (3.0 * u - 1.0), u * (3.0 * u - 2.0)

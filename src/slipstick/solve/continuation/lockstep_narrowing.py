@@ -7,18 +7,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from slipstick.solve.continuation.corrector import _TOO_FAR
-from slipstick.solve.continuation.lockstep import (
-    Correctors,
-    Cubics,
-    Measures,
-    Numbers,
-    Points,
-    Solved,
-    dots,
-)  # fmt: skip
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
+from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
 from slipstick.solve.continuation.maxima import TINY
+from slipstick.solve.continuation.metric import Metric, dots
 from slipstick.solve.continuation.narrowing import _KNOWN, _MOST, _REVERSED, _SHARES
+from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array, BoolArray
 
@@ -95,7 +89,7 @@ class Brackets:
 
     segment: Numbers
     branch: Numbers
-    measures: Measures
+    measures: Metric
     low: Ends
     high: Ends
 
@@ -112,7 +106,7 @@ class Brackets:
         return cls(
             segment=np.concatenate([part.segment for part in parts]),
             branch=np.concatenate([part.branch for part in parts]),
-            measures=Measures.joined([part.measures for part in parts]),
+            measures=Metric.joined([part.measures for part in parts]),
             low=Ends.joined([part.low for part in parts]), high=Ends.joined([part.high for part in parts]),
         )  # fmt: skip
 
@@ -122,16 +116,16 @@ class Brackets:
         return np.asarray((self.low.slopes > 0.0) & (self.high.slopes <= 0.0))
 
     @property
-    def cubics(self) -> Cubics:
+    def cubics(self) -> HermiteSegment:
         """From the one to the other."""
         ends = [(end.states, end.tangents) for end in (self.low, self.high)]
-        return Cubics.between(self.measures, ends[0], ends[1])
+        return HermiteSegment.of(self.measures, ends[0], ends[1])
 
     def ways(self) -> tuple[BoolArray, Array, Array]:
         """Which branches turn by more than a right angle; ways from both ends to where their tangents meet, else 0."""
-        scaled = [self.measures.weighted(end.tangents) for end in (self.low, self.high)]
+        scaled = [end.tangents * self.measures.weights for end in (self.low, self.high)]
         a, b = (vector / np.sqrt(dots(vector, vector))[:, None] for vector in scaled)
-        chord = self.measures.weighted(self.high.states - self.low.states)
+        chord = (self.high.states - self.low.states) * self.measures.weights
         g, p, q = dots(a, b), dots(a, chord), dots(b, chord)
         rest = 1.0 - g * g
         turns = (g < 0.0) & (rest >= _REVERSED)
@@ -141,12 +135,12 @@ class Brackets:
     def rooms(self) -> Array:
         """Lengths (k,) of the branches between them."""
         _, before, after = self.ways()
-        return np.maximum(self.measures.lengths(self.high.states - self.low.states), before + after)
+        return np.maximum(self.measures.length(self.high.states - self.low.states), before + after)
 
     def holds(self, solved: Solved, room: Array) -> BoolArray:
         """Whether solutions lie between their ends, and on their branch."""
         elsewhere = (solved.orientation * self.low.orientation < 0) & (solved.orientation * self.high.orientation < 0)
-        away = [self.measures.lengths(solved.states - end.states) for end in (self.low, self.high)]
+        away = [self.measures.length(solved.states - end.states) for end in (self.low, self.high)]
         return np.asarray(~elsewhere & np.logical_and.reduce([(way > 0.0) & (way < room) for way in away]))
 
     def narrow(self, correctors: Correctors, options: NewtonOptions, observed: Observed, tolerance: float) -> None:
@@ -177,7 +171,7 @@ class Brackets:
     ) -> tuple[Ends, Numbers]:
         """Solutions between the ends, and of which brackets: from the cubics, else from shorter steps from the ends."""
         turns, *ways = self.ways()
-        gap = self.measures.lengths(self.high.states - self.low.states)
+        gap = self.measures.length(self.high.states - self.low.states)
         before, after = (np.where(turns, way, gap) for way in ways)
         parts, of = list[Ends](), list[Numbers]()
         rest = np.arange(share.size)
@@ -189,18 +183,18 @@ class Brackets:
             here, across = self.at(tried), np.zeros(tried.size, dtype=bool)
             if trial == 0:
                 cubics = here.cubics
-                guess, normal = cubics.points(share), cubics.derivatives(share)
+                guess, normal = cubics.point(share), cubics.derivative(share)
             else:
                 from_low = (after[tried] > before[tried]) == bool(second)
                 end = Ends.chosen(from_low, here.low, here.high)
-                normal = end.tangents / here.measures.lengths(end.tangents)[:, None]
+                normal = end.tangents / here.measures.length(end.tangents)[:, None]
                 way = np.where(from_low, before[tried], -after[tried])
                 guess = end.states + (_SHARES[number] * way)[:, None] * normal
             solved = correctors.correct(
                 here.branch, guess, normal, across, here.measures, forward=normal, options=options
             )
             with np.errstate(invalid="ignore"):
-                near = here.measures.lengths(solved.states - guess) <= _TOO_FAR * room[tried]
+                near = is_near(here.measures, solved.states - guess, room[tried])
             good = solved.found & near & here.holds(solved, room[tried])
             parts.append(Ends.found(correctors, solved, np.flatnonzero(good), observed))
             of.append(tried[good])

@@ -9,18 +9,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.solve.continuation.corrector import _TOO_FAR
-from slipstick.solve.continuation.dense_output import _BENT, _CORRECTIONS, _LONGER, _PEAK, _SURE
-from slipstick.solve.continuation.lockstep import (
-    Correctors,
-    Cubics,
-    Measures,
-    Numbers,
-    Points,
-    Systems,
-    apart_from,
+from slipstick.solve.continuation.dense_output import (
+    _BENT,
+    _CORRECTIONS,
+    _LONGER,
+    _PEAK,
+    _SURE,
+    at_their_parameter,
+    finite,
 )  # fmt: skip
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
+from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Systems
+from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.options import ContinuationOptions
+from slipstick.solve.continuation.predictor import Span
+from slipstick.solve.continuation.step_acceptance import cubic_distance, is_near
 from slipstick.typing import Array, BoolArray
 
 _TOGETHER = 4096
@@ -129,17 +132,17 @@ class Outputs:
         self, systems: Systems, correctors: Correctors, points: Points, span: tuple[float, float],
         options: ContinuationOptions,
     ) -> None:  # fmt: skip
-        self._systems, self._correctors, self.nodes, self._span = systems, correctors, points, span
+        self._systems, self._correctors, self.nodes, self._span = systems, correctors, points, Span(*span)
         self._step, self._tolerance = _LONGER * options.output_step, options.output_tolerance
         self._seen: dict[str, _Seen] = {}
         self.lost = np.zeros(correctors.evaluations.size, dtype=bool)
         self.segments = self._halved()
 
-    def cubics(self, segments: Segments) -> tuple[Measures, Cubics]:
+    def cubics(self, segments: Segments) -> tuple[Metric, HermiteSegment]:
         """The cubics of segments, and in what they are measured."""
         nodes, measures = self.nodes, self.nodes.measures.at(segments.owner)
         ends = [(nodes.states[i], nodes.tangents[i]) for i in (segments.first, segments.second)]
-        return measures, Cubics.between(measures, ends[0], ends[1])
+        return measures, HermiteSegment.of(measures, ends[0], ends[1])
 
     def _halved(self) -> Segments:
         """``DenseOutput.halves`` of every step."""
@@ -196,22 +199,22 @@ class Outputs:
         return segments.at(order)
 
     def _look(
-        self, segments: Segments, which: Numbers, pieces: NDArray[np.int_], measures: Measures, cubics: Cubics
+        self, segments: Segments, which: Numbers, pieces: NDArray[np.int_], measures: Metric, cubics: HermiteSegment
     ) -> _Seen:
         """States at the places that part some segments into pieces."""
         number, u = parted(pieces)
         each = which[number]
         here, of = measures.at(each), cubics.at(each)
-        cubic, slopes = of.points(u), of.derivatives(u)
+        cubic, slopes = of.point(u), of.derivative(u)
         sizes = self._sizes(segments, measures)[each]
         off = self._off(segments.second[each], cubic)
         bent = here.judged(off, sizes)
-        off = _at_their_parameter(off, slopes)
-        states, last = cubic - _finite(off), here.judged(off, sizes)
+        off = at_their_parameter(off, slopes)
+        states, last = cubic - finite(off), here.judged(off, sizes)
         return _Seen(segment=each, u=u, cubic=cubic, slopes=slopes, bent=bent, states=states, last=last)
 
-    def _sizes(self, segments: Segments, measures: Measures) -> Array:
-        return measures.row_sizes(self.nodes.states[segments.first], self.nodes.states[segments.second])
+    def _sizes(self, segments: Segments, measures: Metric) -> Array:
+        return measures.sizes(self.nodes.states[segments.first], self.nodes.states[segments.second])
 
     def _off(self, near: Numbers, states: Array) -> Array:
         """``Corrector.off`` of states (k, N + 1), by the Jacobians of points nearby."""
@@ -226,11 +229,11 @@ class Outputs:
         return np.where(np.isfinite(off), off, np.inf)
 
     def _middles(
-        self, segments: Segments, worst: _Seen, measures: Measures, cubics: Cubics
+        self, segments: Segments, worst: _Seen, measures: Metric, cubics: HermiteSegment
     ) -> tuple[Segments, Points, BoolArray]:
         """Both parts of segments at the worst places seen of each, the points between, and where there is one."""
-        u, guess, direction = worst.u, worst.cubic, cubics.derivatives(worst.u)
-        near = measures.lengths(worst.states - guess) <= _TOO_FAR * cubics.length
+        u, guess, direction = worst.u, worst.cubic, cubics.derivative(worst.u)
+        near = is_near(measures, worst.states - guess, cubics.length)
         start = np.where(near[:, None], worst.states, guess)
         middles, found = self._solved(segments, measures, cubics, u, start)
         at, number = np.flatnonzero(found), len(self.nodes.branch) + np.arange(int(found.sum()))
@@ -238,7 +241,7 @@ class Outputs:
         states, tangents = middles.states, middles.tangents
 
         def apart(way: Array) -> Array:
-            return apart_from(measured, states, tangents, guess[at], direction[at], way)
+            return cubic_distance(measured, (states, tangents), (guess[at], direction[at]), way)
 
         length = cubics.length[at]
         middle = 0.5 * (parts.low + parts.high)
@@ -253,13 +256,13 @@ class Outputs:
         return Segments.joined([before, after]), middles, found
 
     def _solved(
-        self, segments: Segments, measures: Measures, cubics: Cubics, u: Array, guess: Array
+        self, segments: Segments, measures: Metric, cubics: HermiteSegment, u: Array, guess: Array
     ) -> tuple[Points, BoolArray]:
         """``DenseOutput._solved`` on each segment: points, and which of them are to be believed."""
         nodes, branch = self.nodes, self.nodes.branch[segments.first]
         across = np.zeros(u.size, dtype=bool)
-        solved = self._correctors.correct(branch, guess, cubics.derivatives(u), across, measures, forward=guess)
-        expected = cubics.points(u)
+        solved = self._correctors.correct(branch, guess, cubics.derivative(u), across, measures, forward=guess)
+        expected = cubics.point(u)
         good = solved.found & self._near(segments, measures, solved.states, solved.orientation, expected, cubics.length)
         rest = np.flatnonzero(~good)
         if rest.size:
@@ -278,7 +281,7 @@ class Outputs:
             good[rest] = again.found & near
             for name in ("states", "tangents", "inverse", "orientation", "iterations"):
                 getattr(solved, name)[rest] = getattr(again, name)
-        arclength = nodes.arclength[segments.first] + measures.lengths(solved.states - nodes.states[segments.first])
+        arclength = nodes.arclength[segments.first] + measures.length(solved.states - nodes.states[segments.first])
         points = Points(
             branch=branch, states=solved.states, tangents=solved.tangents,
             inverse=self._correctors.inverses.add(solved.inverse), orientation=solved.orientation,
@@ -287,20 +290,14 @@ class Outputs:
         return points, good
 
     def _near(
-        self, segments: Segments, measures: Measures, states: Array, orientation: NDArray[np.int_], expected: Array,
+        self, segments: Segments, measures: Metric, states: Array, orientation: NDArray[np.int_], expected: Array,
         length: Array,
     ) -> BoolArray:  # fmt: skip
         """``DenseOutput._believed``."""
         same_way = orientation * self.nodes.orientation[segments.first] >= 0
         with np.errstate(invalid="ignore"):
-            near = measures.lengths(states - expected) <= _TOO_FAR * length
-        return np.asarray(same_way & near & self._inside(states[:, -1]))
-
-    def _inside(self, parameter: Array) -> BoolArray:
-        """Where a value of the parameter lies within the range, its ends not counted."""
-        start, stop = self._span
-        forward = 1.0 if stop > start else -1.0
-        return np.asarray(((parameter - stop) * forward < 0.0) & ((parameter - start) * forward > 0.0))
+            near = is_near(measures, states - expected, length)
+        return np.asarray(same_way & near & ~self._span.outside(states[:, -1]))
 
     def points(self, pieces: Segments, whole: Numbers) -> Interpolated:
         """``DenseOutput.points`` of pieces of segments, given as pairs of points, with all of their segment's marks.
@@ -329,14 +326,14 @@ class Outputs:
         each = plain[number]
         smooth = cubics.at(each)
         found = [Interpolated(
-            segment=each, u=u, states=smooth.points(u), tangents=self._unit(measures.at(each), smooth.derivatives(u)),
+            segment=each, u=u, states=smooth.point(u), tangents=self._unit(measures.at(each), smooth.derivative(u)),
             node=np.full(u.size, -1),
         )]  # fmt: skip
         if parts:
             found.append(self._settled(pieces, _Seen.joined(parts), measures, cubics))
         return Interpolated(**joined(found))
 
-    def _settled(self, pieces: Segments, seen: _Seen, measures: Measures, cubics: Cubics) -> Interpolated:
+    def _settled(self, pieces: Segments, seen: _Seen, measures: Metric, cubics: HermiteSegment) -> Interpolated:
         """What was seen, corrected to the tolerance; what is not known to it then is solved for."""
         sizes, tolerance = self._sizes(pieces, measures), self._tolerance
         for _ in range(_CORRECTIONS - 1):
@@ -345,39 +342,27 @@ class Outputs:
                 break
             of = seen.segment[rest]
             off = self._off(pieces.second[of], seen.states[rest])
-            off = _at_their_parameter(off, seen.slopes[rest])
+            off = at_their_parameter(off, seen.slopes[rest])
             before = seen.last[rest]
             last = measures.at(of).judged(off, sizes[of])
-            seen.states[rest] -= _finite(off)
+            seen.states[rest] -= finite(off)
             seen.last[rest] = np.where(last > 0.5 * before, np.inf, last)
         tangents, node = self._unit(measures.at(seen.segment), seen.slopes), np.full(seen.u.size, -1)
         rest = np.flatnonzero(~(seen.last <= tolerance))
         keep = np.ones(seen.u.size, dtype=bool)
         if rest.size:
             of = seen.segment[rest]
-            here, guess = cubics.at(of), cubics.at(of).points(seen.u[rest])
+            here, guess = cubics.at(of), cubics.at(of).point(seen.u[rest])
             solved, good = self._solved(pieces.at(of), measures.at(of), here, seen.u[rest], guess)
             keep[rest] = good
             node[rest[good]] = len(self.nodes.branch) + np.arange(int(good.sum()))
             seen.states[rest], tangents[rest] = solved.states, solved.tangents
             self.nodes = Points.joined([self.nodes, solved.at(good)])
-        keep &= self._inside(seen.states[:, -1])
+        keep &= ~self._span.outside(seen.states[:, -1])
         return Interpolated(
             segment=seen.segment[keep], u=seen.u[keep], states=seen.states[keep], tangents=tangents[keep],
             node=node[keep],
         )  # fmt: skip
 
-    def _unit(self, measures: Measures, slopes: Array) -> Array:
-        return np.asarray(slopes / measures.lengths(slopes)[:, None])
-
-
-def _at_their_parameter(off: Array, slopes: Array) -> Array:
-    """As in ``dense_output.py``."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        corrections = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
-    corrections[:, -1] = 0.0
-    return np.asarray(corrections)
-
-
-def _finite(off: Array) -> Array:
-    return np.where(np.isfinite(off), off, 0.0)
+    def _unit(self, measures: Metric, slopes: Array) -> Array:
+        return np.asarray(slopes / measures.length(slopes)[:, None])

@@ -1,15 +1,22 @@
-"""How the length of a branch is measured."""
+"""The scaled arclength in which branches are measured, for one state or for k states in lockstep.
+
+Formulas of this file, of segments, predictor and step acceptance hold for states ``(..., N + 1)``. One state is
+``(N + 1,)`` and its scalars are floats; k states are ``(k, N + 1)`` and their scalars ``(k,)``. Only the primitives at
+the end of this file tell the two apart: a single curve on arrays of one takes 7 % longer.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import acos, inf, isfinite, sqrt
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy import ndarray
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
-from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 _VANISHED = 1e-12
@@ -17,6 +24,11 @@ _VANISHED = 1e-12
 STILL = 1e-6
 """Fraction of the largest part of a solution below which another is as good as nothing."""
 _TINY = float(np.finfo(float).tiny)
+
+Scalars: TypeAlias = Any
+"""A float of one state, or (k,) of k states."""
+Marks: TypeAlias = Any
+"""A bool of one state, or (k,) of k states."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,86 +82,208 @@ class ArclengthScaling:
             raise InputError(faults)
 
 
-class Metric:
-    """The scaling at work on states ``z = (x, parameter)`` (N + 1,).
+class Measure(NamedTuple):
+    """Magnitudes that the weights of a metric are made from: floats, or (k,) of k states.
 
-    ``weights`` (N + 1,) measure arclength, ``inverse`` (N + 1,) measures Newton corrections relative to the solution.
+    Attributes
+    ----------
+    typical
+        Typical size of the unknowns, where the scaling gives none.
+    size, present
+        Magnitude by which arclength is measured, and that for Newton corrections; both over the typical size.
+    largest
+        Largest magnitude met so far.
     """
 
-    def __init__(self, scaling: ArclengthScaling, x: Array, parameter_range: float) -> None:
-        self._scaling, self._shape = scaling, x.shape
-        self._unit = np.broadcast_to(1.0 / np.asarray(1.0 if scaling.x is None else scaling.x, dtype=float), x.shape)
+    typical: Scalars
+    size: Scalars
+    present: Scalars
+    largest: Scalars
+
+
+class Metric:
+    """The scaling at work on states ``z = (x, parameter)``, (N + 1,) or (k, N + 1).
+
+    Parameters
+    ----------
+    scaling
+        What it is made by; one for all k states.
+    x
+        First solutions, (N,) or (k, N).
+    parameter_range
+        Length of the range of the parameter.
+    typical
+        Typical size of the unknowns where the scaling gives none, a float or (k,).
+
+    Attributes
+    ----------
+    weights, inverse
+        Factors of the shape of z: of arclength, and of Newton corrections relative to the solution.
+    measure
+        The magnitudes that both are made from.
+    """
+
+    def __init__(self, scaling: ArclengthScaling, x: Array, parameter_range: float, typical: Scalars = 1.0) -> None:
+        self._scaling, self._shape = scaling, (*x.shape[:-1], x.shape[-1] + 1)
         self._parameter = 1.0 / (scaling.parameter if scaling.parameter is not None else parameter_range)
-        rows = x.size // scaling.rows
-        self._shares = np.ones((rows, 2))
+        self._shares = np.ones((x.shape[-1] // scaling.rows, 2))
         """Of the squares of a row in its whole size, and in that of what is judged."""
         if scaling.judged is not None:
             self._shares[:, 1] = scaling.judged
-        self.weights = self.inverse = np.empty(0)
-        self.measure = (1.0 if scaling.adaptive else norm(x) or 1.0, 1.0, 1.0, 0.0)
-        if scaling.adaptive:
-            self.renew(x)
+        if scaling.x is None and not scaling.adaptive:
+            typical = one_if_zero(norms(x))
+        one = typical / typical
+        self._unit = 1.0 / (column(typical) if scaling.x is None else np.asarray(scaling.x, dtype=float))
+        self.measure = Measure(typical, one, one, 0.0 * one)
+        self.measure = self.renewed(x).measure
+        self._weigh()
 
-    @property
-    def measure(self) -> tuple[float, float, float, float]:
-        """What the weights are made from: typical size where none is given, sizes for arclength and for corrections,
-        largest magnitude met. Set, it brings the metric back to where it was."""
-        return self._measure
+    def _weigh(self) -> None:
+        """Make the factors from the magnitudes."""
+        weights, inverse = np.empty(self._shape), np.empty(self._shape)
+        weights[..., :-1] = self._unit * column(self._scaling.weight / self.measure.size)
+        inverse[..., :-1] = self._unit / column(self.measure.present)
+        weights[..., -1] = inverse[..., -1] = self._parameter
+        self.weights, self.inverse = weights, inverse
 
-    @measure.setter
-    def measure(self, parts: tuple[float, float, float, float]) -> None:
-        self._measure = typical, size, present, _ = parts
-        if self._scaling.x is None:
-            self._unit = np.broadcast_to(1.0 / np.asarray(typical), self._shape)
-        inverse, weights = np.empty(self._unit.size + 1), np.empty(self._unit.size + 1)
-        np.divide(self._unit, present, out=inverse[:-1])
-        np.multiply(self._unit, self._scaling.weight / size, out=weights[:-1])
-        inverse[-1] = weights[-1] = self._parameter
-        self.inverse, self.weights = inverse, weights
-
-    def renew(self, x: Array) -> None:
-        """Follow the magnitude of the solution ``x`` (N,)."""
+    def renewed(self, x: Array) -> Metric:
+        """The metric that follows the magnitude of solutions ``x``, (N,) or (k, N)."""
         if not self._scaling.adaptive:
-            return
-        typical, _, _, largest = self._measure
-        magnitude = norm(x * self._unit)
-        largest = max(largest, magnitude)
-        size = max(magnitude, self._scaling.floor * largest) or 1.0
-        self.measure = (typical, size, max(magnitude, _VANISHED * largest) or 1.0, largest)
+            return self
+        typical, _, _, largest = self.measure
+        magnitude = norms(x * self._unit)
+        largest = larger(largest, magnitude)
+        size, present = larger(self._scaling.floor * largest, magnitude), larger(_VANISHED * largest, magnitude)
+        return self.measuring(Measure(typical, one_if_zero(size), one_if_zero(present), largest))
+
+    def measuring(self, measure: Measure) -> Metric:
+        """The metric with other magnitudes."""
+        other = Metric.__new__(Metric)
+        other._scaling, other._parameter, other._shares = self._scaling, self._parameter, self._shares
+        other._unit, other._shape, other.measure = self._unit, self._shape, measure
+        if measure.typical is not self.measure.typical:  # of other states
+            other._shape = (*np.shape(measure.typical), self._shape[-1])
+            if self._scaling.x is None:
+                other._unit = 1.0 / column(measure.typical)
+        other._weigh()
+        return other
+
+    def at(self, which: Any) -> Metric:
+        """The metrics of some of k states."""
+        return self.measuring(Measure(*(part[which] for part in self.measure)))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Metric]) -> Metric:
+        """The metrics of several lots of states, one after the other."""
+        measures = zip(*(part.measure for part in parts), strict=True)
+        return parts[0].measuring(Measure(*map(np.concatenate, measures)))
+
+    def put(self, which: Any, those: Metric) -> None:
+        """Replace, in place, the magnitudes of some of k states."""
+        for part, new in zip(self.measure[1:], those.measure[1:], strict=True):
+            part[which] = new
+        self.weights[which], self.inverse[which] = those.weights, those.inverse
+
+    def length(self, z: Array) -> Scalars:
+        """Scaled lengths of vectors."""
+        return norms(z * self.weights)
+
+    def cosine(self, a: Array, b: Array) -> Scalars:
+        """Cosines of the scaled angles between vectors."""
+        a, b = a * self.weights, b * self.weights
+        return dots(a, b) / (norms(a) * norms(b) + _TINY)
 
     def sizes(self, *states: Array) -> Array:
-        """Size (rows,) of each row of what is judged, the largest of the states (N + 1,)."""
-        x = np.array(states)[:, :-1] * self._unit
-        squares = (x * x).reshape(len(states), self._scaling.rows, -1) @ self._shares
-        whole, judged = squares.max(axis=0).T if len(states) > 1 else squares[0].T
-        return own_sizes(judged, whole)
+        """Sizes (..., rows) of each row of what is judged, the largest of the states."""
+        x = np.array(states)[..., :-1] * self._unit
+        squares = (x * x).reshape(*x.shape[:-1], self._scaling.rows, -1) @ self._shares
+        largest = squares.max(axis=0) if len(states) > 1 else squares[0]
+        return own_sizes(largest[..., 1], largest[..., 0])
 
     def judged(self, changes: Array, sizes: Array) -> Array:
-        """Changes (n, N + 1) over the ``sizes`` of their rows, the largest of each: (n,)."""
-        rows = (changes[:, :-1] * self._unit).reshape(len(changes), sizes.size, -1)
+        """Changes (..., N + 1) over the ``sizes`` (..., rows) of their rows, the largest of each."""
+        x = changes[..., :-1] * self._unit
+        rows = x.reshape(*x.shape[:-1], sizes.shape[-1], -1)
         relative = np.sqrt(np.vecdot(rows, rows)) / sizes
-        largest = relative.max(axis=1) if sizes.size > 1 else relative[:, 0]
-        return np.asarray(np.maximum(largest, np.abs(changes[:, -1]) * self._parameter))
-
-    def length(self, vector: Array) -> float:
-        """Scaled length of a vector (N + 1,)."""
-        return norm(vector * self.weights)
-
-    def lengths(self, vectors: Array) -> Array:
-        """Scaled lengths (n,) of vectors (n, N + 1)."""
-        scaled = vectors * self.weights
-        return np.asarray(np.sqrt(np.vecdot(scaled, scaled)))
-
-    def cosine(self, a: Array, b: Array) -> float:
-        """Cosine of the scaled angle between two vectors."""
-        a, b = a * self.weights, b * self.weights
-        return float(a.dot(b)) / (norm(a) * norm(b) or np.inf)
+        largest = relative.max(axis=-1) if sizes.shape[-1] > 1 else relative[..., 0]
+        return np.asarray(np.maximum(largest, np.abs(changes[..., -1]) * self._parameter))
 
 
 def own_sizes(square: Array, whole: Array) -> Array:
-    """Sizes (rows,) by which rows are judged: squares of what is judged of them, and of the rows as a whole.
+    """Sizes (..., rows) by which rows are judged, from the squares of what is judged and of the whole rows.
 
     What is as good as nothing beside the largest is judged by that.
     """
-    least = STILL * sqrt(whole.max(initial=0.0))
+    least = STILL * np.sqrt(whole.max(axis=-1, initial=0.0, keepdims=True))
     return np.asarray(np.maximum(np.sqrt(square), least) + _TINY)
+
+
+# primitives: what tells one state from k
+
+
+def dots(a: Array, b: Array) -> Scalars:
+    """Scalar products of vectors (..., n)."""
+    return float(a.dot(b)) if a.ndim == 1 else np.vecdot(a, b)
+
+
+def norms(z: Array) -> Scalars:
+    """Euclidean norms of vectors (..., n); inf where not finite."""
+    if z.ndim == 1:
+        square = float(z.dot(z))
+        return sqrt(square) if isfinite(square) else inf
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.sqrt(np.fmin(np.vecdot(z, z), inf))
+
+
+def column(factors: Scalars) -> Scalars:
+    """Factors, one a state, as they multiply vectors (..., n)."""
+    return factors[:, None] if isinstance(factors, ndarray) else factors
+
+
+def larger(a: Scalars, b: Scalars) -> Scalars:
+    """The larger of two scalars, of which the second is of each state."""
+    if isinstance(b, ndarray):
+        return np.maximum(a, b)
+    return b if b > a else a
+
+
+def smaller(a: Scalars, b: Scalars) -> Scalars:
+    """The smaller of two scalars of each state, of which the second is of each state."""
+    if isinstance(b, ndarray):
+        return np.minimum(a, b)
+    return b if b < a else a
+
+
+def chosen(which: Marks, one: Scalars, other: Scalars) -> Scalars:
+    """The one where ``which`` says so, else the other."""
+    return np.where(which, one, other) if isinstance(which, ndarray) else one if which else other
+
+
+def one_if_zero(size: Scalars) -> Scalars:
+    """Sizes, 1 where there is none."""
+    return np.where(size == 0.0, 1.0, size) if isinstance(size, ndarray) else size or 1.0
+
+
+def angle_of(cosine: Scalars) -> Scalars:
+    """Angles of cosines that may be beyond 1 by rounding."""
+    if isinstance(cosine, ndarray):
+        return np.arccos(np.clip(cosine, -1.0, 1.0))
+    return acos(max(-1.0, min(1.0, cosine)))
+
+
+def entries(vectors: Array) -> Sequence[Scalars]:
+    """Entries of vectors (..., n), one after the other."""
+    return vectors.tolist() if vectors.ndim == 1 else tuple(vectors.T)
+
+
+def stacked(*vectors: Array) -> Array:
+    """Vectors (..., n) of each state below each other, (..., m, n)."""
+    return np.array(vectors) if vectors[0].ndim == 1 else np.stack(vectors, axis=-2)
+
+
+def mixed(shares: Sequence[Scalars], nodes: Array) -> Array:
+    """Vectors (..., n) that are the sums of nodes (..., m, n) times the shares of each."""
+    if nodes.ndim == 2:
+        return np.array(shares) @ nodes
+    p, q, r, s = map(column, shares)
+    return np.asarray(p * nodes[:, 0] + q * nodes[:, 1] + r * nodes[:, 2] + s * nodes[:, 3])

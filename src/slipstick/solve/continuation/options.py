@@ -6,7 +6,13 @@ from dataclasses import dataclass, field
 from math import inf, pi
 
 from slipstick.errors import InputError
+from slipstick.solve.continuation.metric import Scalars, chosen, larger, smaller
 from slipstick.solve.newton import NewtonOptions
+
+_GROWTH, _SHRINKAGE = 2.0, 0.5
+"""Largest and smallest ratio of a step to the one before: one point alone is no reason for more."""
+_NO_CHANGE = 1e-12
+"""Least contraction and angle, which may be zero: they ask for the largest growth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +71,9 @@ class StepOptions:
 
 
 def next_step(
-    step: float, *, contraction: float, iterations: int, angle: float, order: int, options: StepOptions
-) -> float:
-    """Length of the step after one of length ``step`` that went well.
+    step: Scalars, *, contraction: Scalars, iterations: Scalars, angle: Scalars, order: Scalars, options: StepOptions
+) -> Scalars:
+    """Length of the step after one of length ``step`` that went well; all are floats, or (k,) of k branches.
 
     Newton's first contraction is proportional to the error of the predictor, so to ``step ** order``; the angle
     between tangents is proportional to ``step``. The step grows at most twofold, and shrinks at most to a half.
@@ -76,12 +82,12 @@ def next_step(
     >>> next_step(0.001, contraction=1e-6, iterations=1, angle=1e-3, order=4, options=options)
     0.002
     """
-    factor = min(
-        (options.contraction / max(contraction, 1e-12)) ** (1.0 / order),
-        options.aimed_angle / max(angle, 1e-12),
-        2.0 if iterations <= options.target_iterations else options.target_iterations / iterations,
-    )
-    return min(options.max_step, step * min(2.0, max(0.5, factor)))
+    by_contraction = (options.contraction / larger(_NO_CHANGE, contraction)) ** (1.0 / order)
+    by_angle = options.aimed_angle / larger(_NO_CHANGE, angle)
+    few = iterations <= options.target_iterations
+    by_iterations = chosen(few, _GROWTH, options.target_iterations / larger(1, iterations))
+    factor = smaller(smaller(by_contraction, by_angle), by_iterations)
+    return smaller(options.max_step, step * larger(_SHRINKAGE, smaller(_GROWTH, factor)))
 
 
 def _corrector_options() -> NewtonOptions:

@@ -74,7 +74,7 @@ class Step:
         The bordered Jacobian that it was corrected with last; None of a point that was not.
     apart
         Distance in the middle between the cubic from the point before and the one that predicted this point, over the
-        size of the solution, see ``Corrector.apart``.
+        size of the solution, see ``cubic_distance``.
     inserted
         Whether it was put between two points that the continuation stepped to.
     place
