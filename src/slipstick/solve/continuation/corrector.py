@@ -171,9 +171,8 @@ class Corrector:
 
     def segment(self, first: Step, second: Step) -> HermiteSegment:
         """The cubic between two neighbouring points in the present metric."""
-        metric = self.metric
         angle = self.angle(first.tangent, second.tangent)
-        return HermiteSegment.of(metric, (first.state, first.tangent), (second.state, second.tangent), angle)
+        return HermiteSegment.of(self.metric, (first.state, first.tangent), (second.state, second.tangent), angle)
 
     def angle(self, a: Array, b: Array) -> float:
         """Scaled angle between two tangents (N + 1,)."""

@@ -276,8 +276,8 @@ class DenseOutput:
             seen = self._seen(first, second, segment, places)
             states, good = seen.settle(count - 1, self._tolerance)
             slopes = seen.slopes[: count - 1]
-        tangents = slopes / metric.length(slopes)[:, None]
-        arclengths = (first.arclength + metric.length(states - first.state)).tolist()
+        rates, chords = metric.length(np.array((slopes, states - first.state)))
+        tangents, arclengths = slopes / rates[:, None], (first.arclength + chords).tolist()
         made = []
         for i, at in enumerate(places.u.tolist()):
             if good[i]:

@@ -354,7 +354,7 @@ class Continuation(Iterator[Step]):
         length = self.step_length
         corrector.beside = None  # no Jacobian is kept to go on from where a branch is taken up again
         while length >= options.min_step:
-            ahead = predict(self._metric, span, last, segment, length)
+            ahead = predict(corrector.metric, span, last, segment, length)
             normal, kind = (None, "end") if ahead.at_end else (ahead.direction, "regular")
             new, result = corrector.correct(
                 ahead.guess, normal, kind, forward=last.tangent, reach=reach(options, length)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import acos, inf, isfinite, sqrt
 from typing import Any, NamedTuple, TypeAlias
 
@@ -137,22 +136,15 @@ class Metric:
         self._unit = 1.0 / (column(typical) if scaling.x is None else np.asarray(scaling.x, dtype=float))
         self.measure = Measure(typical, one, one, 0.0 * one)
         self.measure = self.renewed(x).measure
+        self._weigh()
 
-    @cached_property
-    def weights(self) -> Array:
-        """Factors of arclength, of the shape of the states."""
-        return self._factors(self._unit * column(self._scaling.weight / self.measure.size))
-
-    @cached_property
-    def inverse(self) -> Array:
-        """Factors of Newton corrections, of the shape of the states."""
-        return self._factors(self._unit / column(self.measure.present))
-
-    def _factors(self, of_unknowns: Array) -> Array:
-        out = np.empty(self._shape)
-        out[..., :-1] = of_unknowns
-        out[..., -1] = self._parameter
-        return out
+    def _weigh(self) -> None:
+        """Make the factors from the magnitudes."""
+        weights, inverse = np.empty(self._shape), np.empty(self._shape)
+        weights[..., :-1] = self._unit * column(self._scaling.weight / self.measure.size)
+        inverse[..., :-1] = self._unit / column(self.measure.present)
+        weights[..., -1] = inverse[..., -1] = self._parameter
+        self.weights, self.inverse = weights, inverse
 
     def renewed(self, x: Array) -> Metric:
         """The metric that follows the magnitude of solutions ``x``, (N,) or (k, N)."""
@@ -173,6 +165,7 @@ class Metric:
             other._shape = (*np.shape(measure.typical), self._shape[-1])
             if self._scaling.x is None:
                 other._unit = 1.0 / column(measure.typical)
+        other._weigh()
         return other
 
     def at(self, which: Any) -> Metric:
@@ -189,8 +182,7 @@ class Metric:
         """Replace, in place, the magnitudes of some of k states."""
         for part, new in zip(self.measure[1:], those.measure[1:], strict=True):
             part[which] = new
-        for made in ("weights", "inverse"):
-            self.__dict__.pop(made, None)
+        self.weights[which], self.inverse[which] = those.weights, those.inverse
 
     def length(self, z: Array) -> Scalars:
         """Scaled lengths of vectors."""

@@ -23,25 +23,21 @@ class Span:
 
     def beyond(self, parameter: Scalars) -> Marks:
         """Whether ``parameter`` lies beyond ``stop``, or on it."""
-        return (parameter - self.stop) * self._forward >= 0.0
+        return (parameter - self.stop) * (self.stop - self.start) >= 0.0
 
     def behind(self, parameter: Scalars) -> Marks:
         """Whether ``parameter`` lies behind ``start``, or on it."""
-        return (parameter - self.start) * self._forward <= 0.0
+        return (parameter - self.start) * (self.stop - self.start) <= 0.0
 
     def outside(self, parameter: Scalars) -> Marks:
         """Whether ``parameter`` lies outside of the range, or on an end."""
-        return self.beyond(parameter) | self.behind(parameter)
+        return (parameter - self.start) * (parameter - self.stop) >= 0.0
 
     def passed(self, parameter: float) -> float | None:
         """The end which one ``parameter`` lies beyond, or on."""
         if self.beyond(parameter):
             return self.stop
         return self.start if self.behind(parameter) else None
-
-    @property
-    def _forward(self) -> float:
-        return 1.0 if self.stop > self.start else -1.0
 
 
 class Prediction(NamedTuple):
