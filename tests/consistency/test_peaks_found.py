@@ -139,7 +139,7 @@ def varying(seed):
     return out
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 403, 404])
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 254, 403, 404])
 def test_the_same_peaks_in_another_form(seed):
     assert varying(seed) == []
 
@@ -169,7 +169,7 @@ def varying_by_end(seed):
     ]
 
 
-@pytest.mark.parametrize("seed", [1093, 1175, 1244, 1241, 1296, 2084, 2249, 2251])
+@pytest.mark.parametrize("seed", [1093, 1175, 1244, 1241, 1296, 2084, 2249, 2251, 795])
 def test_the_same_peaks_and_folds_from_the_other_end(seed):
     """Two turning points between two steps; a dip within one, and one that only sets apart a maximum beside it.
 
