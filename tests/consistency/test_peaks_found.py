@@ -179,6 +179,17 @@ def test_the_same_peaks_and_folds_from_the_other_end(seed):
     assert varying_by_end(seed) == []
 
 
+@pytest.mark.parametrize("seed, backwards", [(2053, True), (3024, False)])
+def test_turning_points_come_in_pairs(seed, backwards):
+    """A curve from one end of the range to the other turns back as often as it turns on: also where both turns lie
+    between the same two steps, or between two of the places where the segment is looked at."""
+    s = system(seed)
+    run = response(s.problem, s.span[::-1] if backwards else s.span, sorted(s.names)[:3])
+    assert run.outcome.ok
+    assert run.dataset.branch_part.max() == 1
+    assert np.sum(run.dataset.kind.values == "turning point") % 2 == 0
+
+
 @pytest.mark.verify
 def test_the_same_peaks_and_folds_from_the_other_end_of_60_systems():
     found = [varying_by_end(seed) for seed in range(1060, 1120)]

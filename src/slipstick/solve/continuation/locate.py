@@ -298,15 +298,17 @@ class Locator:
             return self._change(event, segment, places, low, high)
 
         located = [self._maxima.near(event, segment, *pair, first, second, change) for pair in crossed]
-        apart = self._maxima.apart(located)
-        if event.height is not None and len(apart) == 1 < len([one for one in located if one is not None]):
+        every = [one for one in located if one is not None]
+        apart = self._maxima.apart(list(every))
+        same = first[1] * second[1] > 0.0  # between slopes of one sign there are two extremes, or none
+        if event.height is not None and len(apart) == 1 and (same or len(every) > 1):
             return [*apart, self._other(event, apart[0], first, second)]
         if not any(located):
             located = [change(event, (0.0, 1.0), first, second)]
         return located
 
     def _other(self, event: BranchEvent, located: Located, first: Known, second: Known) -> Located:
-        """The second of two extremes between two neighbours, of which one was located twice: before it or behind it."""
+        """The second of two extremes between two neighbours, of which one was located: before it or behind it."""
         assert located is not None
         at, step = located
         for places, low, high in (
