@@ -139,7 +139,7 @@ def varying(seed):
     return out
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 403, 404])
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 254, 403, 404])
 def test_the_same_peaks_in_another_form(seed):
     assert varying(seed) == []
 
@@ -169,7 +169,7 @@ def varying_by_end(seed):
     ]
 
 
-@pytest.mark.parametrize("seed", [1093, 1175, 1244, 1241, 1296, 2084, 2249, 2251])
+@pytest.mark.parametrize("seed", [1093, 1175, 1244, 1241, 1296, 2084, 2249, 2251, 795])
 def test_the_same_peaks_and_folds_from_the_other_end(seed):
     """Two turning points between two steps; a dip within one, and one that only sets apart a maximum beside it.
 
@@ -177,6 +177,17 @@ def test_the_same_peaks_and_folds_from_the_other_end(seed):
     stand out by little more or less than a thousandth.
     """
     assert varying_by_end(seed) == []
+
+
+@pytest.mark.parametrize("seed, backwards", [(2053, True), (3024, False)])
+def test_turning_points_come_in_pairs(seed, backwards):
+    """A curve from one end of the range to the other turns back as often as it turns on: also where both turns lie
+    between the same two steps, or between two of the places where the segment is looked at."""
+    s = system(seed)
+    run = response(s.problem, s.span[::-1] if backwards else s.span, sorted(s.names)[:3])
+    assert run.outcome.ok
+    assert run.dataset.branch_part.max() == 1
+    assert np.sum(run.dataset.kind.values == "turning point") % 2 == 0
 
 
 @pytest.mark.verify

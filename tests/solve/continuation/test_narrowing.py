@@ -69,3 +69,34 @@ def test_a_plateau_that_is_left_as_it_was_entered_has_no_maximum():
     assert maxima(falls, lambda p: level(p, -1.0)) == []
     found = maxima(lambda p: falls(p, 1.0), lambda p: level(p, 1.0))
     assert [height for _, height in found] == pytest.approx([1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("at", [0.3, 0.31234, 0.5, 0.5103, 0.777])
+@pytest.mark.parametrize("down, up", [(0.05, 0.83), (0.83, 0.05), (0.01, 5.0), (5.0, 0.03), (0.06, 0.06)])
+@pytest.mark.parametrize("bend", [0.0, 1.0, -0.2])
+def test_a_minimum_at_a_corner_is_as_deep_as_it_is(at, down, up, bend):
+    """The cubic between two points says nothing of it; with a ``bend`` below 0 the sides grow steeper towards it.
+
+    Beside an unknown that changes far more the segment is as good as straight, and trusted.
+    """
+
+    class Beside(Given):
+        def evaluate(self, x, parameter):
+            value = super().evaluate(x[:1], parameter)
+            residual = np.append(value.residual, x[1] - 20.0 * parameter)
+            return Evaluation(residual, DenseJacobian(np.eye(2)), np.append(value.parameter_derivative, -20.0))
+
+    def f(p):
+        q = p - at
+        return 2.0 + (-down if q < 0.0 else up) * q + bend * q * q
+
+    def along(first, second, segment, places):
+        return segment.derivatives(places)[:, 0] / segment.length
+
+    event = BranchEvent(
+        name="x", kind="peak", direction=-1, function=lambda step: step.tangent_x[0], height=lambda step: step.x[0],
+        along=along,
+    )  # fmt: skip
+    system = Beside(f, lambda p: (-down if p < at else up) + 2.0 * bend * (p - at))
+    run = continuation(system, [f(0.0), 0.0], 0.0, 1.0, events=[event])
+    assert min(step.x[0] for step in run if abs(step.parameter - at) < 0.02) == pytest.approx(2.0, rel=2e-5)

@@ -22,11 +22,11 @@ from slipstick.solve.continuation import ArclengthScaling, Step
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTTOM_SECANTS, Locator, bottoms
+from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTTOM_SECANTS, Locator, Minimum, shown
 from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
 from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
-from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, DEEP, DIP, TINY
+from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, DEEP, DIP, TINY, fall
 from slipstick.solve.continuation.metric import Measure, Metric
 from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.newton import NewtonResult
@@ -144,7 +144,7 @@ class Events:
         """Points at minima where ``Locator`` puts them, by slopes (n, 9) and heights (n, 2); those on segments where
         more is to be located are left to be found ``alone``."""
         smooth, lengths = self._segments.smooth, self._cubics.length
-        which, places, rates = list[int](), list[float](), list[float]()
+        which, minima = list[int](), list[Minimum]()
         falls, rises = values[:, 0] < 0.0, values[:, -1] >= 0.0
         flat = np.minimum(np.abs(values[:, 0]), np.abs(values[:, -1])) * lengths <= DIP * heights[:, 1]
         alone |= ~smooth & falls & rises & ~flat
@@ -152,40 +152,64 @@ class Events:
             if not smooth[s] and found.kinds[found.nodes[s][0]][1] == self._names[i]:
                 alone[s] |= falls[s] | rises[s]
         for s in np.flatnonzero(smooth & ((values[:, :-1] < 0.0) & (values[:, 1:] >= 0.0)).any(axis=1)).tolist():
-            for k in bottoms(values[s].tolist(), float(lengths[s]), float(heights[s, 1])):
+            (before, after), length = heights[s].tolist(), float(lengths[s])
+            for minimum in shown(values[s].tolist()):
+                between = falls[s] and rises[s]
+                if between and fall(before, minimum.down, after, minimum.up, length) <= DIP * after:
+                    continue
                 if alone[s] or s in found.nodes or s in which:
                     alone[s] = True
-                else:
+                elif between:
                     which.append(s)
-                    rates.append((values[s, k + 1] - values[s, k]) / _PLACES.u[1])
-                    places.append(_PLACES.u[k] - values[s, k] / rates[-1])
+                    minima.append(minimum)
         kept = np.flatnonzero(~alone[which]) if which else np.empty(0, dtype=int)
-        if not kept.size:
-            return
-        segments, u, rate = np.array(which)[kept], np.array(places)[kept], np.array(rates)[kept]
+        if kept.size:
+            self._bottoms(i, np.array(which)[kept], [minima[j] for j in kept.tolist()], values, heights, found, alone)
+
+    def _bottoms(
+        self, i: int, which: Numbers, minima: Sequence[Minimum], values: Array, heights: Array, found: Located,
+        alone: BoolArray,
+    ) -> None:  # fmt: skip
+        """``Locator._bottom`` of one minimum on each of the segments named, by slopes (n, 9) and heights (n, 2); those
+        beside a corner are left to be found ``alone``."""
+        brackets, least = self._brackets(which, values[which][:, [0, -1]], heights[which]), heights[which].min(axis=1)
+        u, rate, down, up = np.array([(each.u, each.rate, each.down, each.up) for each in minima]).T
+        slopes, places = np.column_stack((down, up)), np.tile([0.0, 1.0], (which.size, 1))
+        best = brackets.low.at(np.arange(which.size))
+        best.heights[:] = np.inf
+        live = np.arange(which.size)
         for _ in range(BOTTOM_SECANTS):
-            cubics = self._cubics.at(segments)
-            solved, good = self._solved(
-                segments, self._measures.at(segments), cubics, cubics.point(u), cubics.derivative(u)
-            )
-            alone[segments[~good]] = True
-            size, slope = (each[:, i] for each in self._at(solved.states[good], solved.tangents[good]))
-            enough = good.copy()
-            near = 0.5 * slope**2 / rate[good] * lengths[segments[good]] <= DIP * size
-            enough[good] = near | (size < (1.0 - DEEP) * heights[segments[good]].min(axis=1))
-            fine = np.flatnonzero(enough)
-            inverse = self._correctors.inverses.add(solved.inverse, fine)
-            number = len(self._dense.nodes.branch)
-            points = self._as_nodes(solved, fine, inverse, segments[fine])
-            self._dense.nodes = Points.joined([self._dense.nodes, points])
-            for j, s in enumerate(segments[fine].tolist()):
-                found.nodes[s], found.kinds[number + j] = [number + j], ("regular", "")
-            rest = good & ~enough
-            u = np.clip(u[rest] - slope[~enough[good]] / rate[rest], 0.0, 1.0)
-            segments, rate = segments[rest], rate[rest]
-            if not segments.size:
+            segments = which[live]
+            cubics, measures = self._cubics.at(segments), self._measures.at(segments)
+            solved, good = self._solved(segments, measures, cubics, cubics.point(u[live]), cubics.derivative(u[live]))
+            live = live[good]
+            new = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
+            side, size = (new.slopes >= 0.0).astype(int), np.abs(new.slopes)
+            for end, own in (
+                (brackets.low, side == 0),
+                (brackets.high, side == 1),
+                (best, new.heights < best.heights[live]),
+            ):
+                end.put(live[own], new.at(own))
+            corner = size > 0.5 * slopes[live, side]
+            slopes[live, side], places[live, side] = size, u[live]
+            here, known = brackets.at(live), best.heights[live]
+            rest = map(fall, here.low.heights, slopes[live, 0], here.high.heights, slopes[live, 1], here.rooms())
+            enough = (np.fromiter(rest, float, live.size) <= DIP * known) | (known < (1.0 - DEEP) * least[live])
+            self._as_minima(best.at(live[enough]), which[live[enough]], found)
+            u[live] -= new.slopes / rate[live]
+            live = live[~enough & ~corner & (places[live, 0] < u[live]) & (u[live] < places[live, 1])]
+            if not live.size:
                 break
-        alone[segments] = True
+        alone[[s for s in which.tolist() if s not in found.nodes]] = True
+
+    def _as_minima(self, ends: Ends, segments: Numbers, found: Located) -> None:
+        """Put ordinary points on the segments named."""
+        number = len(self._dense.nodes.branch)
+        points = self._as_nodes(ends, np.arange(segments.size), ends.inverse, segments)
+        self._dense.nodes = Points.joined([self._dense.nodes, points])
+        for j, s in enumerate(segments.tolist()):
+            found.nodes[s], found.kinds[number + j] = [number + j], ("regular", "")
 
     def _with_dips(self, found: Located, slopes: Array | None, alone: BoolArray) -> None:
         """Segments of which an end is higher than the peak, or that by slopes (n, n_outputs, 2) at their ends have one

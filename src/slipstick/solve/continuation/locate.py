@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from dataclasses import dataclass, replace
+from itertools import chain, pairwise
 from math import copysign
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.maxima import DEEP, DIP, TINY, Both, Known, Located, Maxima, carried
+from slipstick.solve.continuation.maxima import DEEP, DIP, TINY, Both, Known, Located, Maxima, carried, fall
 from slipstick.solve.continuation.narrowing import Bracket, narrowing
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
@@ -86,14 +87,17 @@ class Locator:
             else:
                 located = self._changes(event, segment, crossed, (first, before), (second, values[-1]))
             located_points += [step for step in located if step is not None]
-        for event, values, _ in maxima:
-            located_points += self._bottoms(event, segment, values, first, second)
+        minima = [self._bottoms(event, segment, values, located, first, second) for event, values, located in maxima]
+        located_points += chain.from_iterable(minima)
         others = self._in_order(first, second, located_points)
-        for event, values, located in maxima:
+        for (event, values, located), dips in zip(maxima, minima, strict=True):
             if others and not any(located):
                 located = self._beside(event, (first, values[0]), others, (second, values[-1]))
                 located_points += [step for step in located if step is not None]
-            located_points += self._dips(event, values, located, first, second)
+                if any(located) and not dips:
+                    dips = self._bottoms(event, segment, values, located, first, second)
+                    located_points += dips
+            located_points += self._dips(event, values, located, dips, first, second)
         if self._watched is not None:
             largest = self._exceed(
                 self._watched, np.array(self.values[:watched]), located_points, segment, first, second
@@ -126,53 +130,85 @@ class Locator:
         return located
 
     def _bottoms(
-        self, event: BranchEvent, segment: HermiteSegment, values: list[float], first: Step, second: Step
+        self,
+        event: BranchEvent,
+        segment: HermiteSegment,
+        values: list[float],
+        maxima: list[Located],
+        first: Step,
+        second: Step,
     ) -> list[tuple[float, Step]]:
         """Ordinary points at minima that a segment near the branch shows: they tell how far maxima stand out."""
         if not second.smooth or max(values) < 0.0:
             return []
-        assert event.height is not None
-        least = min(event.height(first), event.height(second))
-        located = [
-            self._bottom(event, segment, values, k, least)
-            for k in bottoms(values, segment.length, event.height(second))
-        ]
+        height, located = event.height, list[Located]()
+        assert height is not None
+        tops = sorted([top for top in maxima if top is not None], key=lambda top: top[0])
+        ends = [(0.0, first, -values[0]), *((u, step, 0.0) for u, step in tops), (1.0, second, -values[-1])]
+        least = min(height(first), height(second))
+        for minimum in shown(values):
+            after = next((i for i, end in enumerate(ends) if end[0] > minimum.u), len(ends) - 1)
+            (begin, low, falling), (end, high, rising) = ends[after - 1], ends[after]
+            known = [falling >= 0.0, rising <= 0.0]
+            room = (end - begin) * segment.length
+            deep = fall(height(low), minimum.down, height(high), minimum.up, room) > DIP * height(high)
+            if deep or not all(known):
+                whole = Bracket(low, max(falling, TINY), high, min(rising, -TINY), begin, end)
+                located.append(self._bottom(event, segment, whole, known, minimum, least))
         return [one for one in located if one is not None]
 
     def _bottom(
-        self, event: BranchEvent, segment: HermiteSegment, values: list[float], k: int, least: float
+        self,
+        event: BranchEvent,
+        segment: HermiteSegment,
+        bracket: Bracket,
+        known: list[bool],
+        minimum: Minimum,
+        least: float,
     ) -> Located:
-        """The minimum where the slope of a segment near the branch rises through zero behind one of the places."""
-        height, width = event.height, _AT[1] - _AT[0]
+        """A minimum that a segment shows, between two solutions of which is ``known`` that the height falls from the
+        first and rises to the second: a maximum that the segment shows beside it may not be there.
+
+        The segment says nothing of a corner at which the slope jumps: the bottom is known once the slopes at solutions
+        on both sides tell that the branch between them falls no further.
+        """
+        height, metric = event.height, self._corrector.metric
         assert height is not None
-        rate = (values[k + 1] - values[k]) / width
-        u, known = _AT[k] - values[k] / rate, list[tuple[float, Known]]()
+        u, slopes = minimum.u, [minimum.down, minimum.up]
+        best: Located = None
+        corner = False
         for _ in range(BOTTOM_SECANTS):
             solved = self._maxima.solved(event, segment, u, 0.0, self._corrector.usual)
             if solved is None:
                 break
             step, slope = solved
-            known.append((u, solved))
-            enough = 0.5 * slope * slope / rate * segment.length <= DIP * height(step)
-            if enough or height(step) < (1.0 - DEEP) * least:
-                return u, step.named("regular", "")
-            u = min(max(u - slope / rate, 0.0), 1.0)
-        if not known:
-            return None
-        begin, end = min(known, key=lambda one: one[1][1]), max(known, key=lambda one: one[1][1])
-        if begin[1][1] < 0.0 < end[1][1]:
-            (u, (low, a)), (v, (high, b)) = begin, end
-            lower = self._maxima.bottom(event, Bracket(low, -a, high, -b, u, v))
-            if lower is not None:
-                return lower
-        u, (step, _) = min(known, key=lambda one: height(one[1][0]))
-        return u, step.named("regular", "")
+            if best is None or height(step) < height(best[1]):
+                best = u, step.named("regular", "")
+            if slope < 0.0:
+                bracket = replace(bracket, low=step, rising=-slope, begin=u)
+            else:
+                bracket = replace(bracket, high=step, falling=min(-slope, -TINY), end=u)
+            side = int(slope >= 0.0)
+            corner, slopes[side], known[side] = abs(slope) > 0.5 * slopes[side], abs(slope), True
+            rest = fall(height(bracket.low), slopes[0], height(bracket.high), slopes[1], bracket.room(metric))
+            if rest <= DIP * height(best[1]) or height(best[1]) < (1.0 - DEEP) * least:
+                return best
+            u -= slope / minimum.rate
+            if corner or not bracket.begin < u < bracket.end:
+                break
+        return (self._maxima.bottom(event, bracket, corner=corner) if all(known) else None) or best
 
     def _dips(
-        self, event: BranchEvent, values: list[float], maxima: list[Located], first: Step, second: Step
+        self,
+        event: BranchEvent,
+        values: list[float],
+        maxima: list[Located],
+        known: list[tuple[float, Step]],
+        first: Step,
+        second: Step,
     ) -> list[tuple[float, Step]]:
-        """Minima between maxima and their neighbours, where the segment is not known to be near the branch or an end is
-        higher than the maximum next to it."""
+        """Minima beside those that are known, between maxima and their neighbours, where the segment is not known to be
+        near the branch or an end is higher than the maximum next to it."""
         tops = self._in_order(first, second, [top for top in maxima if top is not None])
         if second.smooth and not tops:
             return []
@@ -182,6 +218,8 @@ class Locator:
         for i, (low, high) in enumerate(pairwise(points)):
             falls, rises = i > 0 or values[0] < 0.0, i + 1 < last or values[-1] >= 0.0
             higher = (i == 0) != (i + 1 == last) and (height(low[1]) > height(high[1])) == (i == 0)
+            if any(low[0] < u < high[0] for u, _ in known):
+                continue
             if (falls and rises and not second.smooth) or higher:
                 ends = TINY if i or values[0] >= 0.0 else -values[0], -values[-1] if i + 1 == last and rises else -TINY
                 dips.append(self._maxima.bottom(event, Bracket(low[1], ends[0], high[1], ends[1], low[0], high[0])))
@@ -260,15 +298,17 @@ class Locator:
             return self._change(event, segment, places, low, high)
 
         located = [self._maxima.near(event, segment, *pair, first, second, change) for pair in crossed]
-        apart = self._maxima.apart(located)
-        if event.height is not None and len(apart) == 1 < len([one for one in located if one is not None]):
+        every = [one for one in located if one is not None]
+        apart = self._maxima.apart(list(every))
+        same = first[1] * second[1] > 0.0  # between slopes of one sign there are two extremes, or none
+        if event.height is not None and len(apart) == 1 and (same or len(every) > 1):
             return [*apart, self._other(event, apart[0], first, second)]
         if not any(located):
             located = [change(event, (0.0, 1.0), first, second)]
         return located
 
     def _other(self, event: BranchEvent, located: Located, first: Known, second: Known) -> Located:
-        """The second of two extremes between two neighbours, of which one was located twice: before it or behind it."""
+        """The second of two extremes between two neighbours, of which one was located: before it or behind it."""
         assert located is not None
         at, step = located
         for places, low, high in (
@@ -372,21 +412,27 @@ class Locator:
         return None if best is None else (best[0], best[2])
 
 
-def bottoms(values: list[float], length: float, height: float) -> list[int]:
-    """Places behind which slopes along a segment rise through zero, at minima deeper than what they are known to."""
-    rises = [k for k, (a, b) in enumerate(pairwise(values)) if a < 0.0 <= b]
-    return [k for k in rises if _depth(values, k) * length > DIP * height]
+@dataclass(frozen=True)
+class Minimum:
+    """A minimum that slopes along a segment show: its place, the ``rate`` of the slope there, and how steeply the
+    height falls ``down`` to it and rises ``up`` behind it at most."""
+
+    u: float
+    rate: float
+    down: float
+    up: float
 
 
-def _depth(values: list[float], k: int) -> float:
-    """How much deeper a minimum between two of the places is than the lower end of the stretch that leads there, over
-    the length of the segment; by slopes along it."""
-    begin = next((i + 1 for i in range(k, -1, -1) if values[i] >= 0.0), 0)
-    end = next((i for i in range(k + 1, len(values)) if values[i] < 0.0), len(values))
-    step, inside = _AT[1] - _AT[0], values[k] / (values[k] - values[k + 1])
-    fall = -step * (sum(0.5 * (a + b) for a, b in pairwise(values[begin : k + 1])) + 0.5 * inside * values[k])
-    rise = step * (sum(0.5 * (a + b) for a, b in pairwise(values[k + 1 : end])) + 0.5 * (1.0 - inside) * values[k + 1])
-    return min(fall, rise)
+def shown(values: list[float]) -> list[Minimum]:
+    """The minima that slopes at the places of a segment show."""
+    minima = list[Minimum]()
+    for k, (a, b) in enumerate(pairwise(values)):
+        if a < 0.0 <= b:
+            begin = next((i + 1 for i in range(k, -1, -1) if values[i] >= 0.0), 0)
+            end = next((i for i in range(k + 1, len(values)) if values[i] < 0.0), len(values))
+            rate = (b - a) / (_AT[k + 1] - _AT[k])
+            minima.append(Minimum(_AT[k] - a / rate, rate, -min(values[begin : k + 1]), max(values[k + 1 : end])))
+    return minima
 
 
 def _crossed(event: BranchEvent, places: list[float], values: list[float]) -> list[tuple[Both, Both]]:

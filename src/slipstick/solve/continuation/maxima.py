@@ -11,8 +11,7 @@ import numpy as np
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.narrowing import Bracket, guesses_of, narrowed, with_inside
+from slipstick.solve.continuation.narrowing import Bracket, Guess, guesses_of, narrowed, with_inside
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
@@ -33,8 +32,8 @@ DEEP = 1.1e-3
 """Part of a height by which a minimum is deeper where more need not be known of it."""
 _TRIALS = 12
 """Solutions that are sought for a minimum."""
-_BESIDE = 0.98
-"""Part of the way to a corner by which its sides are tried."""
+_BESIDE = 0.02
+"""Part of the way to a corner by which it is tried beside it; twice as much each time that this is the other side."""
 _FLAT = 10.0
 """Times further than it is known that a minimum may be, by the slope at the side next to it."""
 _SAME = 10.0
@@ -136,42 +135,47 @@ class Maxima:
             step = better or step
         return place, step
 
-    def bottom(self, event: BranchEvent, bracket: Bracket) -> Located:
+    def bottom(self, event: BranchEvent, bracket: Bracket, *, corner: bool = False) -> Located:
         """The minimum between two solutions, the height falling from the first and rising to the second: as an ordinary
-        point, None where it is one of them."""
+        point, None where it is one of them. ``corner``: it seems to be one.
+
+        Sought where the slope vanishes by a secant; while the slopes hardly change, where the tangents cross, from the
+        side that is further away: there the corner is.
+        """
         height, metric, falling = event.height, self.corrector.metric, event.falling(-1.0)
         assert height is not None
         least, found, now = min(height(bracket.low), height(bracket.high)), None, bracket
-        best, before, lows, changed = least, inf, False, False
-        for trial in range(_TRIALS):
-            ways = now.corner(metric)
-            lowest = _lowest(now, height, metric, ways)
-            told = changed and abs(lowest - before) <= DIP * best
-            flat = min(now.rising, -now.falling) * now.room(metric) <= _FLAT * DIP * best
-            if best < (1.0 - DEEP) * least or ((told or flat) and best - lowest <= DIP * best):
+        best, known, bends, misses = least, [False, False], [0.0, 0.0], 0
+        for _ in range(_TRIALS):
+            room, slopes, heights = now.room(metric), (now.rising, -now.falling), (height(now.low), height(now.high))
+            down, up = (slope + bend * room for slope, bend in zip(slopes, bends, strict=True))
+            lowest = min(heights) - fall(heights[0], down, heights[1], up, room)
+            flat = min(slopes) * room <= _FLAT * DIP * best
+            if best < (1.0 - DEEP) * least or ((all(known) or flat) and best - lowest <= DIP * best):
                 break
-            before, room = lowest, now.room(metric)
-            edge = min(0.25, 0.5 * self.tolerance / room)
-            share = now.rising / (now.rising - now.falling) if lowest > -inf else 0.5
-            guesses = guesses_of(self.corrector, now, min(max(share, edge), 1.0 - edge))
-            if trial and ways is not None and max(ways) < room:  # from the side that was left as it is
-                end, way = (now.high, -ways[1]) if lows else (now.low, ways[0])
+            share = slopes[0] / sum(slopes) if lowest > -inf else 0.5
+            beside, from_low = list[Guess](), True
+            if corner and min(slopes) > TINY:
+                way = _crossing(heights[0], slopes[0], heights[1], slopes[1], room)
+                part, from_low = max(1.0 - _BESIDE * 2.0**misses, 0.5), way > 0.5 * room
+                share = part * way / room if from_low else 1.0 - part * (1.0 - way / room)
+                end, along = (now.low, share * room) if from_low else (now.high, (share - 1.0) * room)
                 unit = end.tangent / metric.length(end.tangent)
-                guesses = chain([(end.state + _BESIDE * way * unit, unit)], guesses)
-            narrower = with_inside(self.corrector, falling, now, guesses, self.corrector.rough)
+                beside.append((end.state + along * unit, unit))
+            edge = min(0.25, 0.5 * self.tolerance / room)
+            guesses = chain(beside, guesses_of(self.corrector, now, min(max(share, edge), 1.0 - edge)))
+            narrower = with_inside(self.corrector, falling, now, guesses, self.corrector.usual)
             if narrower is None:
                 break
-            changed, lows = lows != (narrower.low is not now.low), narrower.low is not now.low
-            now = narrower
-            for place, step in ((now.begin, now.low), (now.end, now.high)):
-                if height(step) < best:
-                    best, found = height(step), (place, step)
-        return None if found is None else (found[0], self.settled(found[1]))
-
-    def settled(self, step: Step) -> Step:
-        """A solution that is known roughly, as exactly as every point of the branch."""
-        better, _ = self.corrector.correct(step.state.copy(), step.tangent, "regular")
-        return step.named("regular", "") if better is None else better
+            side = int(narrower.low is now.low)
+            misses = misses + 1 if beside and from_low != (side == 0) else 0
+            old, new = (now.low, now.high)[side], (narrower.low, narrower.high)[side]
+            slope = (narrower.rising, -narrower.falling)[side]
+            bends[side] = max(0.0, (slope - slopes[side]) / metric.length(new.state - old.state))
+            corner, known[side], now = slope > 0.5 * slopes[side] > TINY, True, narrower
+            if height(new) < best:
+                best, found = height(new), ((now.begin, now.end)[side], new)
+        return None if found is None else (found[0], found[1].named("regular", ""))
 
     def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
         """What two solutions between which an event function changes its sign are narrowed to."""
@@ -237,21 +241,21 @@ class Maxima:
         return kept
 
 
-def _lowest(
-    bracket: Bracket, height: Callable[[Step], float], metric: Metric, ways: tuple[float, float] | None
-) -> float:
-    """The height to which the tangents at both ends fall, at a corner some ``ways`` from them or where they cross.
+def _crossing(before: float, down: float, after: float, up: float, length: float) -> float:
+    """The way from the first of two points, some ``length`` apart, to where their tangents cross."""
+    return min(max((before - after + up * length) / (down + up), 0.0), length)
 
-    At a maximum there is none: any depth.
+
+def fall(before: float, down: float, after: float, up: float, length: float) -> float:
+    """How much lower than the lower of two points, some ``length`` apart, the branch is where their tangents cross.
+
+    No minimum between is deeper, smooth or at a corner, if the height falls from the one at a rate ``down`` at most and
+    rises to the other at a rate ``up`` at most. Infinite where such a rate is not known, beside a maximum.
     """
-    down, up = bracket.rising, -bracket.falling
     if min(down, up) <= TINY:
-        return -inf
-    low, high, room = height(bracket.low), height(bracket.high), bracket.room(metric)
-    if ways is None:
-        way = min(max((low - high + up * room) / (down + up), 0.0), room)
-        ways = way, room - way
-    return min(low - down * ways[0], high - up * ways[1])
+        return inf
+    way = _crossing(before, down, after, up, length)
+    return min(before, after) - min(before - down * way, after - up * (length - way))
 
 
 def carried(values: list[float]) -> list[float]:

@@ -25,8 +25,6 @@ _ENOUGH = 100.0
 """Tolerances to which a turning point must be known where no nearer solution is found."""
 _REVERSED = 1e-12
 """Square of the sine of an angle below which two tangents are on one line."""
-_SHARP = 1e-6
-"""The same from which on a corner is seen."""
 
 Guess = tuple[Array, Array]
 """Where a solution may be, and the direction of the branch there."""
@@ -58,14 +56,6 @@ class Bracket:
         if g >= 0.0 or 1.0 - g * g < _REVERSED:
             return None
         return abs(p - g * q) / (1.0 - g * g), abs(q - g * p) / (1.0 - g * g)
-
-    def corner(self, metric: Metric) -> tuple[float, float] | None:
-        """Ways from both ends to a corner between, if the branch is straight but for that; None where it is not."""
-        a, b, chord = self._scaled(metric)
-        g, p, q = float(a.dot(b)), float(a.dot(chord)), float(b.dot(chord))
-        if 1.0 - g * g < _SHARP or p <= g * q or q <= g * p:
-            return None
-        return (p - g * q) / (1.0 - g * g), (q - g * p) / (1.0 - g * g)
 
     def room(self, metric: Metric) -> float:
         """Length of the branch between them: their distance, or more where it turns back."""
