@@ -81,7 +81,7 @@ def whole(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     return table, ss.load(folder / "results.nc")
 
 
-@pytest.mark.parametrize("count", [4, 9])
+@pytest.mark.parametrize("count", [4, pytest.param(9, marks=pytest.mark.verify)])
 def test_a_killed_run_goes_on_to_the_same_points(whole: tuple[str, ss.Branch], count: int, tmp_path: Path) -> None:
     table, expected = whole
     child = os.fork()
