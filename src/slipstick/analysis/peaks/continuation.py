@@ -207,6 +207,8 @@ class PeakContinuation:
                 if before is not None and not _goes_on(before, step.evaluation.detail):
                     return CORNER
                 before = step.evaluation.detail
+                if step.kind == "near turning point":
+                    return CORNER  # the curve ends there: a step has led over to the other side of a fold, and back
                 # smooth curves of peaks turn where the bend of the response passes zero, and nowhere else
                 way = np.sign(step.evaluation.detail.bend * step.tangent_parameter)
                 if self._slope_of(step) > FLAT or (step.kind != "turning point" and way * side < 0.0):
@@ -362,12 +364,15 @@ class PeakContinuation:
             return (yield from self._taken(bracketed_peak(self.system, self.span[0], self._first, self._context)))
         if last.detail.bend < 0.0:
             peak = self._ahead(last.parameter)
+            if peak is None and self._length > _CORNER_STEPS[0]:
+                self._length = _CORNER_STEPS[0]
+                peak = self._ahead(last.parameter)
             jump = None if peak is None else self._jump(last, peak)
             if jump is not None:  # what was found from afar may be another peak where this one goes on
                 low, high = jump
                 again = bracketed_peak(self.system, high.parameter, low.y, low.context)
                 if again is not None and self._same(low, again):
-                    peak, jump = again, None
+                    peak, jump, self._length = again, None, _CORNER_STEPS[0]
             if peak is not None and jump is None:
                 return (yield from self._taken(peak))
             if jump is not None:
