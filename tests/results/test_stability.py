@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from helpers.oscillator import oscillator
 
-from slipstick.results.besides import Besides
+from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.stability import (
     PIECES,
     UNKNOWN,
@@ -75,8 +75,8 @@ def test_what_waits_is_judged_together_and_where_that_fails_each_alone() -> None
     def waits(known: int, alone: PointStability | None = None) -> Unjudged:
         return Unjudged(lambda: alone or 1 // 0, several, known)
 
-    besides = Besides()
-    assert judged([None, first, waits(2), waits(1, first)], besides) == [None, first, second, first]
-    assert not besides.sentences
-    assert judged([waits(2, first), waits(0)], besides) == [first, None]
-    assert [s.split(",")[0] for s in besides.sentences] == ["stability is not known at 1 place"]
+    postprocessing = Postprocessing()
+    assert judged([None, first, waits(2), waits(1, first)], postprocessing) == [None, first, second, first]
+    assert not postprocessing.failures
+    assert judged([waits(2, first), waits(0)], postprocessing) == [first, None]
+    assert [s.split(",")[0] for s in postprocessing.failures] == ["stability is not known at 1 place"]

@@ -46,7 +46,7 @@ by a few per cent, and that fold is a corner to steps measured by the load alone
 
 @dataclass(frozen=True, kw_only=True)
 class StrategyTried:
-    """One rung of the ladder to a first point."""
+    """One strategy for a first point."""
 
     name: str
     found: bool
@@ -188,7 +188,7 @@ class FirstPoint:
         return None
 
     def strategies(self) -> Iterator[Strategy]:
-        """The rungs in order; later ones cost more."""
+        """The strategies in order; later ones cost more."""
         guess = self.guess
         if guess is not None:
             yield "guess given", lambda: self._solve(guess)

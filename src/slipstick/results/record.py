@@ -20,8 +20,8 @@ from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Adapted, Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.law import Response
-from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude
+from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.schema import Layout, law_variables, layout_of, state_names
 from slipstick.results.stability import PointStability, Unjudged, is_wave, judged, stability_values
 from slipstick.results.table import ResultTable
@@ -243,12 +243,12 @@ def _ports_alone(directions: Matrix) -> dict[int, tuple[int, float]]:
 class Recorder:
     """Values of all variables at points of a problem's branch, those of stability where it is asked for.
 
-    What is not the solution itself and cannot be computed is nan, and ``besides`` says so.
+    What is not the solution itself and cannot be computed is nan, and ``postprocessing`` says so.
     """
 
     def __init__(self, balance: Balance, *, parameter: str = "", stability: bool = False) -> None:
         self.balance, self.parameter, self.stability = balance, parameter, stability
-        self.besides = Besides()
+        self.postprocessing = Postprocessing()
         self.outputs = Outputs(balance, balance.problem.outputs or ())
 
     @cached_property
@@ -264,7 +264,7 @@ class Recorder:
         """The same of points in columns, with ``further`` variables."""
         b = self.balance
         x, omega, P = points.x, points.omega, points.inputs.loads
-        answers = _Answers(b, points, self.besides)
+        answers = _Answers(b, points, self.postprocessing)
         force = np.zeros((len(points), b.n_ports, b.L))
         layout = self.layout
         values: dict[str, AnyArray] = {
@@ -275,7 +275,7 @@ class Recorder:
         for k in range(len(b.batches)):
             self._of_batch(k, points, answers, values, force)
         structures = points.inputs.structures
-        motion = self.besides.each(
+        motion = self.postprocessing.attempt_each(
             "the motion of the outputs",
             lambda at: self.outputs.motion(x[at], force[at], P[at], omega[at], [structures[i] for i in at]),
             len(points), (len(self.outputs), b.L),
@@ -286,11 +286,11 @@ class Recorder:
             "excitation_frequency": omega * b.problem.load_order,
             "parameter": points.parameter,
             "displacement": motion,
-            "amplitude": self.besides.each(
+            "amplitude": self.postprocessing.attempt_each(
                 "amplitude", lambda at: amplitude(b.harmonics, motion[at]).value, len(points), (len(self.outputs),)
             ),
             "mean": motion[:, :, 0],
-            "truncation": self.besides.each(
+            "truncation": self.postprocessing.attempt_each(
                 "truncation",
                 lambda at: self._truncation(points.at(np.array(at)), motion[at]),
                 len(points),
@@ -306,7 +306,7 @@ class Recorder:
         for i, adapted in _adapted(points).items():
             values["harmonics_in_use"][i] = adapted.in_use
         if self.stability:
-            stability = judged(points.stability, self.besides)
+            stability = judged(points.stability, self.postprocessing)
             values |= stability_values(stability, len(layout.labels["rank"]), of_wave=is_wave(b.problem))
         values |= further
         return {name: values[name] for name in layout.variables}
@@ -356,7 +356,7 @@ class Recorder:
             get = (_values_of if variable.source in batch.law.values else _detail_of)(variable.source)
             shown = (batch.count, *values[name].shape[2:])
             unknown = np.full((len(points), *shown), np.nan)
-            values[name][:, at] = self.besides.take(name, partial(answers.of, k, get, shown), unknown)
+            values[name][:, at] = self.postprocessing.attempt(name, partial(answers.of, k, get, shown), unknown)
 
     def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
@@ -397,7 +397,7 @@ class _Answers:
     ``residual`` (n,) are the relative residuals. What a law cannot tell of a point that was interpolated is nan.
     """
 
-    def __init__(self, balance: Balance, points: Columns, besides: Besides) -> None:
+    def __init__(self, balance: Balance, points: Columns, postprocessing: Postprocessing) -> None:
         self._count, self.residual = len(points), points.residual.copy()
         self._solved = [i for i, detail in enumerate(points.details) if detail.responses]
         self._each = [points.details[i].responses for i in self._solved]
@@ -412,7 +412,9 @@ class _Answers:
 
         if others:
             what = "what contacts do at interpolated points"
-            self.residual[others] = besides.each(what, lambda at: ask([others[i] for i in at]), len(others), ())
+            self.residual[others] = postprocessing.attempt_each(
+                what, lambda at: ask([others[i] for i in at]), len(others), ()
+            )
 
     def of(self, k: int, get: Callable[[Response], Array], shape: tuple[int, ...]) -> Array:
         """Something of the responses of batch ``k``, of ``shape`` each, at all points (n, *shape)."""

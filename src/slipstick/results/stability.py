@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.results.besides import Besides
+from slipstick.results.postprocessing import Postprocessing
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -90,7 +90,9 @@ class Unjudged:
     known: Any
 
 
-def judged(points: Sequence[PointStability | Unjudged | None], besides: Besides) -> list[PointStability | None]:
+def judged(
+    points: Sequence[PointStability | Unjudged | None], postprocessing: Postprocessing
+) -> list[PointStability | None]:
     """Stability of all points of one branch."""
     out = [None if isinstance(point, Unjudged) else point for point in points]
     waiting = [(i, point) for i, point in enumerate(points) if isinstance(point, Unjudged)]
@@ -99,7 +101,7 @@ def judged(points: Sequence[PointStability | Unjudged | None], besides: Besides)
         with suppress(Exception):  # each alone says what fails
             found = waiting[0][1].together([point.known for _, point in waiting])
         for (i, point), stability in zip(waiting, found, strict=True):
-            out[i] = stability or besides.take("stability", point.alone, None)
+            out[i] = stability or postprocessing.attempt("stability", point.alone, None)
     return out
 
 

@@ -164,10 +164,10 @@ def test_sets_rise_and_hold_what_is_driven() -> None:
     loads = [ss.Load(dof="x", sin=1.0, harmonic=3)]
     problem = one_mass(damper(cos={2: 1.0}), loads=loads, harmonics=[0, 1, 2, 3, 5, 6, 9, 12], period_ratio=(3, 1))
     assert driven_orders(problem) == {1, 3, 6}
-    rungs = harmonic_ladder(problem)
-    assert rungs[-1] == problem.harmonics
-    assert all({0, 1, 3, 6} <= set(h.orders) for h in rungs)
-    assert all(set(a.orders) < set(b.orders) for a, b in pairwise(rungs))
+    levels = harmonic_ladder(problem)
+    assert levels[-1] == problem.harmonics
+    assert all({0, 1, 3, 6} <= set(h.orders) for h in levels)
+    assert all(set(a.orders) < set(b.orders) for a, b in pairwise(levels))
 
 
 def test_by_the_case_file(tmp_path) -> None:

@@ -13,7 +13,7 @@ from helpers.stability import point_at, two_dofs
 import slipstick as ss
 from slipstick.analysis.curve.response import follow
 from slipstick.analysis.stability.floquet import unstable
-from slipstick.results.besides import Besides
+from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.stability import Unjudged, judged
 
 SHORT = {"max_step": 0.2, "first_step": 0.2}
@@ -88,13 +88,13 @@ def test_interpolated_points_are_judged_together_as_each_alone(name) -> None:
     }[name]
     waiting = [p.stability for p in follow(problem, omega=span, stability=True) if isinstance(p.stability, Unjudged)]
     assert len(waiting) > 5
-    besides = Besides()
-    for found, one in zip(judged(waiting, besides), waiting, strict=True):
+    postprocessing = Postprocessing()
+    for found, one in zip(judged(waiting, postprocessing), waiting, strict=True):
         alone = one.alone()
         assert np.abs(found.multipliers - alone.multipliers).max() < 1e-12
         same = ("unstable", "method", "neutral", "error")
         assert [getattr(found, name) for name in same] == [getattr(alone, name) for name in same]
-    assert not besides.sentences
+    assert not postprocessing.failures
 
 
 def test_between_solved_points_of_many_contacts_the_verdict_is_theirs() -> None:

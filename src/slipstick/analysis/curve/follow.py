@@ -49,7 +49,7 @@ _ORDINARY = ("regular", "interpolated", STATE_CHANGE)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Departure:
+class StartingPoint:
     """A solution inside the range that a branch is taken up from: unknowns (N,), value of the followed quantity,
     tangent (N + 1,), and events of its own."""
 
@@ -73,7 +73,7 @@ class CurveRequest(Request):
         Unknowns (N,) to try first.
     stability
         Judges every point, where that is asked for.
-    departure
+    starting_point
         Where the branch is taken up inside its range; None: at its start.
     context
         What the first point is solved with, as a point before would hand it on: contact states.
@@ -86,7 +86,7 @@ class CurveRequest(Request):
     largest_of: tuple[str, ...] = ()
     guess: Array | None = None
     stability: StabilityWatch | None = None
-    departure: Departure | None = None
+    starting_point: StartingPoint | None = None
     context: Any = None
 
     @property
@@ -186,7 +186,7 @@ class CurveRun(Run[CurveRequest]):
         if len(segments) == 1:
             yield from self._segment(request)
             yield from self._beyond_corners(request)
-            if segments[0].outcome in BROKEN_OFF and request.departure is None:
+            if segments[0].outcome in BROKEN_OFF and request.starting_point is None:
                 segments.append(Segment(number=2, start=request.stop, stop=request.start))
         if len(segments) == 2:
             yield from self._segment(request.from_other_end)
@@ -224,7 +224,7 @@ class CurveRun(Run[CurveRequest]):
         if steps is None:
             segment.outcome, segment.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
             return
-        before = steps.standing
+        before = steps.resumed_at
         try:
             while not (meeting is not None and segment.reaches(*meeting)):
                 pass_on()
@@ -235,8 +235,8 @@ class CurveRun(Run[CurveRequest]):
                     return
                 point = self._point(step, before, steps.residual)
                 if step.place is None:
-                    beyond = request.departure is not None and before is None
-                    yield from self._at_once(request, self._reached if beyond else before, step)
+                    beyond = request.starting_point is not None and before is None
+                    yield from self._full_slip_corner(request, self._reached if beyond else before, step)
                     before = self._reached = step
                 segment.add(step.parameter, step.x)
                 self.checkpoint = state.checkpoint(step, steps, self.seconds)
@@ -250,10 +250,10 @@ class CurveRun(Run[CurveRequest]):
         """The segment gone on with beyond corners of square roots: that, or the first point, changes the state."""
         segment = self.state.segments[-1]
         while segment.outcome is Outcome.STEP_TOO_SMALL and segment.error is None:
-            departure = beyond_corner(request, segment)
-            if departure is None:
+            starting_point = beyond_corner(request, segment)
+            if starting_point is None:
                 return
-            points = self._segment(replace(request, departure=departure))
+            points = self._segment(replace(request, starting_point=starting_point))
             first = next(points, None)
             if first is None:
                 return
@@ -261,7 +261,7 @@ class CurveRun(Run[CurveRequest]):
             for point in points:
                 yield point._replace(kind="regular") if point.kind == "start" else point
 
-    def _at_once(self, request: CurveRequest, before: Step | None, step: Step) -> Generator[Point, None, None]:
+    def _full_slip_corner(self, request: CurveRequest, before: Step | None, step: Step) -> Generator[Point, None, None]:
         """The corner between two steps on one side of which a contact sticks at all times, on the other slips."""
         if before is None or not may_slip_at_once(request):
             return
@@ -271,36 +271,38 @@ class CurveRun(Run[CurveRequest]):
 
     def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> StateContinuation | None:
         """From the first point of a segment, or from where it was interrupted; None without a first point."""
-        state, departure, special = self.state, request.departure, self._special
+        state, starting_point, special = self.state, request.starting_point, self._special
         restart, state.restart = state.restart, ()
         earlier, state.earlier = state.earlier, NO_WORK
         inside: dict[str, Any] = {"context": request.context}
         if restart:
             x: Array | None = restart[-1].state[:-1]
-        elif departure is not None:
-            x = departure.x
-            inside |= {"at": departure.at, "direction": departure.direction}
+        elif starting_point is not None:
+            x = starting_point.x
+            inside |= {"at": starting_point.at, "direction": starting_point.direction}
         else:
             x = self._first(request)
         if x is None:
             return None
-        outputs, besides = self.recorder.outputs, self.recorder.besides
+        outputs, postprocessing = self.recorder.outputs, self.recorder.postprocessing
         steps = StateContinuation(
             request.system, x, request.start, request.stop, jumps=state.jumps, restart=restart, earlier=earlier,
             each=adapted_to(request.options) is not None,
             options=request.options, scaling=scales(request.balance, request.inputs, request.omega).arclength(),
             requested=(*request.requested, *((meeting[0],) if meeting else ())),
             events=(
-                *(departure.events if departure is not None else ()),
-                *kept_up(besides, "the place of peaks", peak_events(outputs, request.peaks_of, request.system)),
-                *kept_up(besides, "where stability changes", special.events if special else ()),
+                *(starting_point.events if starting_point is not None else ()),
+                *kept_up(postprocessing, "the place of peaks", peak_events(outputs, request.peaks_of, request.system)),
+                *kept_up(postprocessing, "where stability changes", special.events if special else ()),
             ),
             observables=OutputObservables(outputs, request.system),
-            watched=Largest(outputs, request.largest_of, request.system, besides) if request.largest_of else None,
+            watched=(
+                Largest(outputs, request.largest_of, request.system, postprocessing) if request.largest_of else None
+            ),
             **inside,
         )  # fmt: skip
-        if special is not None and steps.standing is not None:
-            special.take_up(steps.standing, restart[-1].values[-1])
+        if special is not None and steps.resumed_at is not None:
+            special.take_up(steps.resumed_at, restart[-1].values[-1])
         return steps
 
     def _first(self, request: CurveRequest) -> Array | None:
@@ -311,7 +313,7 @@ class CurveRun(Run[CurveRequest]):
 
     def _point(self, step: Step, before: Step | None, residual: float) -> Point:
         """A step as a point of the results; ``before`` is the solution before it."""
-        request, special, take = self.request, self._special, self.recorder.besides.take
+        request, special, take = self.request, self._special, self.recorder.postprocessing.attempt
         kind = step.kind
         if kind == "requested" and step.parameter not in request.requested:
             kind = "regular"
@@ -349,7 +351,7 @@ def may_slip_at_once(request: CurveRequest) -> bool:
     return any(batch.law.slips_at_once for batch in request.balance.batches)
 
 
-def beyond_corner(request: CurveRequest, segment: Segment) -> Departure | None:
+def beyond_corner(request: CurveRequest, segment: Segment) -> StartingPoint | None:
     """Where a segment goes on that ended at the corner of a square root; None where there is none such.
 
     Friction in two directions begins to slip at all times at one point of a curve where the orbit is a circle: the
@@ -382,7 +384,7 @@ def beyond_corner(request: CurveRequest, segment: Segment) -> Departure | None:
             y = solved(at, x + 0.5 * (y - x))
         if nearest is not None and norm(nearest[1] - x) <= _CONTINUOUS * size:
             direction = np.append(np.zeros(x.size), np.sign(span))
-            return Departure(x=nearest[1], at=nearest[0], direction=direction)
+            return StartingPoint(x=nearest[1], at=nearest[0], direction=direction)
     return None
 
 

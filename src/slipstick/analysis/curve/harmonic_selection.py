@@ -40,7 +40,7 @@ _GROWTH = 1.4
 
 
 @dataclass(frozen=True)
-class Rung:
+class HarmonicLevel:
     """The balance with some of the harmonics; ``active`` marks their unknowns among all, ``columns`` (L,) a port's."""
 
     system: AnySystem
@@ -63,17 +63,17 @@ class Rung:
 def adapted(system: AnySystem, tolerance: float, parameter: str = "") -> AnySystem:
     """The same system with harmonics by need, to a ``tolerance`` relative to the largest amplitude."""
     balance = system.balance
-    outputs, rungs = Outputs(balance, balance.problem.outputs or ()), []
+    outputs, levels = Outputs(balance, balance.problem.outputs or ()), []
     for orders in harmonic_ladder(balance.problem):
         narrow = balance.narrowed(orders)
         columns = np.isin(np.array(balance.harmonics.labels), narrow.harmonics.labels)
         narrowed = copy(outputs)
         narrowed.balance = narrow
         active = np.tile(columns, balance.n_ports)
-        rungs.append(Rung(_with(system, narrow, columns, parameter), narrowed, active, columns))
+        levels.append(HarmonicLevel(_with(system, narrow, columns, parameter), narrowed, active, columns))
     if isinstance(system, FrequencySystem):
-        return _AdaptedFrequency(system, rungs, tolerance)
-    return _AdaptedParameter(system, rungs, tolerance)
+        return _AdaptedFrequency(system, levels, tolerance)
+    return _AdaptedParameter(system, levels, tolerance)
 
 
 def _with(system: AnySystem, balance: Balance, columns: BoolArray, parameter: str) -> AnySystem:
@@ -85,14 +85,14 @@ def _with(system: AnySystem, balance: Balance, columns: BoolArray, parameter: st
 
 def harmonic_ladder(problem: Problem) -> list[Harmonics]:
     """Sets of more and more orders of the problem, the last with all: those that are driven, and the lowest."""
-    orders, count, rungs = problem.harmonics.orders, 1, list[Harmonics]()
+    orders, count, levels = problem.harmonics.orders, 1, list[Harmonics]()
     driven = driven_orders(problem)
     while count < len(orders) - 1:
         kept = Harmonics(sorted({*orders[: count + 1], *driven}))
-        if not rungs or kept != rungs[-1]:
-            rungs.append(kept)
+        if not levels or kept != levels[-1]:
+            levels.append(kept)
         count = max(count + 1, ceil(_GROWTH * count))
-    return [*(r for r in rungs if r != problem.harmonics), problem.harmonics]
+    return [*(r for r in levels if r != problem.harmonics), problem.harmonics]
 
 
 def driven_orders(problem: Problem) -> set[int]:
@@ -116,42 +116,42 @@ class _AdaptedEvaluation(Evaluation):
 
 
 class _Adapting:
-    """What both kinds of systems have in common; the rungs are those of ``harmonic_ladder``."""
+    """What both kinds of systems have in common; the levels are those of ``harmonic_ladder``."""
 
     balance: Balance
     at: Callable[[float], tuple[Inputs, float]]
 
-    def _take(self, rungs: Sequence[Rung], tolerance: float) -> None:
-        self._rungs, self._tolerance = rungs, tolerance
+    def _take(self, levels: Sequence[HarmonicLevel], tolerance: float) -> None:
+        self._levels, self._tolerance = levels, tolerance
 
     def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and slope of all unknowns, with the harmonics that ``context`` says."""
         number, near = self._split(context)
-        rung = self._rungs[number]
-        value = rung.system.evaluate(x[rung.active], parameter, near)
+        level = self._levels[number]
+        value = level.system.evaluate(x[level.active], parameter, near)
         if value.detail is None:
             return Evaluation.undefined(x.size)
         assert value.parameter_derivative is not None
         residual, slope = x.copy(), np.zeros(x.size)
-        residual[rung.active], slope[rung.active] = value.residual, value.parameter_derivative
-        point = _AtPoint(self._rungs, number, self._tolerance, x, value)
+        residual[level.active], slope[level.active] = value.residual, value.parameter_derivative
+        point = _AtPoint(self._levels, number, self._tolerance, x, value)
         detail = self._detail(value.detail, point, parameter)
         evaluation = _AdaptedEvaluation(
-            residual, EmbeddedJacobian(value.jacobian, rung.active), slope, detail,
-            lambda: _terms(value, rung, x), None, point.again,
+            residual, EmbeddedJacobian(value.jacobian, level.active), slope, detail,
+            lambda: _terms(value, level, x), None, point.again,
         )  # fmt: skip
         evaluation.told = point.after
         return evaluation
 
     def _split(self, context: Array | None) -> tuple[int, Array | None]:
-        """Which rung, and the contact states: all harmonics where a context knows of states alone."""
+        """Which level, and the contact states: all harmonics where a context knows of states alone."""
         carried = self.balance.n_states
         if context is None or context.size == carried:
-            return len(self._rungs) - 1, context
+            return len(self._levels) - 1, context
         return int(context[0]), context[1:] if carried else None
 
     def _detail(self, detail: Detail, point: _AtPoint, parameter: float) -> Detail:
-        responses = tuple(r._replace(force=tuple(map(point.rung.spread, r.force))) for r in detail.responses)
+        responses = tuple(r._replace(force=tuple(map(point.level.spread, r.force))) for r in detail.responses)
         inputs, _ = self.at(parameter)
         return replace(detail, responses=responses, inputs=inputs, adapted=point)
 
@@ -159,41 +159,43 @@ class _Adapting:
         """As of the system itself."""
         point = detail.adapted
         assert isinstance(point, _AtPoint)
-        rung = point.rung
-        forces, dP = rung.system.rates(point.value.detail, parameter, dx[rung.active], rate)
-        return [{i: rung.spread(f) for i, f in by_port.items()} for by_port in forces], rung.spread(dP)
+        level = point.level
+        forces, dP = level.system.rates(point.value.detail, parameter, dx[level.active], rate)
+        return [{i: level.spread(f) for i, f in by_port.items()} for by_port in forces], level.spread(dP)
 
 
 class _AdaptedFrequency(_Adapting, FrequencySystem):
-    def __init__(self, system: FrequencySystem, rungs: Sequence[Rung], tolerance: float) -> None:
+    def __init__(self, system: FrequencySystem, levels: Sequence[HarmonicLevel], tolerance: float) -> None:
         FrequencySystem.__init__(self, system.balance, system.inputs)
-        self._take(rungs, tolerance)
+        self._take(levels, tolerance)
 
 
 class _AdaptedParameter(_Adapting, ParameterSystem):
-    def __init__(self, system: ParameterSystem, rungs: Sequence[Rung], tolerance: float) -> None:
+    def __init__(self, system: ParameterSystem, levels: Sequence[HarmonicLevel], tolerance: float) -> None:
         ParameterSystem.__init__(self, system.balance, system.path, system.omega)
-        self._take(rungs, tolerance)
+        self._take(levels, tolerance)
 
 
-def _terms(value: Evaluation, rung: Rung, x: Array) -> Array:
+def _terms(value: Evaluation, level: HarmonicLevel, x: Array) -> Array:
     out = np.abs(x)
     if value.terms is not None:
-        out[rung.active] = value.terms()
+        out[level.active] = value.terms()
     return out
 
 
 class _AtPoint(Adapted):
     """A solution with some of the harmonics, and what it says of them."""
 
-    def __init__(self, rungs: Sequence[Rung], number: int, tolerance: float, x: Array, value: Evaluation) -> None:
-        self.rung, self.value = rungs[number], value
-        self._rungs, self._number, self._tolerance, self._x = rungs, number, tolerance, x
+    def __init__(
+        self, levels: Sequence[HarmonicLevel], number: int, tolerance: float, x: Array, value: Evaluation
+    ) -> None:
+        self.level, self.value = levels[number], value
+        self._levels, self._number, self._tolerance, self._x = levels, number, tolerance, x
 
     @property
     def in_use(self) -> int:
         """How many harmonics, 0 included."""
-        return len(self.rung.balance.harmonics.orders)
+        return len(self.level.balance.harmonics.orders)
 
     @property
     def context(self) -> Array:
@@ -204,11 +206,11 @@ class _AtPoint(Adapted):
     def truncation(self) -> float:
         """What those left out would add, relative to the largest amplitude."""
         inputs, reaction = Assigned.of([self.value.detail.asked]), EachReaction([Reaction(self.value.jacobian)])
-        return float(truncation(self.rung.outputs, self._some, self._motion, self._omega, inputs, reaction)[0])
+        return float(truncation(self.level.outputs, self._some, self._motion, self._omega, inputs, reaction)[0])
 
     @property
     def _some(self) -> Array:
-        return self._x[self.rung.active][None]
+        return self._x[self.level.active][None]
 
     @property
     def _omega(self) -> Array:
@@ -216,14 +218,14 @@ class _AtPoint(Adapted):
 
     @cached_property
     def _motion(self) -> Array:
-        b, detail = self.rung.balance, self.value.detail
+        b, detail = self.level.balance, self.value.detail
         force = b.layout.real(b.layout.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
         structures = [detail.inputs.structure]
-        return self.rung.outputs.motion(self._some, force, detail.inputs.P[None], self._omega, structures)
+        return self.level.outputs.motion(self._some, force, detail.inputs.P[None], self._omega, structures)
 
     def again(self) -> Array | None:
         """With what it must be solved again: more harmonics; None where it is good, or all are in use."""
-        if self._number == len(self._rungs) - 1 or self.truncation <= SAFETY * self._tolerance:
+        if self._number == len(self._levels) - 1 or self.truncation <= SAFETY * self._tolerance:
             return None
         return self._context(self._number + 1)
 
@@ -239,10 +241,10 @@ class _AtPoint(Adapted):
         return np.append(float(number), () if carried is None else carried)
 
     def _dropped(self, number: int) -> float:
-        """Largest deviation at the contacts of what a lower rung does not have, over that of all."""
-        b = self.rung.balance
+        """Largest deviation at the contacts of what a lower level does not have, over that of all."""
+        b = self.level.balance
         X = self._some.reshape(1, b.n_ports, b.L)
-        lost = Harmonics([0, *sorted(set(b.harmonics.orders) - set(self._rungs[number].balance.harmonics.orders))])
+        lost = Harmonics([0, *sorted(set(b.harmonics.orders) - set(self._levels[number].balance.harmonics.orders))])
         at = [0, *(b.harmonics.index(m, part) for m in lost.orders[1:] for part in ("c", "s"))]
         size = largest_deviation(b.harmonics, X).max(initial=0.0)
         return float(largest_deviation(lost, X[..., at]).max(initial=0.0) / size) if size > 0 else 0.0

@@ -66,7 +66,7 @@ def in_lockstep(request: CurveRequest) -> bool:
         and adapted_to(request.options) is None
         and request.stability is None
         and request.guess is None
-        and request.departure is None
+        and request.starting_point is None
         and not (request.requested or request.checkpoints or request.largest_of or request.listeners)
         and request.peaks_of != (LARGEST,)
         and not Outputs(balance, balance.problem.outputs or ()).far
@@ -147,7 +147,7 @@ class Lockstep:
             return out
         self._dense = DenseOutputs(self._systems, self._correctors, followed.points, self._span, options)
         events = Events(requests, self._scalings, self._correctors, self._dense)
-        located, self._besides = events.located(), events.besides
+        located, self._postprocessing = events.located(), events.postprocessing
         return self._recorded(located, followed.given_up | self._correctors.doubtful | self._dense.lost)
 
     # points and their numbers
@@ -159,8 +159,8 @@ class Lockstep:
         points = self._points(*self._in_order(located, pieces, place, between), located, pieces, between)
         ends = np.searchsorted(points.inputs.which, np.arange(len(self._requests) + 1)).tolist()
         given_up = given_up.copy()
-        for i, besides in self._besides.items():  # what could not be told is said where a curve is alone
-            given_up[i] |= bool(besides.sentences)
+        for i, postprocessing in self._postprocessing.items():  # what could not be told is said where a curve is alone
+            given_up[i] |= bool(postprocessing.failures)
         values = [value for curves in self._portions(ends) for value in self._values(points, curves, ends)]
         seconds = (time.perf_counter() - self._clock) / len(self._requests)
         return [
@@ -184,7 +184,7 @@ class Lockstep:
         begin, end = ends[curves[0]], ends[curves[-1] + 1]
         recorder = self._requests[curves[0]].recorder()
         values = recorder.values_of(points.at(np.arange(begin, end)))
-        if recorder.besides.sentences:
+        if recorder.postprocessing.failures:
             return [None] if len(curves) == 1 else [self._values(points, range(i, i + 1), ends)[0] for i in curves]
         unsolved = (values["kind"] != "interpolated") & ~(values["residual"] <= UNSOLVED)
         parts = [slice(ends[i] - begin, ends[i + 1] - begin) for i in curves]

@@ -15,8 +15,8 @@ import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.peaks.events import _LEVEL, _NOISE, _ROUNDING, kept_up, peak_events
-from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude_with_slope
+from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ArclengthScaling, Step
 from slipstick.solve.continuation.corrector import Corrector
@@ -47,7 +47,7 @@ class Events:
 
     Attributes
     ----------
-    besides
+    postprocessing
         What could not be had where one curve was looked at alone, by its number.
     """
 
@@ -63,7 +63,7 @@ class Events:
         ports = [port for port in outputs._ports if port is not None]
         self._ports, self._cosines = [port for port, _ in ports], np.array([cosine for _, cosine in ports])
         self._exact = replace(correctors.patient, tolerance=min(1e-14, self._first.options.newton.tolerance))
-        self.besides: dict[int, Besides] = {}
+        self.postprocessing: dict[int, Postprocessing] = {}
 
     def located(self) -> Located:
         """Those of every curve."""
@@ -483,11 +483,11 @@ class Events:
         request, options = self._requests[i], self._first.options
         metric = Metric(self._scalings[i], np.ones(request.balance.size), abs(request.stop - request.start))
         corrector = Corrector(request.system, request.balance.size, metric, options.newton)
-        self.besides[i] = Besides()
+        self.postprocessing[i] = Postprocessing()
         peaks = peak_events(Outputs(request.balance, ()), request.peaks_of, request.system)
         events = (
             *((turning_points(),) if options.locate_turning_points else ()),
-            *kept_up(self.besides[i], "the place of peaks", peaks),
+            *kept_up(self.postprocessing[i], "the place of peaks", peaks),
         )
         return corrector, Locator(corrector, events, np.empty(0), options.event_tolerance)
 

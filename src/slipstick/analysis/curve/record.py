@@ -196,7 +196,7 @@ class Run(ABC, Generic[R]):
     def _stopped(self) -> Stopped:
         request, message, seconds = self.request, self.closing, self.seconds
         attributes = attributes_of(
-            request.problem, self.outcome, message, [*request.warnings, *self.recorder.besides.sentences],
+            request.problem, self.outcome, message, [*request.warnings, *self.recorder.postprocessing.failures],
             analysis=request.analysis, parameter=request.parameter, **self.attributes, seconds=seconds,
             jacobian=request.balance.backend.name, **requested_attribute(request.requested),
         )  # fmt: skip
@@ -266,7 +266,7 @@ class Sink(ABC, Listener):
     def said(self) -> list[str]:
         """What could not be computed about the points, and what is suspicious in their values."""
         values = self.values()
-        return self.run.recorder.besides.said(
+        return self.run.recorder.postprocessing.warnings(
             partial(self.run.request.doubts, values) if len(values["omega"]) else list
         )
 

@@ -14,7 +14,7 @@ from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Outcome
 from slipstick.faults import warn, wrong
-from slipstick.results.besides import Besides
+from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.typing import Frequency, FrequencyList, FrequencyRange, Real, Reals
@@ -152,11 +152,11 @@ def _with_subharmonics(branch: Branch, options: Any, stability: StabilityRequest
     """The branch with those of twice the period that begin on it."""
     from slipstick.analysis.stability.subharmonics import subharmonics_of
 
-    besides = Besides()
-    branch.subharmonics = besides.take(
+    postprocessing = Postprocessing()
+    branch.subharmonics = postprocessing.attempt(
         "motion of twice the period", partial(subharmonics_of, branch, options=options, stability=stability), ()
     )
-    warn(besides.sentences)
+    warn(postprocessing.failures)
     return branch
 
 

@@ -266,9 +266,9 @@ class StateContinuation(Iterator[Step]):
         return self._run.restart_point
 
     @property
-    def standing(self) -> Step | None:
+    def resumed_at(self) -> Step | None:
         """The step it goes on from where it was given ``restart``."""
-        return self._run.standing
+        return self._run.resumed_at
 
     @property
     def work(self) -> Work:
@@ -280,7 +280,7 @@ class StateContinuation(Iterator[Step]):
         landed = False
         while True:
             run, over = self._run, False
-            last = run.standing
+            last = run.resumed_at
             outcome, message, waiting = run.outcome, run.message, list[Step]()
             for step in run:
                 if step.kind == "interpolated":  # it counts once the point it leads to does

@@ -130,7 +130,7 @@ class ModePath:
 
     def refined(self, run: Continuation) -> Iterator[Step]:
         """With corrected points between neighbours, so that lines between them are frequency and damping."""
-        before = run.standing
+        before = run.resumed_at
         for step in run:
             self._most = max(self._most, abs(float(_values(step.state)[1])))
             if run.restart_point is not None and run.restart_point.state is step.state:

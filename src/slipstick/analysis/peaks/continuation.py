@@ -192,8 +192,8 @@ class PeakContinuation:
         restart = () if stood is None else tuple(filter(None, (stood.before, stood.restart_point)))
         run, side, before = self._run(y, at, restart), 0.0, self.last.detail if self.last is not None else None
         self._begin, self._stood = (y, at), deque(restart, maxlen=2)
-        if stood is not None and run.standing is not None:
-            own, step = stood.own, run.standing
+        if stood is not None and run.resumed_at is not None:
+            own, step = stood.own, run.resumed_at
             side, before, self._context = own["side"], step.evaluation.detail, step.evaluation.context
             self.last = PeakPoint(
                 step.x, step.parameter, before, own["kind"], own["residual"], own["iterations"], self._part

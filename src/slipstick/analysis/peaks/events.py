@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
-from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude, amplitude_with_slope
+from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Outputs
 from slipstick.results.schema import LARGEST
 from slipstick.solve.continuation import Step
@@ -78,20 +78,24 @@ class Largest:
     """
 
     def __init__(
-        self, outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem, besides: Besides
+        self,
+        outputs: Outputs,
+        names: Sequence[str],
+        system: FrequencySystem | ParameterSystem,
+        postprocessing: Postprocessing,
     ) -> None:
-        self._slopes, self._besides = _Slopes(Outputs(outputs.balance, tuple(names)), system), besides
+        self._slopes, self._postprocessing = _Slopes(Outputs(outputs.balance, tuple(names)), system), postprocessing
         events = (replace(_event("", i, self._slopes), kind="regular") for i in range(len(names)))
-        self.events = tuple(kept_up(besides, _WHAT, events))
+        self.events = tuple(kept_up(postprocessing, _WHAT, events))
 
     def heights(self, step: Step) -> Array:
         """Amplitudes (n,) at a step."""
-        return self._besides.take(_WHAT, lambda: self._slopes.heights(step), np.zeros(len(self.events)))
+        return self._postprocessing.attempt(_WHAT, lambda: self._slopes.heights(step), np.zeros(len(self.events)))
 
     def expected(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         """Slopes (n_places, n) between two steps, and the amplitudes (n,) expected at maxima; 0 where there is none."""
         nothing = np.zeros((places.u.size, len(self.events))), np.zeros(len(self.events))
-        return self._besides.take(_WHAT, lambda: self._expected(first, second, segment, places), nothing)
+        return self._postprocessing.attempt(_WHAT, lambda: self._expected(first, second, segment, places), nothing)
 
     def _expected(
         self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis
@@ -162,33 +166,35 @@ class _Slopes:
         return slope
 
 
-def kept_up(besides: Besides, what: str, events: Iterable[BranchEvent]) -> Iterator[BranchEvent]:
+def kept_up(postprocessing: Postprocessing, what: str, events: Iterable[BranchEvent]) -> Iterator[BranchEvent]:
     """Events whose functions may fail: there they keep the sign they had, and the branch goes on."""
     for event in events:
-        yield _LastKnown(besides, what, event).event
+        yield _LastKnown(postprocessing, what, event).event
 
 
 class _LastKnown:
     """An event that is asked with care; its last value is what stands where it fails."""
 
-    def __init__(self, besides: Besides, what: str, event: BranchEvent) -> None:
-        self._besides, self._what, self._asked, self._last = besides, what, event, 1.0
+    def __init__(self, postprocessing: Postprocessing, what: str, event: BranchEvent) -> None:
+        self._postprocessing, self._what, self._asked, self._last = postprocessing, what, event, 1.0
         place, along, height = event.place and self._place, event.along and self._along, event.height and self._height
         self.event = replace(event, function=self._value, place=place, along=along, height=height)
 
     def _value(self, step: Step) -> float:
-        self._last = self._besides.take(self._what, lambda: float(self._asked.function(step)), self._last)
+        self._last = self._postprocessing.attempt(self._what, lambda: float(self._asked.function(step)), self._last)
         return self._last
 
     def _place(self, first: Step, second: Step, segment: HermiteSegment) -> float:
         assert self._asked.place is not None
-        return self._besides.take(self._what, partial(self._asked.place, first, second, segment), 1.0)
+        return self._postprocessing.attempt(self._what, partial(self._asked.place, first, second, segment), 1.0)
 
     def _height(self, step: Step) -> float:
         assert self._asked.height is not None
-        return self._besides.take(self._what, partial(self._asked.height, step), 0.0)
+        return self._postprocessing.attempt(self._what, partial(self._asked.height, step), 0.0)
 
     def _along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
         assert self._asked.along is not None
         same = np.full(places.u.size, self._last)
-        return self._besides.take(self._what, partial(self._asked.along, first, second, segment, places), same)
+        return self._postprocessing.attempt(
+            self._what, partial(self._asked.along, first, second, segment, places), same
+        )

@@ -405,8 +405,8 @@ class SelfExcitedRun(Run[SelfExcited]):
             scaling=ArclengthScaling(x=start.unit(first.x[:-1]), weight=0.1), requested=request.requested,
             events=(gone, *special.events), restart=restart,
         )  # fmt: skip
-        if run.standing is not None:
-            special.take_up(run.standing, restart[-1].values[-1])
+        if run.resumed_at is not None:
+            special.take_up(run.resumed_at, restart[-1].values[-1])
         self.doing, stood = "", deque(restart, maxlen=2)
         for step in run:
             pass_on()

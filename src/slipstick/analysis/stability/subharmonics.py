@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.follow import CurveRequest, Departure, frequency_request, parameter_request
+from slipstick.analysis.curve.follow import CurveRequest, StartingPoint, frequency_request, parameter_request
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.branch import Branch
@@ -72,14 +72,14 @@ def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, *
     x, value = _embedded(branch, request, point), float(branch.table[branch.followed].to_numpy()[point])
     value *= 1.0 if request.parameter else 0.5
     fresh = _fresh(request)
-    departure = _departure(request, x, value, fresh)
-    if departure is None:
+    starting_point = _starting_point(request, x, value, fresh)
+    if starting_point is None:
         raise InputError(f"no motion of twice the period was found beside point {point}; keep more harmonics")
     gone = BranchEvent(
         name="the period is the single one again", kind="end", terminal=True, direction=-1,
         function=lambda step: float(np.linalg.norm(step.x[fresh]) - _GONE * np.linalg.norm(step.x)),
     )  # fmt: skip
-    return replace(request, departure=replace(departure, events=(gone,))).branch()
+    return replace(request, starting_point=replace(starting_point, events=(gone,))).branch()
 
 
 def subharmonics_of(branch: Branch, **options: Any) -> tuple[Branch, ...]:
@@ -137,7 +137,7 @@ def _embedded(branch: Branch, request: CurveRequest, point: int) -> Array:
     return out.reshape(-1)
 
 
-def _departure(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> Departure | None:
+def _starting_point(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> StartingPoint | None:
     """A solution with a little of the new harmonics, at whatever value of the followed quantity it has."""
     way = np.zeros(x.size + 1)
     way[:-1] = _direction(request, x, value, fresh)
@@ -153,7 +153,7 @@ def _departure(request: CurveRequest, x: Array, value: float, fresh: BoolArray) 
             request.start, request.stop
         )
         if step is not None and inside and np.linalg.norm(step.x[fresh]) > _GONE * np.linalg.norm(step.x):
-            return Departure(x=step.x, at=step.parameter, direction=step.tangent)
+            return StartingPoint(x=step.x, at=step.parameter, direction=step.tangent)
     return None
 
 

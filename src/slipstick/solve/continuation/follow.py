@@ -161,7 +161,7 @@ class Continuation(Iterator[Step]):
         Scaled length of the next step.
     restart_point
         The last accepted point with what the points after it depend on; None before the first.
-    standing
+    resumed_at
         The step it goes on from where it was given ``restart``, else None.
     """
 
@@ -198,7 +198,7 @@ class Continuation(Iterator[Step]):
         self.rejected = self.points = 0
         self.step_length = self._taken = min(options.first_step, options.max_step)
         self.restart_point: RestartPoint | None = None
-        self.standing: Step | None = None
+        self.resumed_at: Step | None = None
         segment = self._take_up(restart) if restart else None
         self._generator = self._follow(np.append(x, at), direction, segment)
 
@@ -235,10 +235,10 @@ class Continuation(Iterator[Step]):
     def _follow(
         self, state: Array, direction: Array | None, segment: HermiteSegment | None
     ) -> Generator[Step, None, Outcome]:
-        last: Step | Reason = self.standing or self._first(state, direction)
+        last: Step | Reason = self.resumed_at or self._first(state, direction)
         if isinstance(last, Reason):
             return self._end(Outcome.NO_FIRST_POINT, f"no solution at the start {state[-1]:g}: {last.text}")
-        if last is not self.standing:
+        if last is not self.resumed_at:
             self._locator.begin(last)
             self._accepted(last)
             yield last
@@ -322,9 +322,9 @@ class Continuation(Iterator[Step]):
             self.restart_point.points,
             self.restart_point.rejected,
         )
-        self.standing = self._corrector.take_up(self.restart_point)
-        self._carry(self.standing)
-        return self._ahead(Step.again(before[-1]), self.standing) if before else None
+        self.resumed_at = self._corrector.take_up(self.restart_point)
+        self._carry(self.resumed_at)
+        return self._ahead(Step.again(before[-1]), self.resumed_at) if before else None
 
     def _carry(self, step: Step) -> None:
         """Hand what the accepted point knows to the points after it."""

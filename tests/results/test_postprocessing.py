@@ -22,7 +22,7 @@ from slipstick.analysis.modes import nonlinear_modes as modes_module
 from slipstick.analysis.peaks import events as peaks_module
 from slipstick.analysis.stability import floquet, subharmonics
 from slipstick.results import record
-from slipstick.results.besides import Besides
+from slipstick.results.postprocessing import Postprocessing
 
 FRICTION = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=200.0)
 
@@ -56,18 +56,18 @@ def after(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def test_take_each_and_said() -> None:
-    besides = Besides()
-    assert besides.take("a", lambda: 1, 2) == 1
-    assert besides.take("b", lambda: 1 // 0, 2) == 2
-    halves = besides.each("c", lambda at: np.array([1 / i for i in at]), 3, ())
+    postprocessing = Postprocessing()
+    assert postprocessing.attempt("a", lambda: 1, 2) == 1
+    assert postprocessing.attempt("b", lambda: 1 // 0, 2) == 2
+    halves = postprocessing.attempt_each("c", lambda at: np.array([1 / i for i in at]), 3, ())
     np.testing.assert_array_equal(halves, [np.nan, 1.0, 0.5])
-    assert besides.said(lambda: ["too few"]) == [
+    assert postprocessing.warnings(lambda: ["too few"]) == [
         "b is not known at 1 place, where computing it failed: ZeroDivisionError: integer division or modulo by zero",
         "c is not known at 1 place, where computing it failed: ZeroDivisionError: division by zero",
         "too few",
     ]
     with pytest.raises(KeyboardInterrupt):
-        besides.take("d", lambda: (_ for _ in ()).throw(KeyboardInterrupt), None)
+        postprocessing.attempt("d", lambda: (_ for _ in ()).throw(KeyboardInterrupt), None)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""What is computed about solutions beside them: where it fails they are kept without it, and that is said."""
+"""Quantities computed from solved points: where one fails the point is kept without it, and a warning says so."""
 
 from __future__ import annotations
 
@@ -14,26 +14,23 @@ from slipstick.typing import Array
 T = TypeVar("T")
 
 
-class Besides:
-    """Takes what can be had about solved points: truncation, stability, peaks, measures, what a law records.
-
-    A point is worth more than what is told about it, so no failure here is let through; each kind is named once.
-    """
+class Postprocessing:
+    """Computes truncation, stability, peaks, measures and what laws record; no failure of these loses a point."""
 
     def __init__(self) -> None:
         self._reasons: dict[str, str] = {}
         self._counts: dict[str, int] = {}
 
     @property
-    def sentences(self) -> list[str]:
-        """One for each kind of what failed, with the reason of the first time."""
+    def failures(self) -> list[str]:
+        """One sentence for each quantity that failed, with the reason of the first time."""
         return [
             f"{what} is not known at {_times(self._counts[what])}, where computing it failed: {reason}"
             for what, reason in self._reasons.items()
         ]
 
-    def take(self, what: str, compute: Callable[[], T], otherwise: T) -> T:
-        """What ``compute`` gives, or ``otherwise`` where it fails."""
+    def attempt(self, what: str, compute: Callable[[], T], otherwise: T) -> T:
+        """The value of ``compute``, or ``otherwise`` where it fails."""
         try:
             return compute()
         except Exception as error:
@@ -41,7 +38,9 @@ class Besides:
             self._counts[what] = self._counts.get(what, 0) + 1
             return otherwise
 
-    def each(self, what: str, compute: Callable[[list[int]], Array], count: int, shape: tuple[int, ...]) -> Array:
+    def attempt_each(
+        self, what: str, compute: Callable[[list[int]], Array], count: int, shape: tuple[int, ...]
+    ) -> Array:
         """Numbers (count, *shape) of points by their indices: all together, where that fails each alone; nan else."""
         unknown = np.full((1, *shape), np.nan)
         if count == 0:
@@ -50,13 +49,13 @@ class Besides:
             return compute(list(range(count)))
         except Exception:
             pass
-        return np.concatenate([self.take(what, partial(compute, [i]), unknown) for i in range(count)])
+        return np.concatenate([self.attempt(what, partial(compute, [i]), unknown) for i in range(count)])
 
-    def said(self, compute: Callable[[], Sequence[str]]) -> list[str]:
-        """What failed, and what ``compute`` finds wrong in the results."""
+    def warnings(self, compute: Callable[[], Sequence[str]]) -> list[str]:
+        """Warnings: what failed, and what ``compute`` finds wrong in the results."""
         nothing: Sequence[str] = ()
-        doubts = self.take("what is suspicious in the results", compute, nothing)
-        return [*self.sentences, *doubts]
+        found = self.attempt("what is suspicious in the results", compute, nothing)
+        return [*self.failures, *found]
 
 
 def _times(count: int) -> str:
