@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from html import escape
 from typing import Any
 
 MOST_SHOWN = 8
@@ -34,4 +33,6 @@ def some(names: Iterable[Any], most: int = MOST_SHOWN) -> str:
 
 def _text(value: object) -> str:
     """A text line by line, without anything that a page would obey."""
+    from html import escape  # with its table of entities, which nothing needs until a notebook shows an object
+
     return "<br>".join(escape(line) for line in str(value).splitlines())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-from importlib.metadata import PackageNotFoundError, version
 
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
@@ -15,6 +14,8 @@ _PACKAGES = ("numpy", "scipy", "numba", "xarray", "h5netcdf", "h5py", "pydantic"
 
 def all_versions() -> dict[str, str]:
     """Versions of this package, Python and what it computes with."""
+    from importlib.metadata import PackageNotFoundError, version  # which no other verb needs
+
     from slipstick import __version__
 
     versions = {"slipstick": __version__, "python": platform.python_version()}
