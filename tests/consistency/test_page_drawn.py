@@ -351,9 +351,9 @@ def test_lines_of_few_points_are_cubics_through_all_of_them() -> None:
         np.testing.assert_allclose([step[1:5] for step in steps[first + 1 : last + 1]], wanted, rtol=1e-12)
 
 
-@pytest.mark.parametrize("key, smooth", [("peak_of", True), ("peaks_of", False)])
-def test_tracked_peaks_are_drawn_smoothly(key: str, smooth: bool) -> None:
-    data = branch().dataset.assign_attrs({key: "a"}).assign(parameter=branch().dataset["omega"])
+@pytest.mark.parametrize("analysis, smooth", [("track", True), ("parameter", False)])
+def test_tracked_peaks_are_drawn_smoothly(analysis: str, smooth: bool) -> None:
+    data = branch().dataset.assign_attrs(analysis=analysis).assign(parameter=branch().dataset["omega"])
     made = content_of(ss.Branch(data, branch().outcome), "first", contacts=3, dofs=3)
     pens = drawn("return lines(app.curves.plotHost).map((line) => line.pen).filter((pen) => pen?.length > 9)", made)
     assert pens

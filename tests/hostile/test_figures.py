@@ -17,6 +17,7 @@ from helpers.rotors import whirling
 
 import slipstick as ss
 from slipstick import plots
+from slipstick.plots.shown import for_files
 from slipstick.studies.plan import make_plan
 from slipstick.studies.solving import Job, solve
 from slipstick.studies.table import curves_dataset, study_attributes, study_dataset
@@ -146,7 +147,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         for value in WRONG[number % every :: every]:
             given = {k: v for k, v in good.items() if not (argument == "contact" and k == "dof")} | {argument: value}
             try:
-                draw(**given)
+                with for_files():
+                    draw(**given)
             except ss.InputError:
                 continue
             except Exception as error:
