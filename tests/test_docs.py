@@ -34,6 +34,7 @@ NOT_RUN = {
     "apiVersion": "workers of a cluster",
     ". rubs": "enters an environment",
     "case.toml ──>": "a drawing",
+    "analysis/curve/response.py  ": "a drawing",
     "{eval-rst}": "what the site makes from docstrings",
 }
 """Blocks and lines that are not run, by how they begin, and why."""

@@ -190,20 +190,22 @@ class TestBesideMarching:
         assert np.count_nonzero(np.isnan(error)) <= 2
         assert np.nanmax(error) < 1e-8
 
-    @pytest.mark.verify
-    @pytest.mark.parametrize(("states", "count"), [(random_states, 10_000), (structured_states, 2_000)])
-    def test_many_states(self, states: Any, count: int) -> None:
-        """Marching with large steps misses short slips: where it is apart from the element its steps are cut."""
-        X, par = states(count, seed=2)
-        error = np.concatenate(
-            [worst_beside_marching(X[i : i + 1000], par[i : i + 1000], 100) for i in range(0, count, 1000)]
-        )
+    @pytest.mark.verify(sample=6)
+    @pytest.mark.parametrize("seed", range(100, 120))
+    @pytest.mark.parametrize("states", [random_states, structured_states])
+    def test_many_states(self, states: Any, seed: int) -> None:
+        """Marching with large steps misses short slips: where it is apart from the element its steps are cut.
+
+        500 states take half a minute.
+        """
+        X, par = states(500, seed=seed)
+        error = worst_beside_marching(X, par, 100)
         for steps in (400, 1600, 6400):
             apart = np.flatnonzero(error > 3e-9)
-            assert apart.size < 0.05 * count
+            assert apart.size < 0.05 * len(X)
             if apart.size:
                 error[apart] = worst_beside_marching(X[apart], par[apart], steps)
-        assert np.count_nonzero(np.isnan(error)) < 0.03 * count
+        assert np.count_nonzero(np.isnan(error)) < 0.03 * len(X)
         assert np.nanmax(error) < 1e-8, np.sort(error)[-20:]
 
     def test_tolerance_is_kept(self) -> None:
@@ -319,10 +321,10 @@ class TestMeanOfAContactThatNeverSlips:
         assert np.quantile(np.min(errors, axis=0), 0.95) < 1e-8
 
 
-def beside_differences(X: Array, par: Array) -> tuple[Array, Array]:
+def beside_differences(X: Array, par: Array, e: float = 1e-5) -> tuple[Array, Array]:
     """Errors of the derivatives along one direction each, over their largest, (n,): by differences of fourth order,
     central ones and those of the better side: at a corner the derivative is that of one side."""
-    rng, L, e = np.random.default_rng(0), X.shape[2], 1e-5
+    rng, L = np.random.default_rng(0), X.shape[2]
     d = rng.normal(size=(len(X), 3 * L + 6))
     d[:, 3 * L : 3 * L + 2] *= (par[:, :2] != 0).any(axis=1)[:, None]
     along = np.einsum("eric,ec->eri", by_all(respond(X, par, tolerance=1e-12)), d)
@@ -353,6 +355,8 @@ def assert_derivatives(X: Array, par: Array) -> None:
     assert np.quantile(error, 0.97) < 1e-8, np.sort(error)[-5:]
     # where all ports reverse at one instant the sides differ too, and from the derivative
     apart = np.minimum(error, one_side) > 1e-7
+    if apart.any():  # some corners begin with the root of the way from them: differences come nearer with that
+        apart &= beside_differences(X[slips], par[slips], 1e-6)[1] > 0.5 * one_side
     assert np.count_nonzero(apart) <= 0.002 * slips.size, np.sort(np.minimum(error, one_side))[-5:]
 
 

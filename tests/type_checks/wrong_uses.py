@@ -39,7 +39,7 @@ def wrong(branch: ss.Branch) -> None:
     ss.forced_response(problem, omega=(2.0,))
     ss.forced_response(problem, omega=2.0)
     ss.forced_response(problem, omega=(2.0, 8.0, 15.0))
-    ss.forced_response(problem, (2.0, 15.0))
+    ss.forced_response(problem, (2.0, 15.0), [7.0])
     ss.forced_response(pair, omega=(2.0, 15.0))
     ss.forced_response(problem, omega=(2.0, 15.0), stability="yes")
     ss.forced_response(problem, omega=(2.0, 15.0), follow="superharmonic")
