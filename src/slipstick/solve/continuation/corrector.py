@@ -39,6 +39,9 @@ class Corrector:
         self.evaluations = self.solves = 0
         self.context: Any = None
         self.beside: Jacobian | None = None
+        # each is asked for several times in a row: without these two a curve of the oscillator takes 4 % longer
+        self._latest: tuple[Any, HermiteSegment | None] = ((None, None, None), None)
+        self._latest_angle: tuple[Any, float] = ((None, None, None), 0.0)
 
     def _evaluate(self, x: Array, parameter: float, context: Any = None) -> Any:
         context = self.context if context is None else context
@@ -170,13 +173,23 @@ class Corrector:
         return tangent / self.metric.length(tangent), jacobian.sign()
 
     def segment(self, first: Step, second: Step) -> HermiteSegment:
-        """The cubic between two neighbouring points in the present metric."""
-        angle = self.angle(first.tangent, second.tangent)
-        return HermiteSegment.of(self.metric, (first.state, first.tangent), (second.state, second.tangent), angle)
+        """The cubic between two neighbouring points in the present metric; the latest is remembered."""
+        (one, other, weights), segment = self._latest
+        if segment is None or one is not first or other is not second or weights is not self.metric.weights:
+            angle = self.angle(first.tangent, second.tangent)
+            segment = HermiteSegment.of(
+                self.metric, (first.state, first.tangent), (second.state, second.tangent), angle
+            )
+            self._latest = (first, second, self.metric.weights), segment
+        return segment
 
     def angle(self, a: Array, b: Array) -> float:
-        """Scaled angle between two tangents (N + 1,)."""
-        return angle_of(self.metric.cosine(a, b))
+        """Scaled angle between two tangents (N + 1,); the latest is remembered."""
+        (one, other, weights), angle = self._latest_angle
+        if one is not a or other is not b or weights is not self.metric.weights:
+            angle = angle_of(self.metric.cosine(a, b))
+            self._latest_angle = (a, b, self.metric.weights), angle
+        return angle
 
 
 def _again(value: Any) -> Any:
