@@ -16,7 +16,7 @@ project = PROJECT["name"]
 author = copyright = PROJECT["authors"][0]["name"]
 version = release = PROJECT["version"]
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
 if find_spec("sphinx-mathjax-offline"):  # equations without a request to anybody
     extensions += ["sphinx.ext.mathjax", "sphinx-mathjax-offline"]
 myst_enable_extensions = ["dollarmath"]
@@ -34,16 +34,63 @@ toc_object_entries_show_parents = "hide"
 
 nitpicky = True
 # no links are made to names of other projects, type aliases, and classes that a documented one only builds on
-ALIASES = r"slipstick\..*\.(Array|Listener|Event|Reason|SlipstickError|StepOptions|NewtonOptions|FrictionLaw)"
+HIDDEN = (
+    "Array|Listener|Event|Reason|SlipstickError|StepOptions|NewtonOptions|FrictionLaw|StateModel|ContactState"
+    "|SectorShape|ResultTable|ContactChange|NodalEquation"
+)
+ALIASES = rf"slipstick\..*\.({HIDDEN})"
 nitpick_ignore_regex = [("py:.*", r"(?!slipstick\.).*"), ("py:.*", ALIASES)]
-autodoc_typehints = "none"  # docstrings say shapes and units
+autodoc_typehints = "description"  # types stand beside each parameter; docstrings say shapes and units
+autodoc_typehints_description_target = "documented"
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True}
+autosummary_generate = True
+templates_path = ["_templates"]
 napoleon_google_docstring = False
-napoleon_use_rtype = False
+napoleon_use_rtype = True
 napoleon_use_ivar = True
 napoleon_attr_annotations = False
 
+
+SHOWN = {
+    "slipstick.Case": "from_file, from_text, structure, problem, balance, warnings, curve, asks, run",
+    "slipstick.ContactPair": "quantities, values, with_value",
+    "slipstick.CyclicStructure": "phase_modes, natural_frequencies, travelling_wave, mistuned, with_aerodynamics, "
+    "changed, values",
+    "slipstick.FrictionContact": "changed",
+    "slipstick.FrictionCurve": "at",
+    "slipstick.MatrixStructure": "natural_frequencies, damping_ratios, values, changed, at_speed, by_modes",
+    "slipstick.ModalStructure": "load, natural_frequencies, damping_ratios, reduction_error, valid_to, values, changed",
+    "slipstick.PlanarFrictionContact": "changed",
+    "slipstick.Problem": "orders, parameter, with_parameter",
+    "slipstick.RubbingMotion": "names, component, with_component, coefficients, normal_coefficients",
+    "slipstick.SampledLaw": "changed",
+    "slipstick.models.IwanContact": "changed",
+    "slipstick.models.StatorContact": "changed",
+    "slipstick.models.StribeckContact": "changed, mu",
+    "slipstick.structure.free.FreeStructure": "dofs, n_rigid, natural_frequencies, damping_ratios, values, changed",
+    "slipstick.structure.tabulated.TabulatedStructure": "error, worst, covers, natural_frequencies, warnings, summary",
+    "slipstick.fem.imported.ImportedModel": "dofs, dof_positions, nodes_of, positions, fix, constrain, unit_names",
+    "slipstick.units.Units": "of",
+}
+"""Members that users call, of classes whose further members serve the package. Other classes show
+all of theirs."""
+
+
+def related() -> dict[str, list[str]]:
+    """What stands beside each name on the page of the Python interface: other names and pages."""
+    found = {}
+    for section in re.split(r"^## ", (ROOT / "docs/python.md").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
+        names = re.findall(r"^   (slipstick\.[\w.]+)$", section, flags=re.MULTILINE)
+        pages = [f":doc:`/{page}`" for page in re.findall(r"\]\(([\w-]+)\.md\)", section)]
+        for name in names:
+            others = [f":py:obj:`~{other}`" for other in names if other != name]
+            found[name] = pages + (others if len(others) <= 14 else [])
+    return found
+
+
+autosummary_context = {"shown": SHOWN, "related": related()}
 
 CITED = r"THEORY\.md \((\d+\.\d+)\)"
 

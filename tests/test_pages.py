@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import tomllib
 from importlib import import_module
 from pathlib import Path
@@ -51,13 +52,27 @@ def test_every_page_is_in_the_navigation() -> None:
     assert linked == {p.name for p in (*PAGES, *DOCS.glob("*.ipynb"))} - {"index.md"}
 
 
+LISTED = re.findall(r"^   (slipstick\.[\w.]+)$", text(DOCS / "python.md"), flags=re.MULTILINE)
+"""Names on the page of the Python interface, each of which has a page of its own on the site."""
+
+
 def test_every_public_name_is_in_the_reference() -> None:
-    listed = re.findall(r"^\.\. auto\w+:: (\w+)$", text(DOCS / "python.md"), flags=re.MULTILINE)
-    assert sorted(listed) == ss.__all__
-    for module, name in re.findall(
-        r"^\.\. autoclass:: (slipstick[\w.]+)\.(\w+)$", text(DOCS / "python.md"), flags=re.MULTILINE
-    ):
-        assert hasattr(import_module(module), name), name
+    rooms = {"": ss, "models.": ss.models, "plots.": ss.plots, "runs.": ss.runs}
+    public = [f"slipstick.{at}{name}" for at, room in rooms.items() for name in room.__all__]
+    assert sorted(set(public) - set(LISTED)) == []
+    assert len(LISTED) == len(set(LISTED))
+    for path in LISTED:
+        module, _, name = path.rpartition(".")
+        assert hasattr(import_module(module), name), path
+
+
+def test_members_shown_in_the_reference_are_there() -> None:
+    shown = runpy.run_path(str(DOCS / "conf.py"))["SHOWN"]
+    for path, members in shown.items():
+        module, _, name = path.rpartition(".")
+        thing = getattr(import_module(module), name)
+        assert path in LISTED
+        assert [member for member in members.split(", ") if not hasattr(thing, member)] == [], path
 
 
 def test_every_verb_is_on_the_page_of_the_command_line() -> None:

@@ -79,8 +79,13 @@ def response(
         Whether located peaks are marked.
     log
         Logarithmic amplitude; by default where a new figure holds more than two decades.
-    ax, label, frequency
-        As above.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
 
     Returns
     -------

@@ -22,7 +22,7 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = N
 
     Each level, points measured under the same conditions, has a curve of its own. Frequencies are in the unit
     ``frequency``, else in that of the case. Of several coefficients the root of the sum of their squares is drawn,
-    without the mean, over the frequency; over the number of the point where that is one. The two numbers of a backbone
+    without the mean, versus frequency; over the number of the point where that is one. The two numbers of a backbone
     are drawn over its amplitude (peaks: over the number of the point), each over the largest that was measured. A free
     decay is drawn over time, with points where it was measured.
     """

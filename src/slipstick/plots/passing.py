@@ -71,7 +71,7 @@ def section(run: RunUp, dof: str | None = None, *, last: int = 256, ax: Axes | N
 def spectrogram(
     run: RunUp, dof: str | None = None, *, highest: float | None = None, ax: Axes | None = None
 ) -> DrawnAxes:
-    """Amplitudes over frequency and time, in decibels of the largest.
+    """Spectrogram: amplitude versus frequency and time, in decibels of the largest.
 
     Parameters
     ----------
