@@ -149,3 +149,8 @@ def test_every_example_is_in_the_gallery() -> None:
     gallery = "".join(text(DOCS / name) for name in ("examples.md", "blade.md"))
     for name, example in examples().items():
         assert f"`{name}`" in gallery or f"examples/{name}.py" in gallery or f"`{example.path.name}`" in gallery, name
+
+
+def test_every_figure_is_in_the_gallery() -> None:
+    shown = re.findall(r"\(figures/gallery/(\w+)\.png\)", text(DOCS / "gallery.md"))
+    assert sorted(shown) == sorted(set(ss.plots.__all__) - {"abscissa_text", "save_figure", "haigh"})
