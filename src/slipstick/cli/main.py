@@ -14,15 +14,20 @@ import typer
 from slipstick.cli.terminal import guard
 from slipstick.cli.verb import app
 
-VERBS = (
-    *("run", "resume", "report", "table", "study", "track", "optimal", "modes", "cycles", "wear", "run_up", "identify"),
-    *("campbell", "interference"),
-    *("check", "init", "import_", "info", "verify"),
-)
-"""Files in the folder of that name, each with a function of its own name, in the order of the help."""
+VERBS = {
+    "Begin": ("init", "check", "import_"),
+    "Compute a case": ("run", "track", "optimal", "modes", "cycles", "wear", "run_up", "resume"),
+    "Many cases, and measurements": ("study", "identify"),
+    "Rotors and discs without contacts": ("campbell", "interference"),
+    "Results": ("report", "table"),
+    "This installation": ("info", "verify"),
+}
+"""Files in the folder of that name, each with a function of its own name, in the order and the groups of the help."""
 
-for _name in VERBS:
-    app.command(_name.rstrip("_").replace("_", "-"))(getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name))
+for _group, _names in VERBS.items():
+    for _name in _names:
+        _verb = getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name)
+        app.command(_name.rstrip("_").replace("_", "-"), rich_help_panel=_group)(_verb)
 
 
 def _version(wanted: bool) -> None:
