@@ -77,7 +77,7 @@ def solved_whole(made: ss.Branch, point: int) -> np.ndarray:
 def stressed(modes: int, parameter: bool = False, at: str = "elements") -> ss.Branch:
     """The branch with a structure that knows its strains; its points are those of 60 modes."""
     body = block()
-    strains = strain_rows(body.model, METAL, "all", at)
+    strains = strain_rows(body.model, "all", at)
     structure = reduce_model(
         body.model.K, body.model.M, modes=modes, loss_factor=LOSS, strains=strains, **body.request
     ).structure
@@ -91,7 +91,7 @@ def pressed(residuals: str) -> ss.Branch:
     Points are those of the written kind.
     """
     model, contacts = pressed_plate(), [f"k{i}" for i in range(1, 101)]
-    strains = strain_rows(model.model, METAL, [3, 7, 40], "elements")
+    strains = strain_rows(model.model, [3, 7, 40], "elements")
     structure = reduce_model(
         model.model.K, model.model.M, modes=30, loss_factor=LOSS, strains=strains, residuals=residuals, **model.request
     ).structure

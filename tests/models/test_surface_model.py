@@ -13,7 +13,7 @@ from slipstick.fem.box import box
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
-from slipstick.models.surface_model import contact_model, of_import, with_contacts
+from slipstick.models.surface_model import contact_model, with_contacts
 from slipstick.solve.linear.factorisation import factorise
 
 METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)
@@ -64,7 +64,7 @@ def test_contacts_on_an_imported_model():
     mesh = box((1.0, 1.0, 0.5), (3, 3, 2), "hex20")
     model, imported = imported_block(mesh)
     options = {"surface": "z1", "contacts": 2, "films": {"boundary": 1.0}, "pressures": {"push": "z1"}}
-    ours, theirs = with_contacts(model, **options), with_contacts(of_import(imported), **options)
+    ours, theirs = with_contacts(model, **options), with_contacts(imported, **options)
     compliance = [
         np.asarray(body.directions.T @ factorise(body.model.K).solve(body.directions.toarray()))
         for body in (ours, theirs)
@@ -73,10 +73,10 @@ def test_contacts_on_an_imported_model():
     np.testing.assert_allclose(theirs.points.influence, ours.points.influence, rtol=1e-12)
     assert theirs.loads["push"].sum() == pytest.approx(ours.loads["push"].sum())
     with pytest.raises(InputError, match="need the mesh"):
-        of_import(replace(imported, mesh=None))
+        replace(imported, mesh=None).in_mesh("contacts on a surface")
     with pytest.raises(InputError, match="is not in the mesh"):
-        of_import(replace(imported, mesh=replace(imported.mesh, node_labels=imported.mesh.labels + 1)))
-    bare = of_import(replace(imported, materials={}))
+        replace(imported, mesh=replace(imported.mesh, node_labels=imported.mesh.labels + 1)).in_mesh("contacts")
+    bare = replace(imported, materials={})
     with pytest.raises(InputError, match="no material has a conductivity"):
         with_contacts(bare, **options)
 

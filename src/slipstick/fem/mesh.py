@@ -93,6 +93,11 @@ class Mesh:
         """Indices of nodes which belong to an element, ascending."""
         return np.unique(np.concatenate([block.ravel() for block in self.blocks.values()]))
 
+    @property
+    def all_sets(self) -> dict[str, IntArray]:
+        """Node indices of every node set and surface, by name."""
+        return {**{name: surface.nodes for name, surface in self.surfaces.items()}, **self.node_sets}
+
     def element_label(self, kind: str, index: int) -> int:
         """Label of one element."""
         return index + 1 if self.element_labels is None else int(self.element_labels[kind][index])

@@ -28,9 +28,9 @@ from slipstick.fem.assembly import Pattern, mass_values, pattern_of
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import Joined
 from slipstick.fem.deformed import deformed
-from slipstick.fem.imported import ImportedModel, motion_in_mesh, rows_in_mesh
 from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ImportedModel
 from slipstick.solve.linear.factorisation import SingularMatrixError, factorise
 from slipstick.structure.reduction import store
 from slipstick.typing import Array, Frequency, IntArray, Sparse
@@ -143,7 +143,7 @@ def coriolis_matrix(model: ImportedModel, axis: Axis) -> csr_array:
     [M. Geradin and D. J. Rixen, Mechanical Vibrations, 2015]. InputError without a mesh or material.
     """
     mesh, materials = _meshed(model)
-    pattern, motion = pattern_of(mesh), _motion(model, mesh)
+    pattern, motion = pattern_of(mesh), model.motion
     x, y, z = np.asarray(axis.direction, dtype=float).tolist()
     turned = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     blocks = 2.0 * mass_values(mesh, materials, pattern)[:, None, None] * turned
@@ -244,8 +244,7 @@ def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
         If the model has no mesh or no material, is not held, or finds no static state at this speed.
     """
     mesh, materials = _meshed(model)
-    motion = _motion(model, mesh)
-    return _state(_turning(model, mesh, materials, axis, model.K, motion, motion), speed)
+    return _state(_turning(model, mesh, materials, axis, model.K, model.motion, model.motion), speed)
 
 
 def _turning(
@@ -297,7 +296,7 @@ def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple
         A strain that no metal bears; mass that is not in the mesh.
     """
     mesh, materials = _meshed(model)
-    alike, motion = joined.motion(0), _motion(model, mesh)
+    alike, motion = joined.motion(0), model.motion
     K = csr_array(alike.T @ model.K @ alike)
     turning = _turning(model, mesh, materials, joined.axis, K, csr_array(motion @ alike), motion)
     state = _state(turning, speed)
@@ -318,17 +317,7 @@ def _meshed(model: ImportedModel) -> tuple[Mesh, Materials]:
         raise InputError(
             f"{model.source}: forces of rotation need the {what}; import it too, or give matrices at two speeds"
         )
-    return model.mesh, model.materials
-
-
-def _motion(model: ImportedModel, mesh: Mesh) -> csr_array:
-    """Motion of all nodes of the mesh (3 n_nodes, n) from that of the rows."""
-    what = "forces of rotation"
-    free = rows_in_mesh(model, mesh, model.dof_nodes, model.dof_components, what)
-    motion = motion_in_mesh(model, mesh, free, what)
-    if motion is not None:
-        return motion
-    return csr_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(3 * mesh.n_nodes, len(free)))
+    return model.in_mesh("forces of rotation"), model.materials
 
 
 @dataclass(frozen=True, kw_only=True)

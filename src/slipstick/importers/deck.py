@@ -243,8 +243,3 @@ def matching_surface(mesh: Mesh, corners: Sequence[IntArray]) -> Surface:
         if chosen.any():
             faces[kind] = part[chosen]
     return Surface(faces=faces)
-
-
-def all_sets(mesh: Mesh) -> dict[str, IntArray]:
-    """Node indices of every node set and surface, by name."""
-    return {**{name: surface.nodes for name, surface in mesh.surfaces.items()}, **mesh.node_sets}

@@ -12,10 +12,10 @@ from slipstick.fem import refine
 from slipstick.fem.elements import LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import names_dofs
 from slipstick.fem.geometry import hourglass_warnings
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import with_lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
+from slipstick.fem.model import ImportedModel
 from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.findings import refused
 from slipstick.importers.matrix_model import build_model

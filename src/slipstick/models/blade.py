@@ -268,7 +268,7 @@ def _skin(arrays: Mapping[str, Any], points: ContactPoints) -> Skin:
 def _strain_rows(setup: BladeModel, whole: ContactModel) -> StrainRows | None:
     if setup.stress is None:
         return None
-    return strain_rows(whole.model, setup.material, setup.stress, setup.stress_at)
+    return strain_rows(whole.model, setup.stress, setup.stress_at)
 
 
 def _strain_arrays(strains: Strains) -> dict[str, Any]:

@@ -33,9 +33,9 @@ from slipstick.faults import (
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.equations import COMPONENTS
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
-from slipstick.models.surface_model import ContactModel, of_import, skin_rows, strain_rows, with_contacts
+from slipstick.fem.model import ImportedModel
+from slipstick.models.surface_model import ContactModel, skin_rows, strain_rows, with_contacts
 from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind, tools
@@ -300,11 +300,11 @@ def _base_shapes(model: ImportedModel, axes: Sequence[str]) -> dict[str, Array]:
 
 def _with_contacts(model: ImportedModel, wanted: _Wanted) -> ContactModel:
     assert wanted.surface is not None
-    elastic = of_import(model)
+    mesh = model.in_mesh("contacts on a surface")
     return with_contacts(
-        elastic,
-        surface=_surface(wanted.surface, elastic.mesh),
-        contacts=_contact_nodes(wanted.contacts, elastic.mesh),
+        model,
+        surface=_surface(wanted.surface, mesh),
+        contacts=_contact_nodes(wanted.contacts, mesh),
         radius=wanted.radius,
         pressures=wanted.pressure,
         films=wanted.films,
@@ -396,7 +396,7 @@ def _contact_nodes(wanted: int | Reals, mesh: Mesh) -> Any:
 def _seen(model: ImportedModel, keep: Sequence[str]) -> SkinRows | None:
     """The skin of a model that brought the mesh of its matrices."""
     try:
-        return None if model.mesh is None else skin_rows(of_import(model), model.dof_positions(keep))
+        return None if model.mesh is None else skin_rows(model, model.dof_positions(keep))
     except InputError:  # rotations, or another mesh: it can be computed, and not seen
         return None
 
@@ -420,7 +420,8 @@ def _strains(model: ImportedModel, elements: Any, at: str) -> StrainRows:
     if missing:
         what = f"{model.source} has {missing}, and stress comes from elements and their material"
         raise InputError(Fault("stress", what, remedy="import the mesh too, with its materials, or leave stress out"))
-    return strain_rows(of_import(model, "stress"), model.materials, elements, at)
+    model.in_mesh("stress")
+    return strain_rows(model, elements, at)
 
 
 def _unseen_stress(model: ImportedModel) -> Iterator[str]:

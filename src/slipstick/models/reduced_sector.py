@@ -33,14 +33,12 @@ from slipstick.fem.assembly import assemble
 from slipstick.fem.axis import Axis
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.cyclic import ON_FACE, CyclicSymmetry, Joined, Pairing, face_nodes, joined, paired, turned
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh, Surface, user_names
-from slipstick.fem.model import ElasticModel
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.rotation import sector_at_speed
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 from slipstick.models.reduced_body import _contact_nodes, _surface
-from slipstick.models.surface_model import of_import
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
 from slipstick.structure.reduction import store
 from slipstick.structure.reduction.compute import Columns, ReducedData, stored_data
@@ -540,8 +538,7 @@ def _kept(
     kept: list[str] = []
     points = side = None
     if surface is not None or asked["between"] is not None or asked["pressure"]:
-        elastic = of_import(model)
-        mesh = elastic.mesh
+        elastic, mesh = model, model.in_mesh("contacts on a surface")
         _require_surfaces(mesh, surface, asked)
         if surface is not None:
             on = _surface(surface, mesh)
@@ -591,7 +588,7 @@ def _patches(mesh: Mesh, on: Surface, contacts: Any, radius: float | None) -> Co
     return contact_patches(mesh, on, spread_nodes(mesh, on, at) if isinstance(at, int) else at, radius)
 
 
-def _axes(elastic: ElasticModel, patches: ContactPatches) -> Any:
+def _axes(elastic: ImportedModel, patches: ContactPatches) -> Any:
     """Columns x, y, z of each point."""
     n = patches.points.count
     axes = [patches.directions(np.tile(axis, (n, 1))) for axis in np.eye(3)]
@@ -600,7 +597,7 @@ def _axes(elastic: ElasticModel, patches: ContactPatches) -> Any:
 
 
 def _between(
-    elastic: ElasticModel, symmetry: CyclicSymmetry, pairing: Pairing, asked: Mapping[str, Any], contacts: Any,
+    elastic: ImportedModel, symmetry: CyclicSymmetry, pairing: Pairing, asked: Mapping[str, Any], contacts: Any,
     parts: list[Any],
 ) -> Between:  # fmt: skip
     """Points on the face towards the next sector, and those opposite on the low one; their columns go to ``parts``."""
@@ -650,12 +647,8 @@ def _blade_share(model: ImportedModel, blade: Any) -> tuple[IntArray, Any]:
         for name, material in materials.items()
         if any(len(at) for at in part.element_sets[name].values())
     }
-    elastic = of_import(model)
-    full = assemble(part, used).stiffness
-    if elastic.basis is not None:
-        K = csr_array(elastic.basis.T @ full @ elastic.basis)
-    else:
-        K = csr_array(full[elastic.free][:, elastic.free])
+    model.in_mesh("blades that differ")
+    K = csr_array(model.motion.T @ assemble(part, used).stiffness @ model.motion)
     rows = np.flatnonzero(np.diff(K.indptr))
     return rows, K[rows][:, rows]
 

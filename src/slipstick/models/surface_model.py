@@ -15,15 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
-from slipstick.fem.assembly import conduction
 from slipstick.fem.boundary import skin_of
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.imported import ImportedModel, mesh_of, motion_in_mesh, rows_in_mesh
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.model import FiniteElementModel, elastic_model
 from slipstick.fem.strains import chosen_elements, strain_matrix
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows
@@ -49,7 +47,7 @@ class ContactModel:
         Full load vectors (n_free,) by name.
     """
 
-    model: ElasticModel
+    model: FiniteElementModel
     surface: Surface
     patches: ContactPatches
     loads: Mapping[str, Array]
@@ -84,7 +82,7 @@ most."""
 
 
 def skin_rows(
-    model: ElasticModel, places: Array | None = None, surface: IntArray | None = None, contacts: int = 0
+    model: FiniteElementModel, places: Array | None = None, surface: IntArray | None = None, contacts: int = 0
 ) -> SkinRows:
     """The surface of a body, with its dofs: what shows its shape, and the contacts on the nodes of a ``surface``.
 
@@ -96,12 +94,12 @@ def skin_rows(
     )  # fmt: skip
 
 
-def strain_rows(model: ElasticModel, materials: Materials, stress: Any, at: str) -> StrainRows:
+def strain_rows(model: FiniteElementModel, stress: Any, at: str) -> StrainRows:
     """Strains at chosen elements: "all", or their numbers, or names of element sets and surfaces.
 
     ``at`` is "elements" or "nodes"; see ``slipstick.fem.strains``.
     """
-    places, matrix = strain_matrix(model.mesh, materials, chosen_elements(model.mesh, stress), at)
+    places, matrix = strain_matrix(model.mesh, model.materials, chosen_elements(model.mesh, stress), at)
     return StrainRows(places=places, rows=model.restrict(matrix))
 
 
@@ -113,7 +111,7 @@ def contact_model(
 
 
 def with_contacts(
-    model: ElasticModel,
+    model: FiniteElementModel,
     *,
     surface: str | Surface,
     contacts: int | ArrayLike = 8,
@@ -158,11 +156,15 @@ def with_contacts(
 
 
 def _influence(
-    model: ElasticModel, patches: ContactPatches, films: Mapping[str, float], cold: str | None, solve: LinearSolver
+    model: FiniteElementModel,
+    patches: ContactPatches,
+    films: Mapping[str, float],
+    cold: str | None,
+    solve: LinearSolver,
 ) -> Array | None:
     if not films and cold is None:
         return None
-    if model.basis is not None:
+    if model.dependence is not None or np.any(model.free < 0):
         reason = "some nodes depend on others (glued parts, rigid bodies), and heat is not led through that here"
         raise InputError(
             Fault("films", reason, remedy="mesh the body in one piece, or give the resistance of the contacts")
@@ -172,26 +174,3 @@ def _influence(
     matrix = conductance(model.mesh, model.conduction, films)
     fixed = None if cold is None else model.mesh.node_set(cold)
     return influence_matrix(matrix, patches.weights, fixed=fixed, solve=solve)
-
-
-def of_import(imported: ImportedModel, what: str = "contacts on a surface") -> ElasticModel:
-    """The elastic model of an imported one that brought its mesh: its matrices, our surfaces and patches.
-
-    ``what`` needs it, in messages.
-
-    Raises
-    ------
-    InputError
-        If it has no mesh, has rotations, or its nodes are not those of the mesh.
-    """
-    mesh = mesh_of(imported, what)
-    free = rows_in_mesh(imported, mesh, imported.dof_nodes, imported.dof_components, what)
-    conducts = imported.materials and all(m.conductivity > 0.0 for m in imported.materials.values())
-    return ElasticModel(
-        mesh=mesh,
-        K=imported.K,
-        M=imported.M,
-        free=free,
-        conduction=conduction(mesh, imported.materials) if conducts else None,
-        basis=motion_in_mesh(imported, mesh, free, what),
-    )
