@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -86,7 +86,7 @@ class ReducedSector(ReducedModel):
     n_dofs
         Size of the sector, without its high face.
     distance
-        The largest distance of two paired nodes of the faces.
+        The largest distance of two paired nodes of the faces, or of a node from the other face.
     source, notes, warnings
         Of the imported model, with what was done here.
     """
@@ -325,8 +325,10 @@ def reduced_sector(
 ) -> ReducedSector:
     """Reduce a finite element sector of a disc to contact points, loads and named dofs, for each nodal diameter.
 
-    The nodes of the two faces are paired by rotation about the axis; the high face is that towards the next sector,
-    whichever way round that is. Modes of a nodal diameter are computed when a wave, or a whole disc, needs them.
+    The nodes of the two faces are paired by rotation about the axis; where they are meshed differently, the nodes of
+    the finer one follow the faces of the other one by its shape functions. The high face is that towards the next
+    sector, whichever way round that is. Modes of a nodal diameter are computed when a wave, or a whole disc, needs
+    them.
 
     Parameters
     ----------
@@ -339,7 +341,8 @@ def reduced_sector(
     axis
         Of the disc, ``{"point": (0, 0, 0), "direction": (0, 0, 1)}``; by default z through the origin.
     tolerance
-        Largest distance of paired nodes, length; by default a thousandth of the distance of neighbouring nodes.
+        Largest distance of paired nodes, length; by default a thousandth of the distance of neighbouring nodes. Where
+        faces are meshed differently, that of a node from the other face; by default a twentieth of an edge.
     surface, contacts, radius
         Contact points "c1", "c2", ...: see :func:`slipstick.reduced_body`.
     between, between_contacts
@@ -373,7 +376,8 @@ def reduced_sector(
     Warns
     -----
     SlipstickWarning
-        A damping matrix, which is not used; a load shape without force. When a phase is asked for, computed or read:
+        A damping matrix, which is not used; faces that are meshed differently and lie more than a thousandth of an edge
+        apart; a load shape without force. When a phase is asked for, computed or read:
         128 modes that leave an error above 1e-4.
 
     Examples
@@ -408,7 +412,7 @@ def reduced_sector(
         )
     found = kept(alone, **asked, between=sides)
     directions, names_kept = _with_loads(found, asked["pressure"])
-    warnings = [*unused(alone, "modes")]
+    warnings = [*unused(alone, "modes"), *_unmet(pairing)]
     warn(warnings)
     phases = Phases(
         how, K, alone.M, directions, want,
@@ -482,7 +486,7 @@ def _joined(model: ImportedModel, symmetry: CyclicSymmetry, tolerance: float | N
     gathering.end()
     assert low is not None
     assert high is not None
-    pairing = paired(symmetry, low, high, (model.positions(low), model.positions(high)), tolerance)
+    pairing = paired(symmetry, low, high, (model.positions(low), model.positions(high)), tolerance, model.mesh)
     return pairing, joined(model.dof_nodes, model.dof_components, pairing, symmetry, model.dependent[:, 0])
 
 
@@ -492,10 +496,27 @@ def _paired_note(pairing: Pairing, symmetry: CyclicSymmetry) -> str:
                           pairing.turn[1, 0] - pairing.turn[0, 1]])  # fmt: skip
     way = "with" if spin > 0.0 else "against"
     axis = f" and {len(pairing.on_axis)} on the axis" if len(pairing.on_axis) else ""
+    numbered = f"sectors are numbered {way} the turning sense of the axis"
+    if not pairing.between:
+        return (
+            f"{len(pairing.low)} nodes of the faces paired{axis}, {pairing.distance:.2g} apart at most (up to "
+            f"{ON_FACE:g} of an edge is taken); {numbered}"
+        )
+    (lead, _), (follow, nodes) = pairing.leading, pairing.following
     return (
-        f"{len(pairing.low)} nodes of the faces paired{axis}, {pairing.distance:.2g} apart at most (up to {ON_FACE:g} "
-        f"of an edge is taken); sectors are numbered {way} the turning sense of the axis"
+        f"the faces are meshed differently: {len(nodes)} nodes of {follow} follow the faces of {lead} by shape "
+        f"functions{axis}, {pairing.between} of them between its nodes, {_apart(pairing)} at most; {numbered}"
     )
+
+
+def _apart(pairing: Pairing) -> str:
+    return f"{pairing.distance:.2g}, {pairing.distance / pairing.edge:.2g} of an edge, apart"
+
+
+def _unmet(pairing: Pairing) -> Iterator[str]:
+    """Faces that are meshed differently and do not lie on each other."""
+    if pairing.between and pairing.distance > ON_FACE * pairing.edge:
+        yield f"the faces lie up to {_apart(pairing)} when turned onto each other: turning as a whole strains the joint"
 
 
 def _with_loads(found: Kept, pressure: Mapping[str, str]) -> tuple[csc_array, tuple[str, ...]]:
