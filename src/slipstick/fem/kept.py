@@ -250,7 +250,8 @@ def _influence(
         remedy = "mesh the body in one piece, or give the resistance of the contacts"
         raise InputError(Fault("films", reason, remedy=remedy))
     if model.conduction is None or not model.conduction.diagonal().max() > 0.0:
-        raise InputError("convection is given, but no material has a conductivity; give one > 0, W/(m K)")
+        what = "convection is given, but no material has a conductivity"
+        raise InputError(Fault(statement=what, remedy="give one > 0, W/(m K)"))
     matrix = conductance(mesh, model.conduction, films)
     return influence_matrix(matrix, patches.weights, fixed=None if cold is None else mesh.node_set(cold), solve=solve)
 

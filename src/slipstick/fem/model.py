@@ -335,7 +335,8 @@ class FiniteElementModel:
         rows = position[3 * np.asarray(nodes)[:, None] + np.arange(3)]
         if rows.min() < 0:
             label = self.mesh.labels[np.asarray(nodes)[(rows < 0).any(axis=1)][0]]
-            raise InputError(f"node {label} is fixed; it can carry no contact, load or output")
+            remedy = "it can carry no contact, load or output"
+            raise InputError(Fault(statement=f"node {label} is fixed", remedy=remedy))
         return rows
 
     @cached_property
@@ -529,10 +530,11 @@ def elastic_model(mesh: Mesh, materials: Materials, fixed: str | Sequence[str] |
     kept[nodes] = False
     free = np.flatnonzero(np.repeat(kept, 3))
     if not len(free):
-        raise InputError("every node is fixed; fix fewer")
+        raise InputError(Fault(statement="every node is fixed", remedy="fix fewer"))
     M = _principal(whole.mass, free)
     if not M.diagonal().min() > 0.0:
-        raise InputError("the mass matrix is zero somewhere; give every material a density > 0")
+        remedy = "give every material a density > 0"
+        raise InputError(Fault(statement="the mass matrix is zero somewhere", remedy=remedy))
     held = np.setdiff1d(np.arange(3 * mesh.n_nodes), free)
     model = FiniteElementModel(
         K=_principal(whole.stiffness, free),
@@ -564,5 +566,6 @@ def _fixed_nodes(mesh: Mesh, fixed: str | Sequence[str] | IntArray) -> IntArray:
     if not isinstance(fixed, np.ndarray):
         fixed = np.concatenate([mesh.node_set(name) for name in fixed]) if len(fixed) else np.empty(0, dtype=np.int64)
     if not len(fixed):
-        raise InputError("no node is fixed; the structure would float: name a node set or surface to fix")
+        remedy = "the structure would float: name a node set or surface to fix"
+        raise InputError(Fault(statement="no node is fixed", remedy=remedy))
     return np.unique(fixed)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, truth, warn, wrong
 from slipstick.fem.assembly import Pattern, mass_values, pattern_of
 from slipstick.fem.axis import Axis
@@ -199,13 +199,14 @@ def _between(model: ImportedModel, others: Mapping[float, ImportedModel], speed:
 
 def _stiffness_like(model: ImportedModel, other: ImportedModel) -> Sparse:
     """The stiffness of another model in the order of rows of this one."""
+    both, one_model = Place(f"{model.source} and {other.source}"), "matrices at speeds are of one model"
     order = np.argsort(_keys(other))
     place = order[np.searchsorted(_keys(other), _keys(model), sorter=order).clip(max=len(order) - 1)]
     if other.n_dofs != model.n_dofs or np.any(_keys(other)[place] != _keys(model)):
-        raise InputError(f"{model.source} and {other.source}: have different dofs; matrices at speeds are of one model")
+        raise InputError(Fault(both, "have different dofs", remedy=one_model))
     mass = other.M[place][:, place]
     if abs(mass - model.M).max() > 1e-6 * abs(model.M).max():
-        raise InputError(f"{model.source} and {other.source}: have different mass; matrices at speeds are of one model")
+        raise InputError(Fault(both, "have different mass", remedy=one_model))
     return other.K[place][:, place]
 
 
@@ -277,7 +278,8 @@ def _state(turning: _Turning, speed: float) -> Centrifugal:
         followed = turning.followed(linear, speed, steps)
         if followed is not None:
             return followed
-    raise InputError(f"{turning.model.source}: finds no static state at {speed:g} rad/s; check speed, axis and units")
+    place, what = Place(turning.model.source), f"finds no static state at {speed:g} rad/s"
+    raise InputError(Fault(place, what, remedy="check speed, axis and units"))
 
 
 def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple[csr_array, str]:
@@ -314,9 +316,8 @@ def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple
 def _meshed(model: ImportedModel) -> tuple[Mesh, Materials]:
     if model.mesh is None or not model.materials:
         what = "mesh" if model.mesh is None else "material of its mesh"
-        raise InputError(
-            f"{model.source}: forces of rotation need the {what}; import it too, or give matrices at two speeds"
-        )
+        remedy = "import it too, or give matrices at two speeds"
+        raise InputError(Fault(Place(model.source), f"forces of rotation need the {what}", remedy=remedy))
     return model.in_mesh("forces of rotation"), model.materials
 
 
@@ -344,8 +345,8 @@ class _Turning:
         try:
             return -_solved(self.K, residual)
         except SingularMatrixError:
-            what = "has rigid-body motion, nothing balances centrifugal forces; constrain it"
-            raise InputError(f"{self.model.source}: {what}") from None
+            what = "has rigid-body motion, nothing balances centrifugal forces"
+            raise InputError(Fault(Place(self.model.source), what, remedy="constrain it")) from None
 
     def followed(self, linear: Array, speed: float, steps: int) -> Centrifugal | None:
         """The state at a speed, its square brought up in equal steps; None where Newton's method does not converge."""

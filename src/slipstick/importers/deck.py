@@ -171,12 +171,11 @@ class Deck(Findings):
         self.mesh = Mesh(
             nodes=nodes,
             blocks={
-                kind: at(np.array(list(table.values()), dtype=np.int64), f"{self.source}: an element")
+                kind: at(np.array(list(table.values()), dtype=np.int64), "an element")
                 for kind, table in self.elements.items()
             },
             node_sets={
-                name: at(np.array(part, dtype=np.int64), f"{self.source}: set {name}")
-                for name, part in self.node_sets.items()
+                name: at(np.array(part, dtype=np.int64), f"set {name}") for name, part in self.node_sets.items()
             },
             element_sets={
                 name: {kind: np.flatnonzero(np.isin(part, members)) for kind, part in numbers.items()}

@@ -191,8 +191,8 @@ def symmetry_of(content: Content, mesh: Mesh) -> CyclicSymmetry | None:
         forward = np.allclose(turn, rotation(ring.axis, 2.0 * np.pi / ring.sectors))
         high.append(dependent if forward else other)
         low.append(other if forward else dependent)
-    faces = {name: np.unique(mesh.labels[np.concatenate(part)]) for name, part in (("low", low), ("high", high))}
-    return replace(content.sectors[0][1], **faces)
+    own = [np.unique(mesh.labels[np.concatenate(part)]) for part in (low, high)]
+    return replace(content.sectors[0][1], low=own[0], high=own[1])
 
 
 def _two_sides(content: Content, tie: Tie, where: Place, mesh: Mesh) -> tuple[IntArray, Surface | IntArray, float]:
