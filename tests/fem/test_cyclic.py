@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.ring_mesh import ring_model
+from helpers.ring_mesh import ring_model, ring_of
 from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
@@ -37,11 +37,11 @@ def wedge(inner: float = 1.0, kind: str = "hex20") -> Mesh:
     )
 
 
-def pie() -> Mesh:
-    """A sector that ends in the axis: tetrahedra of wedges, with nodes on it that are one."""
+def pie(shift: float = 0.0) -> Mesh:
+    """A sector that ends in the axis: tetrahedra of wedges, with nodes on it that are one; see ``graded``."""
     flat = box((1.0, 1.0, 0.4), (3, 2, 1), "tet4")
     x, y, z = flat.nodes.T
-    r, angle = 2.0 * x, 2.0 * np.pi / N * y
+    r, angle = 2.0 * (x + shift * y * x * (1.0 - x)), 2.0 * np.pi / N * y
     places = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
     _, first, number = np.unique(places.round(9), axis=0, return_index=True, return_inverse=True)
     blocks = {kind: number.ravel()[block] for kind, block in flat.blocks.items()}
@@ -173,8 +173,8 @@ def together(mesh: Mesh, fixed: Any = None) -> Any:
     return found, joined(nodes, parts, found, symmetry(), np.zeros(0, dtype=np.int64)), held
 
 
-def frequencies(mesh: Mesh, count: int = 4) -> list[Any]:
-    _, how, held = together(mesh, mesh.surfaces["x0"].nodes)
+def frequencies(mesh: Mesh, count: int = 4, fixed: Any = None) -> list[Any]:
+    _, how, held = together(mesh, mesh.surfaces["x0"].nodes if fixed is None else fixed)
     keep = csr_array(([1.0], ([0], [0])), shape=(held.n_dofs, 1))
     sector = Phases(how, held.K, held.M, keep, Accuracy(modes=count), cache=None, listener=None)
     return [sector(k).omega for k in range(N // 2 + 1)]
@@ -191,24 +191,28 @@ def test_a_sector_whose_faces_are_meshed_differently_turns_and_moves_along_the_a
         assert np.allclose(how.motion(0) @ whole[how.rows], whole, atol=1e-12)
 
 
-def test_frequencies_of_faces_meshed_differently_are_those_of_the_ring_whose_sectors_are_glued() -> None:
-    mesh = graded(2)
-    count, n = N, mesh.n_nodes
-    every = [turned(Axis(), rotation(Axis(), 2.0 * np.pi * s / N), mesh.nodes) for s in range(count)]
-    blocks = {"hex20": np.vstack([mesh.blocks["hex20"] + s * n for s in range(count)])}
-    ring = Mesh(nodes=np.vstack(every), blocks=blocks)
-    model = elastic_model(ring, BLADE_STEEL, np.concatenate([mesh.surfaces["x0"].nodes + s * n for s in range(count)]))
+@pytest.mark.parametrize("on_axis", [False, True])
+def test_frequencies_of_faces_meshed_differently_are_those_of_the_ring_whose_sectors_are_glued(on_axis: bool) -> None:
+    mesh = pie(shift=0.3) if on_axis else graded(2)
+    radius = np.hypot(*mesh.nodes.T[:2])
+    fixed = np.flatnonzero(radius > 2.0 - 1e-9) if on_axis else mesh.surfaces["x0"].nodes
+    axis = np.flatnonzero(radius < 1e-9)
+    ring, number = ring_of(mesh, N, axis)
+    model = elastic_model(ring, BLADE_STEEL, np.unique(number[:, fixed]))
     low, high = faces(mesh)
     equations: list[Any] = []
-    for s in range(count):
-        next_low = np.isin(np.arange(count * n), low + (s + 1) % count * n)
-        onto = surface_where(ring, next_low)
-        equations += tie_equations(ring, high + s * n, project(ring, onto, ring.nodes[high + s * n]), "glue")
+    for own, following in zip(number, np.roll(number, -1, axis=0), strict=True):
+        onto, nodes = (
+            surface_where(ring, np.isin(np.arange(ring.n_nodes), following[low])),
+            own[np.setdiff1d(high, axis)],
+        )
+        equations += tie_equations(ring, nodes, project(ring, onto, ring.nodes[nodes]), "glue")
     glued = model.constrain(equations)
     exact = modes(glued.K, glued.M, 16).omega
-    found = frequencies(mesh, 6)
-    every_one = np.sort([w for k, omega in enumerate(found) for w in np.repeat(omega, 1 if k in (0, N // 2) else 2)])
-    assert np.allclose(every_one[:16], exact, rtol=1e-8)
+    found = frequencies(mesh, 6, fixed)
+    every = np.sort([w for k, omega in enumerate(found) for w in np.repeat(omega, 1 if k in (0, N // 2) else 2)])
+    assert len(axis) == (0 if not on_axis else 3)
+    assert np.allclose(every[:16], exact, rtol=1e-8)
 
 
 def test_frequencies_of_faces_meshed_differently_converge_to_those_of_faces_that_meet() -> None:
