@@ -71,7 +71,7 @@ SHOWN = {
     "slipstick.models.StribeckContact": "changed, mu",
     "slipstick.structure.free.FreeStructure": "dofs, n_rigid, natural_frequencies, damping_ratios, values, changed",
     "slipstick.structure.tabulated.TabulatedStructure": "error, worst, covers, natural_frequencies, warnings, summary",
-    "slipstick.fem.imported.ImportedModel": "dofs, dof_positions, nodes_of, positions, fix, constrain, unit_names",
+    "slipstick.fem.model.FiniteElementModel": "dofs, dof_positions, nodes_of, positions, fix, constrain, unit_names",
     "slipstick.units.Units": "of",
 }
 """Members that users call, of classes whose further members serve the package. Other classes show

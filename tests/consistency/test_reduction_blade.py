@@ -9,19 +9,19 @@ import pytest
 from helpers.reductions import receptance_errors
 from scipy.sparse.linalg import splu
 
+from slipstick.fem.kept import Kept
 from slipstick.models.blade import BladeModel, finite_element_blade
 from slipstick.models.blade_mesh import blade_shape
-from slipstick.models.surface_model import ContactModel
 from slipstick.structure.reduction.reduce import Reduction, reduce_model
 
 
 @cache
-def full(size: str) -> ContactModel:
+def full(size: str) -> Kept:
     return finite_element_blade(BladeModel(shape=blade_shape(size)))
 
 
 @cache
-def reduced(size: str, **wishes: object) -> tuple[ContactModel, Reduction]:
+def reduced(size: str, **wishes: object) -> tuple[Kept, Reduction]:
     whole = full(size)
     return whole, reduce_model(whole.model.K, whole.model.M, **whole.request, **wishes)
 

@@ -11,13 +11,13 @@ import slipstick as ss
 from slipstick.case.case import Case
 from slipstick.errors import SlipstickWarning
 from slipstick.fem.box import box
-from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.model import FiniteElementModel, elastic_model
 
 MODES = 140
 
 
 @pytest.fixture(scope="module")
-def full() -> ElasticModel:
+def full() -> FiniteElementModel:
     metal = ss.Material(young=200.0, poisson=0.3, density=1.0)
     return elastic_model(box((4.0, 0.5, 0.3), (6, 1, 1), "hex20"), metal, "x0")
 

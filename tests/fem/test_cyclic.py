@@ -7,16 +7,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.ring_mesh import ring_model
+from helpers.ring_mesh import ring_model, ring_of
 from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.axis import Axis
+from slipstick.fem.boundary import surface_where
 from slipstick.fem.box import box
 from slipstick.fem.cyclic import CyclicSymmetry, joined, paired, rotation, turned
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.model import elastic_model
 from slipstick.fem.refine import quadratic
+from slipstick.fem.ties import project, tie_equations
 from slipstick.models.blade import BLADE_STEEL
 from slipstick.models.reduced_sector import Phases
 from slipstick.solve.linear.lanczos import modes
@@ -35,11 +37,11 @@ def wedge(inner: float = 1.0, kind: str = "hex20") -> Mesh:
     )
 
 
-def pie() -> Mesh:
-    """A sector that ends in the axis: tetrahedra of wedges, with nodes on it that are one."""
+def pie(shift: float = 0.0) -> Mesh:
+    """A sector that ends in the axis: tetrahedra of wedges, with nodes on it that are one; see ``graded``."""
     flat = box((1.0, 1.0, 0.4), (3, 2, 1), "tet4")
     x, y, z = flat.nodes.T
-    r, angle = 2.0 * x, 2.0 * np.pi / N * y
+    r, angle = 2.0 * (x + shift * y * x * (1.0 - x)), 2.0 * np.pi / N * y
     places = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
     _, first, number = np.unique(places.round(9), axis=0, return_index=True, return_inverse=True)
     blocks = {kind: number.ravel()[block] for kind, block in flat.blocks.items()}
@@ -149,3 +151,86 @@ def test_frequencies_are_those_of_the_ring(on_axis: bool) -> None:
     sizes = [sector.matrices(k)[0].shape[0] for k in range(N)]
     assert sum(sizes) == ring.K.shape[0]
     assert len(set(sizes)) == (2 if on_axis else 1)
+
+
+def graded(cells: int, shift: float = 0.6) -> Mesh:
+    """A sector whose radial divisions move with the angle: its faces have as many nodes, which do not meet."""
+    flat = box((1.0, 1.0, 0.4), (cells, cells, 1), "hex20")
+    x, y, z = flat.nodes.T
+    r, angle = 1.0 + 2.0 * (x + shift * y * x * (1.0 - x)), 2.0 * np.pi / N * y
+    places = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+    return Mesh(nodes=places, blocks=flat.blocks, surfaces=flat.surfaces)
+
+
+def together(mesh: Mesh, fixed: Any = None) -> Any:
+    """The faces joined, of the whole sector or without nodes that are fixed, and the model without them."""
+    low, high = faces(mesh)
+    found = paired(symmetry(), mesh.labels[low], mesh.labels[high], (mesh.nodes[low], mesh.nodes[high]), None, mesh)
+    nodes, parts, held = np.repeat(mesh.labels, 3), np.tile(np.arange(3), mesh.n_nodes), None
+    if fixed is not None:
+        held = elastic_model(mesh, BLADE_STEEL, fixed)
+        nodes, parts = held.dof_nodes, held.dof_components
+    return found, joined(nodes, parts, found, symmetry(), np.zeros(0, dtype=np.int64)), held
+
+
+def frequencies(mesh: Mesh, count: int = 4, fixed: Any = None) -> list[Any]:
+    _, how, held = together(mesh, mesh.surfaces["x0"].nodes if fixed is None else fixed)
+    keep = csr_array(([1.0], ([0], [0])), shape=(held.n_dofs, 1))
+    sector = Phases(how, held.K, held.M, keep, Accuracy(modes=count), cache=None, listener=None)
+    return [sector(k).omega for k in range(N // 2 + 1)]
+
+
+def test_a_sector_whose_faces_are_meshed_differently_turns_and_moves_along_the_axis_freely() -> None:
+    mesh = graded(3)
+    found, how, _ = together(mesh)
+    assert found.between > 10
+    assert found.distance < 1e-12
+    x, y, z = mesh.nodes.T
+    for field in (np.stack([0 * x, 0 * x, 1 + 0 * x], axis=1), np.stack([-y, x, 0 * z], axis=1)):
+        whole = field.ravel()
+        assert np.allclose(how.motion(0) @ whole[how.rows], whole, atol=1e-12)
+
+
+@pytest.mark.parametrize("on_axis", [False, True])
+def test_frequencies_of_faces_meshed_differently_are_those_of_the_ring_whose_sectors_are_glued(on_axis: bool) -> None:
+    mesh = pie(shift=0.3) if on_axis else graded(2)
+    radius = np.hypot(*mesh.nodes.T[:2])
+    fixed = np.flatnonzero(radius > 2.0 - 1e-9) if on_axis else mesh.surfaces["x0"].nodes
+    axis = np.flatnonzero(radius < 1e-9)
+    ring, number = ring_of(mesh, N, axis)
+    model = elastic_model(ring, BLADE_STEEL, np.unique(number[:, fixed]))
+    low, high = faces(mesh)
+    equations: list[Any] = []
+    for own, following in zip(number, np.roll(number, -1, axis=0), strict=True):
+        onto, nodes = (
+            surface_where(ring, np.isin(np.arange(ring.n_nodes), following[low])),
+            own[np.setdiff1d(high, axis)],
+        )
+        equations += tie_equations(ring, nodes, project(ring, onto, ring.nodes[nodes]), "glue")
+    glued = model.constrain(equations)
+    exact = modes(glued.K, glued.M, 16).omega
+    found = frequencies(mesh, 6, fixed)
+    every = np.sort([w for k, omega in enumerate(found) for w in np.repeat(omega, 1 if k in (0, N // 2) else 2)])
+    assert len(axis) == (0 if not on_axis else 3)
+    assert np.allclose(every[:16], exact, rtol=1e-8)
+
+
+def test_frequencies_of_faces_meshed_differently_converge_to_those_of_faces_that_meet() -> None:
+    exact = np.array(frequencies(graded(6, shift=0.0)))
+    met = np.abs(np.array(frequencies(graded(4, shift=0.0))) / exact - 1.0).max()
+    coarse, fine = (np.abs(np.array(frequencies(graded(cells))) / exact - 1.0).max() for cells in (2, 4))
+    assert fine < coarse / 4.0
+    assert fine < 2.0 * met
+
+
+def test_faces_that_lie_apart_are_refused_however_they_are_meshed() -> None:
+    mesh = graded(2)
+    low, high = faces(mesh)
+    at = mesh.nodes[low], mesh.nodes[high]
+    with pytest.raises(InputError, match="check sectors, axis and faces"):
+        paired(symmetry(sectors=7), mesh.labels[low], mesh.labels[high], at, None, mesh)
+    with pytest.raises(InputError, match="from the nearest node of low"):
+        paired(symmetry(), mesh.labels[low], mesh.labels[high], at)  # no mesh, no faces
+    shorter = mesh.labels[high[np.hypot(*mesh.nodes[high].T[:2]) < 2.5]]
+    with pytest.raises(InputError, match="high: found"):
+        paired(symmetry(), mesh.labels[low], shorter, (at[0], mesh.nodes[shorter - 1]), None, mesh)

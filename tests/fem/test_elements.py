@@ -143,7 +143,7 @@ def test_faults_name_the_element():
     assert len(fault.value.sentences) == 2
     repeated = mesh.blocks["hex8"].copy()
     repeated[0, 1] = repeated[0, 0]
-    with pytest.raises(InputError, match="number 1 uses a node twice"):
+    with pytest.raises(InputError, match="hex8 element 1 uses a node twice"):
         Mesh(nodes=mesh.nodes, blocks={"hex8": repeated})
     with pytest.raises(InputError, match="it has: x0"):
         mesh.surface("top")

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
+from slipstick.fem.axis import Axis
 from slipstick.fem.box import box
+from slipstick.fem.cyclic import CyclicSymmetry, cyclic_equations
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
-from slipstick.fem.ties import Sector, cyclic_equations, face_size, project, tie_equations
+from slipstick.fem.ties import face_size, project, tie_equations
 
 
 def value(equation: NodalEquation, motion: dict[tuple[int, int], float]) -> float:
@@ -75,7 +77,7 @@ def ring_sector(sectors: int, kind: str = "hex20") -> Mesh:
 @pytest.mark.parametrize("swapped", [True, False])
 def test_motions_alike_in_all_sectors_pass_from_side_to_side(faces, swapped):
     mesh = ring_sector(9)
-    sector = Sector(start=np.array([0.0, 0.0, -1.0]), end=np.array([0.0, 0.0, 2.0]), count=9)
+    sector = CyclicSymmetry(sectors=9, axis=Axis(point=(0.0, 0.0, -1.0)), low=(), high=())
     one, other = ("y1", "y0") if swapped else ("y0", "y1")
     to = mesh.surfaces[other] if faces else mesh.surfaces[other].nodes
     x, y, _ = mesh.nodes.T
@@ -89,7 +91,7 @@ def test_motions_alike_in_all_sectors_pass_from_side_to_side(faces, swapped):
 
 def test_a_wrong_number_of_sectors_is_refused():
     mesh = ring_sector(9)
-    sector = Sector(start=np.zeros(3), end=np.array([0.0, 0.0, 1.0]), count=8)
+    sector = CyclicSymmetry(sectors=8, axis=Axis(), low=(), high=())
     with pytest.raises(InputError, match=r"c: node \d+ of one side is"):
         list(cyclic_equations(mesh, sector, mesh.surfaces["y0"].nodes, mesh.surfaces["y1"], tolerance=0.05, where="c"))
 

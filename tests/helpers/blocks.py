@@ -9,8 +9,9 @@ import numpy as np
 
 import slipstick as ss
 from slipstick.fem.box import box
+from slipstick.fem.kept import Kept, kept, strain_rows
 from slipstick.fem.materials import Material
-from slipstick.models.surface_model import ContactModel, contact_model, strain_rows
+from slipstick.fem.model import elastic_model
 from slipstick.structure.reduction.reduce import reduce_model
 
 LOSS = 0.02
@@ -18,10 +19,10 @@ METAL = Material(young=100.0, poisson=0.3, density=1.0)
 
 
 @cache
-def block() -> ContactModel:
+def block() -> Kept:
     """Held at one end, with two contacts on its top and a pressure on a side."""
     mesh = box((1.0, 0.2, 0.2), (5, 1, 1), "hex20")
-    return contact_model(mesh, METAL, fixed="x0", surface="z1", contacts=2, pressures={"push": "y0"})
+    return kept(elastic_model(mesh, METAL, "x0"), surface="z1", contacts=2, pressure={"push": "y0"})
 
 
 @cache
@@ -77,7 +78,7 @@ def solved_whole(made: ss.Branch, point: int) -> np.ndarray:
 def stressed(modes: int, parameter: bool = False, at: str = "elements") -> ss.Branch:
     """The branch with a structure that knows its strains; its points are those of 60 modes."""
     body = block()
-    strains = strain_rows(body.model, METAL, "all", at)
+    strains = strain_rows(body.model, "all", at)
     structure = reduce_model(
         body.model.K, body.model.M, modes=modes, loss_factor=LOSS, strains=strains, **body.request
     ).structure
@@ -91,7 +92,7 @@ def pressed(residuals: str) -> ss.Branch:
     Points are those of the written kind.
     """
     model, contacts = pressed_plate(), [f"k{i}" for i in range(1, 101)]
-    strains = strain_rows(model.model, METAL, [3, 7, 40], "elements")
+    strains = strain_rows(model.model, [3, 7, 40], "elements")
     structure = reduce_model(
         model.model.K, model.model.M, modes=30, loss_factor=LOSS, strains=strains, residuals=residuals, **model.request
     ).structure
@@ -109,10 +110,10 @@ def pressed(residuals: str) -> ss.Branch:
 
 
 @cache
-def pressed_plate() -> ContactModel:
+def pressed_plate() -> Kept:
     """Held at one end, with 100 contacts below and a pressure from above."""
     mesh = box((2.0, 1.2, 0.1), (16, 10, 1), "hex20")
-    return contact_model(mesh, METAL, fixed="x0", surface="z0", contacts=100, pressures={"push": "z1"})
+    return kept(elastic_model(mesh, METAL, "x0"), surface="z0", contacts=100, pressure={"push": "z1"})
 
 
 def with_structure(made: ss.Branch, structure: ss.ModalStructure) -> ss.Branch:

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.model import FiniteElementModel, elastic_model
 from slipstick.models.blade import BLADE_STEEL
 from slipstick.typing import Array, IntArray
 
@@ -37,13 +37,13 @@ def turn(s: int, sectors: int) -> Rotation:
     return Rotation.from_rotvec([0.0, 0.0, 2.0 * np.pi * s / sectors])
 
 
-def ring_model(mesh: Mesh, sectors: int, merged: IntArray, fixed: IntArray) -> tuple[ElasticModel, IntArray]:
+def ring_model(mesh: Mesh, sectors: int, merged: IntArray, fixed: IntArray) -> tuple[FiniteElementModel, IntArray]:
     """Matrices of the ring with copies of some nodes fixed; and the numbers of nodes."""
     ring, number = ring_of(mesh, sectors, merged)
     return elastic_model(ring, BLADE_STEEL, np.unique(number[:, fixed])), number
 
 
-def in_sector(ring: ElasticModel, number: IntArray, columns: Array, s: int) -> csr_array:
+def in_sector(ring: FiniteElementModel, number: IntArray, columns: Array, s: int) -> csr_array:
     """Directions (n_free, n) of the ring for columns (3 n_nodes, n) on the nodes of a sector, in its coordinates."""
     n = number.shape[1]
     turned = turn(s, len(number)).as_matrix()

@@ -91,9 +91,16 @@ REFUSED: dict[str, tuple[tuple[str, ...], str, Change, dict[str, Any], tuple[str
         "g.msh",
         swap("1 5 7 3 2 6 8 4", "2 6 8 4 1 5 7 3"),
         OF,
-        ("element 1 is inside out",),
+        ("g.msh: hex8 element 1 is inside out",),
     ),
     "an element twisted": (MSH, "g.msh", swap("1 5 7 3 2", "1 7 5 3 2"), OF, ("element 1 is too distorted or flat",)),
+    "a node twice in an element": (
+        INP,
+        "g.inp",
+        swap("5, 5, 9", "5, 5, 5"),
+        OF,
+        ("g.inp: hex8 element 5 uses a node twice",),
+    ),
     "a node missing": (INP, "g.inp", swap("20, 4.0, 1.0, 1.0\n", ""), OF, ("g.inp: an element uses node 20, which",)),
     "a node at two places": (
         INP,

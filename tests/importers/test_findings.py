@@ -2,8 +2,8 @@
 
 import pytest
 
-from slipstick.errors import InputError
-from slipstick.importers.findings import Findings, Table, Verdict
+from slipstick.errors import Fault, InputError, Place
+from slipstick.importers.findings import Findings, Table, Verdict, made_of
 
 TABLE = Table(
     ("CE CP", Verdict.COUPLING, "ties"),
@@ -51,3 +51,10 @@ def test_a_coupling_says_what_to_do_with_and_without_matrices():
     assert coupling.refused.where == ("a.cdb", "line 1", "CP")
     assert "export the assembled matrices" in coupling.refused.remedy
     assert "the matrices must hold it" in coupling.beside_matrices
+
+
+def test_what_is_made_of_a_file_is_at_fault_there_unless_it_says_where():
+    faults = [Fault(statement="the mesh has no elements"), Fault(Place("b.cdb", "line 3"), "is cut off")]
+    with pytest.raises(InputError) as caught, made_of("a.cdb"):
+        raise InputError(faults)
+    assert caught.value.sentences == ("a.cdb: the mesh has no elements", "b.cdb, line 3: is cut off")

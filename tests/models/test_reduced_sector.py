@@ -14,7 +14,11 @@ from helpers.ring_mesh import ring_model
 import slipstick as ss
 from slipstick.balance.reduction import reduction_warnings, worst_error
 from slipstick.errors import InputError, SlipstickWarning
+from slipstick.fem.box import box
 from slipstick.fem.imported import ImportedModel
+from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.model import elastic_model
+from slipstick.fem.ties import project, tie_equations
 from slipstick.models.parametric_sector import SectorShape, sector_shape
 from slipstick.solve.linear.condensation import Condensed
 from slipstick.solve.linear.lanczos import modes
@@ -102,7 +106,8 @@ def test_a_turning_sector_is_the_turning_ring() -> None:
         ({"between": ("shroud_low", "shroud_hi")}, "there is no surface 'shroud_hi'"),
         ({"between": ("shroud_high", "shroud_low")}, "between"),
         ({"between": "shroud_low"}, "two surfaces, low and high"),
-        ({"keep": ["n1w"]}, "there is no free dof 'n1w'"),
+        ({"between": ("shroud_low", "shroud_high"), "between_contacts": "many"}, "between_contacts: found 'many'"),
+        ({"keep": ["n1w"], "surface": "TIP"}, "'n1w' in the model[^$]*no surface 'TIP'"),
         ({"pressure": "bore"}, "does no work: the nodes of 'bore' are held"),
         ({"modes": 3, "up_to": 1e3}, "both modes and up_to are given"),
         ({"speed": -1.0}, "speed"),
@@ -243,3 +248,48 @@ def test_a_load_on_a_disc_moves_it_as_the_wave() -> None:
     parts = disc.project(np.eye(len(disc.dofs))[:, :1], np.zeros((len(disc.dofs), 0)), shapes).at([1, 2], w)[0][:, 0]
     turns = np.exp(-2j * np.pi * E / N * np.outer([1, 2], np.arange(N)))
     assert np.sum(parts * turns, axis=1) == pytest.approx(exact, rel=1e-9, abs=0.0)
+
+
+def two_blocks(off: float = 0.0) -> ImportedModel:
+    """A sector of which the half towards the low face is coarse and the other one fine, glued in the middle."""
+    coarse, fine = box((1.0, 0.5, 0.3), (2, 1, 1), "hex20"), box((1.0, 0.5, 0.3), (5, 2, 2), "hex20")
+    n, flat = coarse.n_nodes, np.vstack([coarse.nodes, fine.nodes + np.array([0.0, 0.5, 0.0])])
+    r, angle = 1.0 + flat[:, 0], 2.0 * np.pi / N * flat[:, 1]
+    nodes = np.stack([r * np.cos(angle), r * np.sin(angle), flat[:, 2] + off * flat[:, 1]], axis=1)
+    surfaces = {"low": coarse.surfaces["y0"], "low top": coarse.surfaces["y1"]}
+    for name, other in (("high", "y1"), ("high bottom", "y0"), ("tip", "x1")):
+        surfaces[name] = Surface(faces={kind: part + n for kind, part in fine.surfaces[other].faces.items()})
+    blocks = {"hex20": np.vstack([coarse.blocks["hex20"], fine.blocks["hex20"] + n])}
+    mesh = Mesh(nodes=nodes, blocks=blocks, surfaces=surfaces)
+    held = elastic_model(mesh, ss.models.bladed_sector("coarse").materials["all"], np.flatnonzero(r < 1.0 + 1e-9))
+    inner = mesh.surfaces["high bottom"].nodes
+    glue = tie_equations(mesh, inner, project(mesh, mesh.surfaces["low top"], nodes[inner]), "glue")
+    return replace(held.constrain(glue), source="two blocks")
+
+
+def test_faces_with_other_numbers_of_nodes_and_the_finer_one_follows_on_whichever_side_it_lies() -> None:
+    model, asked = two_blocks(), {"sectors": N, "surface": "tip", "contacts": 2, "modes": 4}
+    one = ss.reduced_sector(model, low="low", high="high", **asked)
+    other = ss.reduced_sector(model, low="high", high="low", **asked)
+    fine, between = len(model.mesh.surfaces["high"].nodes), "of them between its nodes"
+    assert f"{fine} nodes of high follow the faces of low by shape functions" in one.notes[-1]
+    assert f"{fine} nodes of low follow the faces of high" in other.notes[-1]
+    assert between in one.notes[-1]
+    assert one.n_dofs == other.n_dofs < model.n_dofs
+    for k in range(N // 2 + 1):
+        assert np.allclose(one.natural_frequencies(k), other.natural_frequencies(k), rtol=1e-9)
+        assert one.complete(k)
+    assert one.receptance_error(2, 0.5 * one.natural_frequencies(2)[0]) < 1e-3
+    assert ss.reduced_sector(model, low="low", high="high", speed=50.0, **asked).natural_frequencies(1)[0] > 0.0
+
+
+def test_faces_meshed_differently_that_lie_apart_are_told_or_refused() -> None:
+    asked = {"sectors": N, "low": "low", "high": "high", "surface": "tip", "contacts": 2, "modes": 4}
+    with pytest.warns(SlipstickWarning, match=r"the faces lie up to 0.006, .* of an edge, apart when turned onto each"):
+        told = ss.reduced_sector(two_blocks(off=0.006), **asked)
+    assert told.distance == pytest.approx(0.006)
+    assert any("turning as a whole strains the joint" in sentence for sentence in told.warnings)
+    with pytest.raises(InputError, match="from the nearest node of low"):
+        ss.reduced_sector(two_blocks(off=0.1), **asked)
+    with pytest.raises(InputError, match="high: found"):
+        ss.reduced_sector(replace(two_blocks(), mesh=None), **{**asked, "surface": None, "keep": ["n30x"]})

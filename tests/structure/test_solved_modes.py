@@ -13,7 +13,7 @@ from scipy import sparse
 import slipstick as ss
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
-from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.model import FiniteElementModel, elastic_model
 from slipstick.structure import residuals, solved_modes
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.reduction import compute as reduction_compute
@@ -27,11 +27,11 @@ ORDERS, OMEGA = np.array([1.0, 2.0, 5.0]), 3300.0
 
 
 @pytest.fixture(scope="module")
-def model() -> ElasticModel:
+def model() -> FiniteElementModel:
     return elastic_model(box((0.2, 0.06, 0.01), (10, 5, 1), "hex20"), STEEL, "x0")
 
 
-def reduced(model: ElasticModel, residuals: str, more: Any = None, **options: Any) -> ModalStructure:
+def reduced(model: FiniteElementModel, residuals: str, more: Any = None, **options: Any) -> ModalStructure:
     """Tangential and normal directions of the lower face, and two loads."""
     x, _, z = model.mesh.nodes.T
     rows = model.indices(np.flatnonzero((z < 1e-9) & (x > 0.09)))[:, [0, 2]].ravel()
@@ -44,12 +44,12 @@ def reduced(model: ElasticModel, residuals: str, more: Any = None, **options: An
 
 
 @pytest.fixture(scope="module")
-def written(model: ElasticModel) -> ModalStructure:
+def written(model: FiniteElementModel) -> ModalStructure:
     return reduced(model, "written")
 
 
 @pytest.fixture(scope="module")
-def solved(model: ElasticModel) -> SolvedModes:
+def solved(model: FiniteElementModel) -> SolvedModes:
     structure = reduced(model, "solved")
     assert isinstance(structure, SolvedModes)
     return structure
@@ -187,7 +187,7 @@ def test_estimates_of_the_error(written: ModalStructure, solved: SolvedModes) ->
 
 @pytest.mark.verify
 @pytest.mark.parametrize("options", [{"modes": None}, {"modes": None, "frequency_range": (0.0, 6e3), "accuracy": 1e-5}])
-def test_as_many_modes_as_the_accuracy_asks_for(model: ElasticModel, options: dict[str, Any]) -> None:
+def test_as_many_modes_as_the_accuracy_asks_for(model: FiniteElementModel, options: dict[str, Any]) -> None:
     A, B = (reduced(model, kind, **options) for kind in ("written", "solved"))
     assert abs(A.omega.size - B.omega.size) <= 12
     eye = np.eye(len(A.dofs))[:, ::17]
@@ -223,7 +223,7 @@ def shaken(structure: ModalStructure) -> ss.Problem:
 
 
 @pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
-def test_a_support_that_moves(model: ElasticModel) -> None:
+def test_a_support_that_moves(model: FiniteElementModel) -> None:
     """All entries of its receptance are written out where they are asked for, as of that of forces."""
     rigid = np.zeros(model.K.shape[0])
     rigid[model.free % 3 == 2] = 1.0
@@ -242,7 +242,7 @@ def test_a_support_that_moves(model: ElasticModel) -> None:
     close(b.dataset["displacement"].values, a.dataset["displacement"].values)
 
 
-def test_stored_reductions_are_found_again(model: ElasticModel, tmp_path: Any, monkeypatch: Any) -> None:
+def test_stored_reductions_are_found_again(model: FiniteElementModel, tmp_path: Any, monkeypatch: Any) -> None:
     first = reduced(model, "solved", cache=tmp_path)
     monkeypatch.setattr(reduction_compute, "compute_solved", None)
     again = reduced(model, "solved", cache=tmp_path)

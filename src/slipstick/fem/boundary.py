@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, number, numbers, wrong
 from slipstick.fem.elements import FACES
 from slipstick.fem.mesh import Mesh, Surface
@@ -46,9 +46,8 @@ def boundary(mesh: Mesh) -> Surface:
     for kind, (every, counts) in face_counts(mesh).items():
         if counts.max() > 2:
             labels = mesh.labels[every[np.argmax(counts)]]
-            raise InputError(
-                f"the face of nodes {labels.tolist()} belongs to {counts.max()} elements; at most two can share a face"
-            )
+            what = f"the face of nodes {labels.tolist()} belongs to {counts.max()} elements"
+            raise InputError(Fault(statement=what, remedy="at most two can share a face"))
         faces[kind] = every[counts == 1]
     return Surface(faces=faces)
 
@@ -86,7 +85,8 @@ def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, de
         chosen[kind] = faces[towards & near]
     surface = Surface(faces={kind: faces for kind, faces in chosen.items() if len(faces)})
     if not surface.n_faces:
-        raise InputError(f"no boundary face looks towards {wanted.round(3).tolist()} within {angle} degrees there")
+        what = f"no boundary face looks towards {wanted.round(3).tolist()} within {angle} degrees there"
+        raise InputError(Fault(statement=what))
     return surface
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.boundary import surface_where
 from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC, REDUCED
 from slipstick.fem.mesh import Mesh
@@ -28,9 +28,9 @@ def box(size: tuple[float, float, float], divisions: tuple[int, int, int], kind:
     48
     """
     if kind not in ELEMENTS:
-        raise InputError(f"box: element type '{kind}' is not known; known are {', '.join(ELEMENTS)}")
+        raise InputError(Fault("box", f"element type '{kind}' is not known", remedy=f"known are {', '.join(ELEMENTS)}"))
     if min(divisions) < 1 or not min(size) > 0.0:
-        raise InputError(f"box: size {size} and divisions {divisions} must be positive")
+        raise InputError(Fault("box", f"size {size} and divisions {divisions} must be positive"))
     alike = REDUCED.get(kind, kind)
     linear = {q: name for name, q in LINEAR_TO_QUADRATIC.items()}.get(alike, alike)
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, divisions, strict=True)]

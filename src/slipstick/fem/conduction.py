@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.boundary import boundary
 from slipstick.fem.loads import film_matrix
 from slipstick.fem.mesh import Mesh
@@ -75,9 +75,8 @@ def _require_sink(matrix: csr_array, held: NDArray[np.bool_]) -> None:
         return
     scale = matrix.diagonal().sum()
     if not abs(matrix.sum()) > 1e-12 * scale:
-        raise InputError(
-            "heat conduction: nothing carries the heat away; give convection on a surface or a fixed temperature"
-        )
+        remedy = "give convection on a surface or a fixed temperature"
+        raise InputError(Fault("heat conduction", "nothing carries the heat away", remedy=remedy))
 
 
 def influence_matrix(

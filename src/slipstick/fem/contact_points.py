@@ -34,12 +34,15 @@ class ContactPoints:
         Share of the surface nearest to each point, (n,); they sum to the surface's area.
     influence
         Temperature rise per power, (n, n); None without conduction.
+    side
+        Letter with which their names begin.
     """
 
     positions: Array
     normals: Array
     areas: Array
     influence: Array | None = None
+    side: str = "c"
 
     @property
     def count(self) -> int:
@@ -49,7 +52,7 @@ class ContactPoints:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the points: "c1", "c2", ..."""
-        return tuple(f"c{k}" for k in range(1, self.count + 1))
+        return tuple(f"{self.side}{k}" for k in range(1, self.count + 1))
 
     @property
     def dofs(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from slipstick.fem.imported import ImportedModel
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.unit_systems import Conversion
 from slipstick.typing import Array, IntArray
 

@@ -6,27 +6,42 @@ rotation by ``2 pi / N`` that takes the low face to the high one and the phase `
     u_high = e^{-i phi} R u_low,      q = (T0 + e^{-i phi} T1) p,      K(phi) = K0 + K1 e^{-i phi} + K1' e^{i phi},
     K0 = T0' K T0 + T1' K T1,         K1 = T0' K T1
 
-with q the degrees of freedom of the sector alone and p those without its high face. A node on the axis is its own
-neighbour, ``u = e^{-i phi} R u``: it moves along the axis with the phase 0, across it with the phase of one nodal
-diameter, and not at all with others.
+with q the degrees of freedom of the sector alone and p those without its high face. Faces that are meshed differently
+meet as glued surfaces do: with W the shape functions of the coarser face at the nodes of the finer one,
+``u_high = e^{-i phi} R W u_low``, or ``u_low = e^{i phi} R' W u_high`` where the low face is the finer one.
+
+A node on the axis is its own neighbour, ``u = e^{-i phi} R u``: it moves along the axis with the phase 0, across it
+with the phase of one nodal diameter, and not at all with others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import shown
 from slipstick.fem.axis import Axis
+from slipstick.fem.boundary import surface_where
+from slipstick.fem.equations import NodalEquation
+from slipstick.fem.mesh import Mesh, Surface, node_indices
+from slipstick.fem.ties import SMALL, Projection, face_size, nearest, project
+from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array, BoolArray, ComplexArray, IntArray
 
 ON_FACE = 1e-3
 """Distance of paired nodes that is taken without being told, over the distance of neighbouring nodes of the face."""
+
+_APART = 0.05
+"""Distance of a node from the other face, where they are meshed differently, over the mean edge of the coarser one."""
+
+_LITTLE = 0.05
+"""Weight of free nodes at a node that is held, up to which faces that are meshed differently count as held alike."""
 
 _SAME = 1e-9
 
@@ -68,70 +83,185 @@ def turned(axis: Axis, turn: Array, positions: Array) -> Array:
     return np.asarray((positions - origin) @ turn.T + origin)
 
 
+def facing(symmetry: CyclicSymmetry, points: Array, onto: Callable[[Array], Projection]) -> tuple[Projection, Array]:
+    """Where points (n, 3) of one face lie on the other one, turned by a sector; and the rotation (3, 3) to the points.
+
+    Whichever way round that is nearer. ``onto`` finds the nearest places of the other face.
+    """
+    tries = []
+    for sign in (1.0, -1.0):
+        turn = rotation(symmetry.axis, sign * 2.0 * np.pi / symmetry.sectors)
+        tries.append((onto(turned(symmetry.axis, turn.T, points)), turn))
+    return min(tries, key=lambda one: float(one[0].distances.sum()))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Pairing:
-    """Nodes of the two faces, one by one.
+    """How the nodes of the two faces follow each other.
 
     Attributes
     ----------
     low, high
-        Node labels (n,): ``high[i]`` of a sector is ``low[i]`` of the next one.
+        Node labels of the faces (n_low,) and (n_high,), those that are on both left out of the face that follows.
+    weights
+        Sparse: the motion of high of a sector by that of low of the next one, (n_high, n_low), the identity where nodes
+        meet; or that of low by high, (n_low, n_high), where not ``forward``.
+    forward
+        Whether high follows low.
     on_axis
         Labels of nodes that are on both faces.
     turn
         Rotation (3, 3) from the low face to the high one.
-    distance
-        The largest distance of two paired nodes, length.
+    distance, edge
+        The largest distance of two paired nodes, or of a node from the other face; distance of neighbouring nodes, or
+        mean edge where the faces are meshed differently: lengths.
+    between
+        How many nodes lie between those of the other face.
     """
 
     low: IntArray
     high: IntArray
+    weights: csr_array
+    forward: bool = True
     on_axis: IntArray
     turn: Array
     distance: float
+    edge: float
+    between: int = 0
+
+    @property
+    def leading(self) -> tuple[str, IntArray]:
+        """Name and node labels of the face that the other one follows."""
+        return ("low", self.low) if self.forward else ("high", self.high)
+
+    @property
+    def following(self) -> tuple[str, IntArray]:
+        """Name and node labels of the face that follows."""
+        return ("high", self.high) if self.forward else ("low", self.low)
 
 
 def paired(
-    symmetry: CyclicSymmetry, low: IntArray, high: IntArray, at: tuple[Array, Array], tolerance: float | None = None
+    symmetry: CyclicSymmetry,
+    low: IntArray,
+    high: IntArray,
+    at: tuple[Array, Array],
+    tolerance: float | None = None,
+    mesh: Mesh | None = None,
 ) -> Pairing:
     """Pair two faces, node labels (n,) at positions ``at`` (n, 3) each, by rotation about the axis.
 
-    Whichever way the high face lies from the low one, that is where the next sector is.
+    Whichever way the high face lies from the low one, that is where the next sector is. Where the nodes do not meet one
+    by one, those of the finer face follow the faces of the other one, which the mesh knows.
 
     Raises
     ------
     InputError
         With the node that is farthest from its place on the other face, or faces of different numbers of nodes.
     """
-    from scipy.spatial import cKDTree
-
     if len(low) == 0 or len(high) == 0:
         name = "low" if len(low) == 0 else "high"
         raise InputError(Fault(name, "has no nodes", remedy="give the nodes of a face of the sector"))
-    axis, angle = symmetry.axis, 2.0 * np.pi / symmetry.sectors
-    tries = []
-    for sign in (1.0, -1.0):
-        turn = rotation(axis, sign * angle)
-        apart, place = cKDTree(turned(axis, turn, at[0])).query(at[1])
-        tries.append((float(np.sum(apart)), turn, np.asarray(apart), np.asarray(place)))
-    _, turn, apart, place = min(tries, key=lambda one: one[0])
-    allowed = ON_FACE * _spacing(at[0]) if tolerance is None else tolerance
-    worst = int(np.argmax(apart))
+    found, turn = facing(symmetry, at[1], partial(nearest, at[0]))
+    apart, place, edge = found.distances, found.nodes[:, 0], _spacing(at[0])
+    back = nearest(at[1], turned(symmetry.axis, turn, at[0])).distances
+    allowed = ON_FACE * edge if tolerance is None else tolerance
+    worst, far = int(np.argmax(apart)), int(np.argmax(back))
+    alike = len(low) == len(high) and len(np.unique(place)) == len(place)
+    if alike and apart[worst] <= allowed and back[far] <= allowed:
+        mates = low[place]
+        own = high == mates
+        weights = csr_array(eye_array(int(np.sum(~own))))
+        return Pairing(
+            low=mates[~own], high=high[~own], weights=weights, on_axis=high[own], turn=turn,
+            distance=float(apart[worst]), edge=edge,
+        )  # fmt: skip
+    met = None if mesh is None else _by_shapes(symmetry, turn, low, high, mesh, tolerance)
+    if met is not None:
+        return met
     if apart[worst] > allowed:
         raise InputError(_unpaired(symmetry, high[worst], float(apart[worst]), allowed, at))
-    back, _ = cKDTree(at[1]).query(turned(axis, turn, at[0]))
-    far = int(np.argmax(back))
-    if back[far] > allowed or len(low) != len(high) or len(np.unique(place)) != len(place):
-        found = f"{len(low)} nodes of low and {len(high)} of high"
-        where = f"node {low[far]} of low is {back[far]:.3g} from its place on high"
-        raise InputError(
-            Fault("high", found=f"{found}; {where}", expected="faces with the same nodes", remedy="give both whole")
-        )
-    mates = low[place]
-    own = high == mates
+    numbers = f"{len(low)} nodes of low and {len(high)} of high"
+    where = f"node {low[far]} of low is {back[far]:.3g} from its place on high"
+    remedy = "give both whole" if mesh is not None else "give both whole; faces meshed differently need the mesh"
+    raise InputError(Fault("high", found=f"{numbers}; {where}", expected="faces with the same nodes", remedy=remedy))
+
+
+def _by_shapes(
+    symmetry: CyclicSymmetry, turn: Array, low: IntArray, high: IntArray, mesh: Mesh, tolerance: float | None
+) -> Pairing | None:
+    """Nodes of the finer face by the shape functions of the other one; None where they are not known or lie apart."""
+    faces = [surface_where(mesh, np.isin(mesh.labels, labels)) for labels in (low, high)]
+    if not all(face.n_faces for face in faces):
+        return None
+    edge = max(face_size(mesh, face) for face in faces)
+    ends = [node_indices(mesh.labels, labels, name) for labels, name in ((low, "low"), (high, "high"))]
+    on_low = project(mesh, faces[0], turned(symmetry.axis, turn.T, mesh.nodes[ends[1]]))
+    on_high = project(mesh, faces[1], turned(symmetry.axis, turn, mesh.nodes[ends[0]]))
+    apart = max(float(found.distances.max()) for found in (on_low, on_high))
+    if apart > (_APART * edge if tolerance is None else tolerance):
+        return None
+    forward = len(high) >= len(low)
+    onto, leading, following = (on_low, low, high) if forward else (on_high, high, low)
+    own = np.isin(following, leading)
+    between = int(np.sum(np.abs(onto.weights[~own]).max(axis=1) < 1.0 - ON_FACE))
+    if not between:  # nodes that meet one by one: they are held to the distance of paired nodes
+        return None
+    follow, corner = np.nonzero(np.abs(onto.weights[~own]) > SMALL)
+    nodes, values = onto.nodes[~own][follow, corner], onto.weights[~own][follow, corner]
+    order = np.argsort(leading)
+    column = order[np.searchsorted(leading, mesh.labels[nodes], sorter=order)]
     return Pairing(
-        low=mates[~own], high=high[~own], on_axis=high[own], turn=turn, distance=float(apart.max(initial=0.0))
-    )
+        low=low if forward else low[~own], high=high[~own] if forward else high, forward=forward,
+        weights=csr_array((values, (follow, column)), shape=(int(np.sum(~own)), len(leading))),
+        on_axis=following[own], turn=turn, distance=apart, edge=edge, between=between,
+    )  # fmt: skip
+
+
+def cyclic_equations(
+    mesh: Mesh,
+    symmetry: CyclicSymmetry,
+    dependent: IntArray,
+    independent: Surface | IntArray,
+    *,
+    tolerance: float,
+    where: str | Where,
+) -> Iterator[NodalEquation]:
+    """The two sides of a sector move alike, seen in polar coordinates: the family of 0 nodal diameters.
+
+    ``independent`` is a surface, or node indices that the dependent ones must meet one by one.
+
+    Raises
+    ------
+    InputError
+        If a node has no place on the other side within the tolerance, whichever way the sector is turned.
+    """
+    tied, turn = sides(mesh, symmetry, dependent, independent)
+    apart = float(tied.distances.max(initial=0.0))
+    if apart > tolerance:
+        label = mesh.labels[dependent[int(np.argmax(tied.distances))]]
+        statement = f"node {label} of one side is {apart:.3g} away from the other side turned by a sector"
+        expected = f"at most {tolerance:.3g}: check the number of sectors and the axis"
+        raise InputError(Fault(where, statement, expected=expected))
+    for node, masters, weights in zip(dependent.tolist(), tied.nodes.tolist(), tied.weights.tolist(), strict=True):
+        parts = [(m, w) for m, w in zip(masters, weights, strict=True) if abs(w) > SMALL]
+        which = Dependent.ANY if any(m == node for m, _ in parts) else Dependent.YIELDING  # of a node on the axis
+        for axis in range(3):
+            terms = [(int(mesh.labels[node]), axis, 1.0)]
+            terms += [
+                (int(mesh.labels[m]), other, -w * float(turn[axis, other])) for m, w in parts for other in range(3)
+            ]
+            yield NodalEquation(terms=tuple(terms), where=where, dependent=which)
+
+
+def sides(
+    mesh: Mesh, symmetry: CyclicSymmetry, dependent: IntArray, independent: Surface | IntArray
+) -> tuple[Projection, Array]:
+    """Where the nodes of one side lie on the other one: see ``facing``; its ``nodes`` are those of the mesh."""
+    points = mesh.nodes[dependent]
+    if isinstance(independent, Surface):
+        return facing(symmetry, points, partial(project, mesh, independent))
+    found, turn = facing(symmetry, points, partial(nearest, mesh.nodes[independent]))
+    return replace(found, nodes=np.asarray(independent)[found.nodes]), turn
 
 
 def _unpaired(symmetry: CyclicSymmetry, label: int, apart: float, allowed: float, at: tuple[Array, Array]) -> Fault:
@@ -158,7 +288,7 @@ class Joined:
     Attributes
     ----------
     T0, T1
-        Sparse real (n, n_p): ``q = (T0 + e^{-i phi} T1) p``.
+        Sparse real (n, n_p): ``q = (T0 + e^{-i phi} T1) p``, with ``e^{i phi}`` where not ``forward``.
     rows
         Which of the n each p is, (n_p,).
     axial
@@ -166,7 +296,9 @@ class Joined:
     axis, sectors
         Of the ring.
     turn
-        Rotation (3, 3) from the low face to the high one.
+        Rotation (3, 3) from the face that leads to the one that follows.
+    forward
+        Whether the high face follows the low one.
     """
 
     T0: csr_array
@@ -176,6 +308,7 @@ class Joined:
     axis: Axis
     sectors: int
     turn: Array
+    forward: bool = True
 
     @property
     def n(self) -> int:
@@ -190,8 +323,8 @@ class Joined:
         return csr_array(inside), csr_array(A[self.rows][:, high] @ turn)
 
     def phase(self, k: int) -> complex:
-        """``e^{-i phi}`` for ``phi = 2 pi k / N``; exactly real where it is."""
-        k %= self.sectors
+        """``e^{-i phi}`` for ``phi = 2 pi k / N``, or ``e^{i phi}``, by which the face follows; real where it is."""
+        k = (k if self.forward else -k) % self.sectors
         if k == 0 or 2 * k == self.sectors:
             return 1.0 if k == 0 else -1.0
         return complex(np.exp(-2j * np.pi * k / self.sectors))
@@ -254,33 +387,35 @@ def joined(
         raise InputError(faults[:20])
     n = len(nodes)
     place = _places(nodes, components)
-    of_low, of_high = (_rows_of(place, labels) for labels in (pairing.low, pairing.high))
-    faults = [*_held(pairing, of_low, of_high)]
+    of_leading, of_following = (_rows_of(place, labels) for _, labels in (pairing.leading, pairing.following))
+    turn = pairing.turn if pairing.forward else pairing.turn.T
+    faults = [*_held(pairing, turn, of_leading, of_following)]
     if faults:
         raise InputError(faults[:20])
     taken = np.zeros(n, dtype=bool)
-    taken[of_high[of_high >= 0]] = True
+    taken[of_following[of_following >= 0]] = True
     rows = np.flatnonzero(~taken)
     column = np.full(n, -1, dtype=np.int64)
     column[rows] = np.arange(len(rows))
+    weights = pairing.weights.tocoo()
     i, j, v = [], [], []
     for first in (0, 3):
         for a in range(3):
             for b in range(3):
-                if abs(pairing.turn[a, b]) < 1e-15:
+                if abs(turn[a, b]) < 1e-15:
                     continue
-                to, source = of_high[:, first + a], of_low[:, first + b]
+                to, source = of_following[weights.row, first + a], of_leading[weights.col, first + b]
                 both = (to >= 0) & (source >= 0)
                 i.append(to[both])
                 j.append(column[source[both]])
-                v.append(np.full(int(both.sum()), pairing.turn[a, b]))
+                v.append(weights.data[both] * turn[a, b])
     T0 = csr_array((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(n, len(rows)))
     T1 = csr_array((np.concatenate(v), (np.concatenate(i), np.concatenate(j))), shape=(n, len(rows)))
     at_axis = _rows_of(place, pairing.on_axis)[:, :3]
     axial = np.where(at_axis >= 0, column[at_axis], -1)
     return Joined(
         T0=T0, T1=T1, rows=rows, axial=axial[(axial >= 0).any(axis=1)], axis=symmetry.axis, sectors=symmetry.sectors,
-        turn=pairing.turn,
+        turn=turn, forward=pairing.forward,
     )  # fmt: skip
 
 
@@ -301,15 +436,18 @@ def _mixed(pairing: Pairing, dependent: IntArray) -> Iterator[Fault]:
             yield Fault(name, statement, remedy="end ties and rigid parts before the faces")
 
 
-def _held(pairing: Pairing, of_low: IntArray, of_high: IntArray) -> Iterator[Fault]:
+def _held(pairing: Pairing, turn: Array, of_leading: IntArray, of_following: IntArray) -> Iterator[Fault]:
     """Nodes that are held on one face and not, or otherwise, on the other."""
+    (lead, leading), (name, following) = pairing.leading, pairing.following
+    weights, R = abs(pairing.weights), np.abs(turn) > _SAME
     for first in (0, 3):
-        low_held, high_held = of_low[:, first : first + 3] < 0, of_high[:, first : first + 3] < 0
-        R = np.abs(pairing.turn) > _SAME
-        for at in np.flatnonzero(low_held.any(axis=1) | high_held.any(axis=1)):
-            if np.any(R[np.ix_(high_held[at], ~low_held[at])]) or np.any(R[np.ix_(~high_held[at], low_held[at])]):
-                statement = f"node {pairing.high[at]} is held otherwise than node {pairing.low[at]} of low"
-                yield Fault("high", statement, remedy="hold both faces alike, seen in directions that turn with them")
+        still = weights @ (of_leading[:, first : first + 3] >= 0) <= (_LITTLE if pairing.between else _SAME)
+        held = of_following[:, first : first + 3] < 0
+        for at in np.flatnonzero(still.any(axis=1) | held.any(axis=1)):
+            if np.any(R[np.ix_(held[at], ~still[at])]) or np.any(R[np.ix_(~held[at], still[at])]):
+                other = leading[weights[[at]].indices[np.argmax(weights[[at]].data)]]
+                statement = f"node {following[at]} is held otherwise than node {other} of {lead}"
+                yield Fault(name, statement, remedy="hold both faces alike, seen in directions that turn with them")
 
 
 def face_nodes(given: Any, sets: Any, known: IntArray, name: str) -> IntArray:

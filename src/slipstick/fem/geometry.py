@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.boundary import all_faces
 from slipstick.fem.elements import ELEMENTS, FACES, REDUCED, Element
 from slipstick.fem.mesh import Mesh, Surface
@@ -68,10 +68,9 @@ def require_positive(mesh: Mesh, element: Element, start: int, determinant: Arra
     inverted = bool((determinant[bad[0]] < 0.0).all())
     cause = "is inside out (node order reversed)" if inverted else "is too distorted or flat"
     label = mesh.element_label(element.name, start + int(bad[0]))
-    raise InputError(
-        f"{element.name} element {label} {cause}: its Jacobian determinant falls to {determinant[bad[0]].min():.3g}; "
-        f"{'reorder its nodes' if inverted else 'repair the mesh'} ({len(bad)} such elements in this group)"
-    )
+    what = f"{cause}: its Jacobian determinant falls to {determinant[bad[0]].min():.3g}"
+    remedy = f"{'reorder its nodes' if inverted else 'repair the mesh'} ({len(bad)} such elements in this group)"
+    raise InputError(Fault(f"{element.name} element {label}", what, remedy=remedy))
 
 
 def face_geometry(

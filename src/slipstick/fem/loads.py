@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.geometry import face_geometry
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.typing import Array
@@ -36,7 +36,7 @@ def film_matrix(mesh: Mesh, surface: Surface, coefficient: float) -> csr_array:
         If the coefficient is negative or not finite.
     """
     if not (np.isfinite(coefficient) and coefficient >= 0.0):
-        raise InputError(f"convection coefficient {coefficient}: expected a finite value >= 0")
+        raise InputError(Fault(f"convection coefficient {coefficient}", expected="a finite value >= 0"))
     rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
     for faces, values, weights, _ in face_geometry(mesh, surface):
         outer = (values[:, :, None] * values[:, None, :]).reshape(len(values), -1)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, Gathering, Name, number, wrong
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.typing import Array
@@ -88,9 +88,8 @@ def element_values(mesh: Mesh, materials: Materials, value: Callable[[Material],
         return element_values(mesh, materials["all"], value)
     unknown = sorted(set(materials) - set(mesh.element_sets))
     if unknown:
-        raise InputError(
-            f"materials: no element set {unknown}; the mesh has: {', '.join(user_names(mesh.element_sets)) or 'none'}"
-        )
+        known = ", ".join(user_names(mesh.element_sets)) or "none"
+        raise InputError(Fault("materials", f"no element set {unknown}", remedy=f"the mesh has: {known}"))
     values = {kind: np.zeros(len(block)) for kind, block in mesh.blocks.items()}
     count = {kind: np.zeros(len(block), dtype=int) for kind, block in mesh.blocks.items()}
     for name, material in materials.items():
@@ -100,7 +99,6 @@ def element_values(mesh: Mesh, materials: Materials, value: Callable[[Material],
     for kind, times in count.items():
         if np.any(times != 1):
             label = mesh.element_label(kind, int(np.flatnonzero(times != 1)[0]))
-            raise InputError(
-                f"materials: {kind} element {label} has {'no' if times.min() == 0 else 'more than one'} material"
-            )
+            count_of = "no" if times.min() == 0 else "more than one"
+            raise InputError(Fault("materials", f"{kind} element {label} has {count_of} material"))
     return values

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion
 from slipstick.fem.elements import ELEMENTS, FACES, Element
 from slipstick.typing import Array, IntArray
@@ -93,6 +93,11 @@ class Mesh:
         """Indices of nodes which belong to an element, ascending."""
         return np.unique(np.concatenate([block.ravel() for block in self.blocks.values()]))
 
+    @property
+    def all_sets(self) -> dict[str, IntArray]:
+        """Node indices of every node set and surface, by name."""
+        return {**{name: surface.nodes for name, surface in self.surfaces.items()}, **self.node_sets}
+
     def element_label(self, kind: str, index: int) -> int:
         """Label of one element."""
         return index + 1 if self.element_labels is None else int(self.element_labels[kind][index])
@@ -121,11 +126,13 @@ class Mesh:
         """What is there instead."""
         sentence = f"{what} '{name}' is not in the mesh; it has: {', '.join(user_names(known)) or 'none'}"
         if name in self.node_sets:
-            return InputError(f"{sentence} ('{name}' is a node set that holds no face of the boundary)")
+            return InputError(
+                Fault(statement=f"{sentence} ('{name}' is a node set that holds no face of the boundary)")
+            )
         if name in self.element_sets:
-            return InputError(f"{sentence} ('{name}' is a set of solid elements)")
+            return InputError(Fault(statement=f"{sentence} ('{name}' is a set of solid elements)"))
         close = suggestion(name, known)
-        return InputError(f"{sentence}; {close}" if close.startswith("did") else sentence)
+        return InputError(Fault(statement=sentence, remedy=close if close.startswith("did") else ""))
 
 
 def user_names(names: Iterable[str]) -> list[str]:
@@ -148,11 +155,15 @@ def _faults(mesh: Mesh) -> Iterator[str]:
     if not any(len(block) for block in mesh.blocks.values()):
         yield "the mesh has no elements"
     for kind, block in mesh.blocks.items():
-        yield from _connectivity_faults(f"{kind} elements", ELEMENTS.get(kind), np.asarray(block), len(nodes))
+        labels = np.arange(1, len(block) + 1) if mesh.element_labels is None else mesh.element_labels.get(kind, ())
+        names = (f"{kind} elements", f"{kind} element")
+        yield from _connectivity_faults(names, ELEMENTS.get(kind), np.asarray(block), len(nodes), labels)
         yield from _repeated(mesh, kind, np.asarray(block))
     for name, surface in mesh.surfaces.items():
         for kind, faces in surface.faces.items():
-            yield from _connectivity_faults(f"surface '{name}', {kind}", FACES.get(kind), np.asarray(faces), len(nodes))
+            names = (f"surface '{name}', {kind}", f"surface '{name}', {kind}: number")
+            numbers = np.arange(1, len(faces) + 1)
+            yield from _connectivity_faults(names, FACES.get(kind), np.asarray(faces), len(nodes), numbers)
     for name, group in mesh.node_sets.items():
         if len(group) and (np.min(group) < 0 or np.max(group) >= len(nodes)):
             yield f"node set '{name}' holds an index outside 0..{len(nodes) - 1}"
@@ -162,7 +173,11 @@ def _faults(mesh: Mesh) -> Iterator[str]:
         yield f"node labels: expected {len(nodes)} different numbers, one a node"
 
 
-def _connectivity_faults(what: str, element: Element | None, block: IntArray, n_nodes: int) -> Iterator[str]:
+def _connectivity_faults(
+    names: tuple[str, str], element: Element | None, block: IntArray, n_nodes: int, labels: Sequence[int] | IntArray
+) -> Iterator[str]:
+    """``names`` of all of them, and of one before its label."""
+    what, one = names
     if element is None:
         yield f"{what}: this type is not known; known are {', '.join([*ELEMENTS, *FACES])}"
     elif block.ndim != 2 or block.shape[1] != element.n_nodes:
@@ -171,12 +186,12 @@ def _connectivity_faults(what: str, element: Element | None, block: IntArray, n_
         yield f"{what}: connectivity is of type {block.dtype}; expected integers"
     elif len(block) and (block.min() < 0 or block.max() >= n_nodes):
         row = int(np.flatnonzero(((block < 0) | (block >= n_nodes)).any(axis=1))[0])
-        yield f"{what}: number {row + 1} refers to a node outside 0..{n_nodes - 1}"
+        yield f"{one} {labels[row]} refers to a node outside 0..{n_nodes - 1}"
     elif len(block):
         ordered = np.sort(block, axis=1)
         repeated = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
         if len(repeated):
-            yield f"{what}: number {int(repeated[0]) + 1} uses a node twice ({len(repeated)} such in all)"
+            yield f"{one} {labels[int(repeated[0])]} uses a node twice ({len(repeated)} such in all)"
 
 
 def _repeated(mesh: Mesh, kind: str, block: IntArray) -> Iterator[str]:
@@ -204,5 +219,6 @@ def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
     nodes = order[place]
     missing = labels[nodes] != wanted
     if missing.any():
-        raise InputError(f"{what} uses node {np.asarray(wanted)[missing][0]}, which is not in the mesh")
+        node = np.asarray(wanted)[missing][0]
+        raise InputError(Fault(statement=f"{what} uses node {node}, which is not in the mesh"))
     return nodes

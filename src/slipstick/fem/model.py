@@ -1,94 +1,517 @@
-"""A constrained elastic model: sparse matrices of the free degrees of freedom and their names."""
+"""A finite element model, imported or assembled here: sparse matrices, what each row is, the mesh if there is one."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import csr_array, issparse
+from scipy.sparse import csc_array, csr_array, issparse, vstack
 
-from slipstick.errors import InputError, SlipstickWarning
-from slipstick.fem.assembly import SolidMatrices, assemble
-from slipstick.fem.materials import Materials
-from slipstick.fem.mesh import Mesh
+from slipstick.errors import Fault, InputError, Place, SlipstickWarning
+from slipstick.faults import suggestion
+from slipstick.fem.assembly import assemble, conduction
+from slipstick.fem.cyclic import CyclicSymmetry
+from slipstick.fem.equations import (
+    COMPONENTS,
+    NodalEquation,
+    Pair,
+    directions_in,
+    dof_name,
+    idle_notes,
+    names_dofs,
+    resolve,
+    rows_named,
+)
+from slipstick.fem.materials import Material, Materials
+from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.refine import linear_warnings
-from slipstick.typing import IntArray, Sparse
+from slipstick.fem.unit_systems import NOT_STATED, names_of, told
+from slipstick.typing import Array, BoolArray, IntArray, Sparse
+from slipstick.units import Units
+
+_ROUNDING = 1e-13
+"""Sums below this fraction of their terms are rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ElasticModel:
-    """Stiffness and mass without the constrained degrees of freedom.
+class FiniteElementModel:
+    """Matrices of the free degrees of freedom and what each row means.
 
     Attributes
     ----------
-    mesh
-        The mesh.
-    K, M
-        Sparse symmetric (n_free, n_free).
-    free
-        Index (n_free,) of each kept degree of freedom in the node-major list ``3 node + axis``; -1 for rotations of
-        reference nodes, which are in no element.
-    basis
-        Motion of all nodes from that of the free degrees of freedom, sparse (3 n_nodes, n_free); None where each is
-        one of the list.
-    conduction
-        Conduction matrix of all nodes, (n_nodes, n_nodes); None where no conductivity is known.
+    K, M, C
+        Sparse, symmetric, both halves stored, (n, n); C (viscous damping) may be None.
+    dof_nodes, dof_components
+        Node label and direction (index into ``COMPONENTS``) of each row, (n,).
+    node_ids, coordinates
+        Labels (n_nodes,) and positions (n_nodes, 3) of the nodes whose position is known.
+    node_sets
+        Node labels of each named set or component.
+    constrained
+        Degrees of freedom which were removed because they are held, (n_constrained, 2): node label, direction.
+    dependent, dependence
+        Degrees of freedom which were removed because equations give them from the others, (n_dependent, 2): node label,
+        direction; and how, sparse (n_dependent, n): their motion is ``dependence @ q``.
+    source
+        The files read, or what made it.
+    units
+        Of the numbers, such as "N, mm, t, s"; "not stated" where neither the files nor their user say so.
+    notes
+        What was left out without effect, one sentence each.
+    warnings
+        What is approximated or suspicious, one sentence each.
+    mesh, materials
+        The mesh and its materials (by element set) where the file had one.
+    speed
+        Of rotation, rad/s, for which the stiffness holds.
+    symmetry
+        Of the ring that the model is a sector of, where its file says so: what ``ss.reduced_sector`` uses.
+
+    Raises
+    ------
+    InputError
+        If sizes differ, a degree of freedom appears twice or a direction is unknown.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_array
+    >>> eye = csr_array(np.eye(2))
+    >>> model = FiniteElementModel(K=eye, M=eye, dof_nodes=np.array([7, 7]), dof_components=np.array([0, 1]))
+    >>> model.dofs, model.index("n7y")
+    (('n7x', 'n7y'), 1)
     """
 
-    mesh: Mesh
     K: csr_array
     M: csr_array
-    free: IntArray
-    conduction: csr_array | None
-    basis: csr_array | None = None
+    C: csr_array | None = None
+    dof_nodes: IntArray
+    dof_components: IntArray
+    node_ids: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    coordinates: Array = field(default_factory=lambda: np.empty((0, 3)))
+    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    constrained: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    dependent: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    dependence: csr_array | None = None
+    source: str = ""
+    units: str = NOT_STATED
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    mesh: Mesh | None = None
+    materials: Mapping[str, Material] = field(default_factory=dict)
+    speed: float = 0.0
+    symmetry: CyclicSymmetry | None = None
+
+    def __post_init__(self) -> None:
+        faults = list(_faults(self))
+        if faults:
+            raise InputError(faults)
+
+    def announce(self) -> None:
+        """Give each of ``warnings`` as SlipstickWarning, in the name of whoever called the caller."""
+        for sentence in self.warnings:
+            warnings.warn(sentence, SlipstickWarning, stacklevel=3)
+
+    @property
+    def unit_names(self) -> Units | None:
+        """Names of the units of length, force and time, as results have them; None: they are not known."""
+        return names_of(self.units)
+
+    @property
+    def units_told(self) -> str:
+        """The units for the reader; where they are not stated, what the materials look like."""
+        return told(self.units, self.materials)
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of free degrees of freedom."""
+        return len(self.dof_nodes)
 
     @cached_property
     def dofs(self) -> tuple[str, ...]:
-        """Names "n<label><axis>", as in "n123y", with the node labels of the mesh."""
-        labels = self.mesh.labels[self.free // 3].tolist()
-        return tuple(f"n{label}{'xyz'[axis]}" for label, axis in zip(labels, (self.free % 3).tolist(), strict=True))
+        """Names "n<node><direction>", as in "n123y" or "n5rz"."""
+        return tuple(map(dof_name, self._pairs(self.dof_nodes, self.dof_components)))
 
     @cached_property
-    def _position(self) -> IntArray:
-        position = np.full(3 * self.mesh.n_nodes, -1, dtype=np.int64)
-        position[self.free[self.free >= 0]] = np.flatnonzero(self.free >= 0)
-        return position
+    def _rows(self) -> dict[str, int]:
+        return {name: row for row, name in enumerate(self.dofs)}
 
-    def restrict(self, full: Sparse) -> csr_array:
-        """Forces on the free degrees of freedom by those on all (3 n_nodes,), or columns of them, dense or sparse."""
-        if self.basis is not None:
-            return (self.basis.T @ full).tocsr() if issparse(full) else self.basis.T @ full
-        return full.tocsr()[self.free] if issparse(full) else full[self.free]
+    @cached_property
+    def dependent_dofs(self) -> tuple[str, ...]:
+        """Names of the dependent degrees of freedom."""
+        return tuple(map(dof_name, self._pairs(*self.dependent.T)))
 
-    def rows_of(self, nodes: IntArray) -> csr_array:
-        """Sparse (n_free, 3 n): the columns take x, y, z of each node out of a motion; zero where it is held."""
-        if self.basis is not None:
-            return csr_array(self.basis[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()].T)
-        at = self._position[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()]
-        free = np.flatnonzero(at >= 0)
-        return csr_array((np.ones(len(free)), (at[free], free)), shape=(len(self.free), at.size))
+    @cached_property
+    def _dependent_rows(self) -> dict[str, int]:
+        return {name: row for row, name in enumerate(self.dependent_dofs)}
 
-    def indices(self, nodes: IntArray) -> IntArray:
-        """Positions (n, 3) of the x, y, z degrees of freedom of nodes among the free ones.
+    def index(self, dof: str) -> int:
+        """Row of a free degree of freedom.
 
         Raises
         ------
         InputError
-            If one of them is constrained.
+            If there is none of that name; the sentence says whether it is constrained.
         """
-        position = self._position[3 * np.asarray(nodes)[:, None] + np.arange(3)]
-        if position.min() < 0:
-            label = self.mesh.labels[np.asarray(nodes)[(position < 0).any(axis=1)][0]]
-            raise InputError(f"node {label} is fixed; it can carry no contact, load or output")
-        return position
+        if dof in self._rows:
+            return self._rows[dof]
+        if dof in self._dependent_rows:
+            raise InputError(
+                Fault(
+                    statement=f"dof '{dof}' depends on others by an equation of the imported model",
+                    remedy="it has no row",
+                )
+            )
+        held = {dof_name(_pair(pair)) for pair in self.constrained.tolist()}
+        if dof in held:
+            raise InputError(
+                Fault(
+                    statement=f"dof '{dof}' is constrained in the imported model",
+                    remedy="it can carry no contact, load or output",
+                )
+            )
+        raise InputError(
+            Fault(
+                statement=f"dof '{dof}' is not in the imported model",
+                remedy=f"names are n<node><direction>, as {self.dofs[0]}",
+            )
+        )
+
+    def directions(self, dofs: Sequence[str]) -> csc_array:
+        """Columns (n, len(dofs)) that take these out of a motion, or put unit forces on them: ``columns.T @ q``.
+
+        Dependent ones have the columns of what they depend on.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name, or it is constrained.
+        """
+        parts = []
+        for dof in dofs:
+            if dof in self._dependent_rows and self.dependence is not None:
+                parts.append(self.dependence[[self._dependent_rows[dof]]])
+            else:
+                parts.append(csr_array(([1.0], ([0], [self.index(dof)])), shape=(1, self.n_dofs)))
+        return csc_array(vstack(parts).T) if parts else csc_array((self.n_dofs, 0))
+
+    def dof_positions(self, dofs: Sequence[str]) -> Array:
+        """Where the nodes of dofs are (n, 3), nan where it is not known; raises InputError as ``directions`` does."""
+        known = dict(zip(self.node_ids.tolist(), self.coordinates, strict=True))
+        labels = [
+            self.dependent[self._dependent_rows[dof], 0]
+            if dof in self._dependent_rows
+            else self.dof_nodes[self.index(dof)]
+            for dof in dofs
+        ]
+        return np.array([known.get(int(label), np.full(3, np.nan)) for label in labels]).reshape(-1, 3)
+
+    def translation(self, axis: str) -> Array:
+        """The unit motion (n,) of the whole model along "x", "y" or "z".
+
+        Raises
+        ------
+        InputError
+            If an equation does not let the model move so.
+        """
+        along = COMPONENTS.index(axis)
+        moved = (self.dof_components == along).astype(float)
+        if self.dependence is not None:
+            wanted = (self.dependent[:, 1] == along).astype(float)
+            stays = np.abs(self.dependence @ moved - wanted) > 1e-6
+            if stays.any():
+                what = f"{dof_name(_pair(self.dependent[stays][0]))} depends on others so that it cannot"
+                raise InputError(Fault("base", f"the model cannot move along {axis} as a whole: {what}"))
+        return moved
+
+    def nodes_of(self, name: str) -> IntArray:
+        """Node labels of a named set; InputError says which there are."""
+        if name not in self.node_sets:
+            known = user_names(self.node_sets)
+            sentence = f"node set '{name}' is not in the imported model; it has: {', '.join(known) or 'none'}"
+            close = suggestion(name, known)
+            raise InputError(Fault(statement=sentence, remedy=close if close.startswith("did") else ""))
+        return self.node_sets[name]
+
+    def positions(self, nodes: IntArray) -> Array:
+        """Coordinates (n, 3) of nodes by label.
+
+        Raises
+        ------
+        InputError
+            If the position of one is not known.
+        """
+        order = np.argsort(self.node_ids)
+        place = np.searchsorted(self.node_ids, nodes, sorter=order).clip(max=max(len(order) - 1, 0))
+        known = np.isin(nodes, self.node_ids)
+        if not np.all(known):
+            raise InputError(
+                Fault(
+                    statement=f"the position of node {np.asarray(nodes)[~known][0]} is not known",
+                    remedy="import the mesh too (slipstick import MATRICES MESH)",
+                )
+            )
+        return self.coordinates[order[place]]
+
+    def in_mesh(self, what: str) -> Mesh:
+        """The mesh, whose nodes are those of the rows; ``what`` needs it, in messages.
+
+        Raises
+        ------
+        InputError
+            If there is no mesh, its nodes are others, or nodes of its elements have rotations.
+        """
+        if self.mesh is None:
+            remedy = "import it too, or name contact nodes"
+            raise InputError(Fault(Place(self.source), f"{what} need the mesh", remedy=remedy))
+        labels = np.concatenate([self.dof_nodes, self.dependent[:, 0]])
+        parts = np.concatenate([self.dof_components, self.dependent[:, 1]])
+        place = self._places(labels)
+        strange, turns = self.mesh.labels[place] != labels, parts > 2
+        if np.any(turns & (strange | np.isin(place, self.mesh.used_nodes))):
+            remedy = "the model has rotations"
+            raise InputError(Fault(Place(self.source), f"{what} need solid elements", remedy=remedy))
+        if np.any(strange):
+            statement = f"node {labels[strange][0]} of the matrices is not in the mesh"
+            raise InputError(Fault(Place(self.source), statement, remedy="give the mesh they came from"))
+        return self.mesh
+
+    def _places(self, labels: IntArray) -> IntArray:
+        """Where nodes are in the mesh; of those that are not there, any place."""
+        assert self.mesh is not None
+        order = np.argsort(self.mesh.labels)
+        return order[np.searchsorted(self.mesh.labels, labels, sorter=order).clip(max=len(order) - 1)]
+
+    def _listed(self, labels: IntArray, components: IntArray) -> IntArray:
+        """Index of degrees of freedom in the node-major list ``3 node + axis`` of the mesh; -1 for rotations."""
+        return np.where(components > 2, -1, 3 * self._places(labels) + components)
+
+    @cached_property
+    def free(self) -> IntArray:
+        """Index (n,) of each row in the node-major list ``3 node + axis`` of the mesh; -1 for rotations."""
+        return self._listed(self.dof_nodes, self.dof_components)
+
+    @cached_property
+    def motion(self) -> csr_array:
+        """Motion of all nodes of the mesh, node-major, by that of the rows, sparse (3 n_nodes, n); see ``in_mesh``."""
+        mesh = self.in_mesh("motions of nodes")
+        kept = np.flatnonzero(self.free >= 0)
+        parts = [csr_array((np.ones(len(kept)), (range(len(kept)), kept)), shape=(len(kept), self.n_dofs))]
+        rows = [self.free[kept]]
+        if self.dependence is not None:
+            among = self._listed(*self.dependent.T)
+            parts.append(self.dependence[among >= 0])
+            rows.append(among[among >= 0])
+        every = np.concatenate(rows)
+        moved = csr_array((np.ones(len(every)), (every, range(len(every)))), shape=(3 * mesh.n_nodes, len(every)))
+        return csr_array(moved @ vstack(parts))
+
+    def restrict(self, full: Sparse) -> csr_array:
+        """Forces on the rows by those on all nodes of the mesh (3 n_nodes,), or columns of them, dense or sparse."""
+        if not issparse(full):
+            return self.motion.T @ full
+        found = csr_array(self.motion.T @ full)
+        found.sort_indices()
+        return found
+
+    def rows_of(self, nodes: IntArray) -> csr_array:
+        """Sparse (n, 3 n_nodes): the columns take x, y, z of mesh nodes out of a motion; zero where one is held."""
+        return csr_array(self.motion[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()].T)
+
+    def indices(self, nodes: IntArray) -> IntArray:
+        """Rows (n_nodes, 3) of x, y, z of mesh nodes.
+
+        Raises
+        ------
+        InputError
+            If one of them has no row of its own.
+        """
+        assert self.mesh is not None
+        position = np.full(3 * self.mesh.n_nodes, -1, dtype=np.int64)
+        position[self.free[self.free >= 0]] = np.flatnonzero(self.free >= 0)
+        rows = position[3 * np.asarray(nodes)[:, None] + np.arange(3)]
+        if rows.min() < 0:
+            label = self.mesh.labels[np.asarray(nodes)[(rows < 0).any(axis=1)][0]]
+            remedy = "it can carry no contact, load or output"
+            raise InputError(Fault(statement=f"node {label} is fixed", remedy=remedy))
+        return rows
+
+    @cached_property
+    def conduction(self) -> csr_array | None:
+        """Conduction matrix of all nodes of the mesh, (n_nodes, n_nodes); None where a conductivity is not known."""
+        if self.mesh is None or not self.materials or any(m.conductivity <= 0.0 for m in self.materials.values()):
+            return None
+        return conduction(self.mesh, self.materials)
+
+    def fix(self, where: str | Sequence[str] | IntArray, components: str = "xyz") -> FiniteElementModel:
+        """The model with more held: node sets by name or node labels, in the directions named; "n12" is all directions
+        of node 12, "n12y" one of them.
+
+        Raises
+        ------
+        InputError
+            One sentence for each unknown set; if nothing is left to hold or to move.
+        """
+        names = [where] if isinstance(where, str) else where
+        single: list[str] = []
+        nodes = names
+        if not isinstance(names, np.ndarray):
+            single = [name for name in names if name not in self.node_sets and names_dofs(name)]
+            nodes = self._named([name for name in names if name not in single])
+        wanted = [i for i, name in enumerate(COMPONENTS) if name in directions_in(components)]
+        places = ((self.dof_nodes, self.dof_components), (self.dependent[:, 0], self.dependent[:, 1]))
+        marks = [np.isin(labels, nodes) & np.isin(parts, wanted) for labels, parts in places]
+        for name in single:
+            named = [rows_named(name, *place) for place in places]
+            if not any(mark.any() for mark in named):
+                raise InputError(Fault("fixed", f"there is no free dof '{name}' in the model"))
+            marks = [mark | more for mark, more in zip(marks, named, strict=True)]
+        held, others = marks
+        if not (held.any() or others.any()) or held.all():
+            raise InputError(
+                Fault(statement=f"fixing {len(nodes)} nodes in {components} holds {held.sum()} of {self.n_dofs} dofs")
+            )
+        if self.dependence is None:
+            return self._without(held)
+        chosen = [
+            pair
+            for (labels, parts), mark in zip(places, marks, strict=True)
+            for pair in self._pairs(labels[mark], parts[mark])
+        ]
+        return self.constrain((), held=chosen)
+
+    def _named(self, sets: Sequence[str]) -> IntArray:
+        """Node labels of several named sets."""
+        known = user_names(self.node_sets)
+        unknown = [
+            Fault("fixed", f"there is no node set '{name}' in the model", remedy=suggestion(name, known))
+            for name in sets
+            if name not in self.node_sets
+        ]
+        if unknown:
+            raise InputError(unknown)
+        return np.concatenate([np.empty(0, dtype=np.int64), *(self.node_sets[name] for name in sets)])
+
+    def conducting(self, conductivity: float) -> FiniteElementModel:
+        """The model with this conductivity in every material, power/(length temperature)."""
+        known = self.materials or {"all": Material(young=1.0, poisson=0.0)}
+        return replace(self, materials={n: replace(m, conductivity=conductivity) for n, m in known.items()})
+
+    def constrain(self, equations: Iterable[NodalEquation], *, held: Iterable[Pair] = ()) -> FiniteElementModel:
+        """The model with more linear constraints: dependent degrees of freedom are taken out of K, M, C.
+
+        Parameters
+        ----------
+        equations
+            Between any degrees of freedom of the model. Those that it does not have, such as rotations of a reference
+            node, are made, without stiffness or mass of their own.
+        held
+            Node label and direction (index into ``COMPONENTS``) of what is held at zero, free ones or dependent ones.
+
+        Raises
+        ------
+        InputError
+            As ``slipstick.structure.constraints.eliminate``.
+        """
+        rows = self._pairs(self.dof_nodes, self.dof_components)
+        zero = [*self.constrained.tolist(), *held]
+        every, elimination = resolve(rows, list(equations), [*map(_pair, zero)], self._combinations(rows))
+        table = np.array(every, dtype=np.int64).reshape(-1, 2)
+        basis = csr_array(elimination.T[: len(rows)])
+        return replace(
+            self,
+            **{n: _reduced(basis, m) for n, m in (("K", self.K), ("M", self.M), ("C", self.C)) if m is not None},
+            dof_nodes=table[elimination.independent, 0],
+            dof_components=table[elimination.independent, 1],
+            constrained=np.unique(np.concatenate([self.constrained, table[elimination.zero]]), axis=0),
+            dependent=table[elimination.dependent],
+            dependence=csr_array(elimination.T[elimination.dependent]) if len(elimination.dependent) else None,
+            notes=(*self.notes, *idle_notes(elimination)),
+        )
+
+    def _combinations(self, rows: Sequence[Pair]) -> dict[Pair, list[tuple[Pair, float]]]:
+        """What each dependent degree of freedom is made of."""
+        if self.dependence is None:
+            return {}
+        parts, sparse = self._pairs(*self.dependent.T), self.dependence
+        spans = [slice(a, b) for a, b in pairwise(sparse.indptr.tolist())]
+        return {
+            pair: [
+                (rows[i], value) for i, value in zip(sparse.indices[at].tolist(), sparse.data[at].tolist(), strict=True)
+            ]
+            for pair, at in zip(parts, spans, strict=True)
+        }
+
+    @staticmethod
+    def _pairs(nodes: IntArray, components: IntArray) -> list[Pair]:
+        return [*zip(nodes.tolist(), components.tolist(), strict=True)]
+
+    def _without(self, held: BoolArray) -> FiniteElementModel:
+        """Rows taken out, of a model in which nothing depends on them."""
+        kept = np.flatnonzero(~held)
+        removed = np.stack([self.dof_nodes[held], self.dof_components[held]], axis=1)
+        return replace(
+            self,
+            K=self.K[kept][:, kept],
+            M=self.M[kept][:, kept],
+            C=None if self.C is None else self.C[kept][:, kept],
+            dof_nodes=self.dof_nodes[kept],
+            dof_components=self.dof_components[kept],
+            constrained=np.concatenate([self.constrained, removed]),
+        )
 
 
-def elastic_model(
-    mesh: Mesh, materials: Materials, fixed: str | Sequence[str] | IntArray, matrices: SolidMatrices | None = None
-) -> ElasticModel:
+def _pair(pair: Sequence[int]) -> Pair:
+    return int(pair[0]), int(pair[1])
+
+
+def _reduced(basis: csr_array, matrix: csr_array) -> csr_array:
+    """``T' A T``; what is left of cancelled terms (a rigid body's own stiffness) is zero, not rounding."""
+    part = csr_array(basis.T @ matrix @ basis)
+    part = csr_array((part + part.T) * 0.5)
+    size = csr_array(abs(basis).T @ abs(matrix) @ abs(basis))
+    left = csr_array(abs(part) > _ROUNDING * size)
+    return csr_array(part.multiply(left))
+
+
+def _faults(model: FiniteElementModel) -> Iterator[Fault]:
+    n = len(model.dof_nodes)
+    for name in ("K", "M", "C"):
+        matrix = getattr(model, name)
+        if matrix is not None and matrix.shape != (n, n):
+            what = f"is {matrix.shape[0]} x {matrix.shape[1]}, the dof map has {n} entries"
+            yield Fault(name, what, remedy="they must agree")
+    if len(model.dof_components) != n:
+        what = f"has {n} nodes and {len(model.dof_components)} directions"
+        yield Fault("the dof map", what, expected="as many")
+        return
+    if n and not (model.dof_components.min() >= 0 and model.dof_components.max() < len(COMPONENTS)):
+        yield Fault(statement=f"the dof map holds a direction outside 1..{len(COMPONENTS)}")
+    if (0 if model.dependence is None else model.dependence.shape[0]) != len(model.dependent):
+        kind = "no" if model.dependence is None else "other"
+        yield Fault(statement=f"{len(model.dependent)} dependent dofs have {kind} equations")
+    elif model.dependence is not None and model.dependence.shape[1] != n:
+        what = f"has {model.dependence.shape[1]} columns"
+        yield Fault("dependence", what, expected=f"{n}, one for each free dof")
+    pairs, counts = np.unique(np.stack([model.dof_nodes, model.dof_components], axis=1), axis=0, return_counts=True)
+    if n and counts.max() > 1:
+        node, component = pairs[np.argmax(counts)]
+        yield Fault(statement=f"the dof map names node {node}, direction {component + 1}, more than once")
+    if model.coordinates.shape != (len(model.node_ids), 3):
+        what = f"coordinates have shape {model.coordinates.shape}"
+        yield Fault(statement=what, expected=f"({len(model.node_ids)}, 3)")
+    elif not np.all(np.isfinite(model.coordinates)):
+        yield Fault(statement="node coordinates are not all finite")
+
+
+ImportedModel = FiniteElementModel
+"""What ``ss.import_model`` returns."""
+
+
+def elastic_model(mesh: Mesh, materials: Materials, fixed: str | Sequence[str] | IntArray) -> FiniteElementModel:
     """Assemble a mesh and take out the fixed nodes: a node set or surface by name, several, or node indices.
 
     Linear tetrahedra are far too stiff: SlipstickWarning.
@@ -101,17 +524,32 @@ def elastic_model(
     nodes = _fixed_nodes(mesh, fixed)
     for sentence in linear_warnings(mesh, "mesh", ("tet4",)):
         warnings.warn(sentence, SlipstickWarning, stacklevel=2)
-    whole = matrices or assemble(mesh, materials)
+    whole = assemble(mesh, materials)
     kept = np.zeros(mesh.n_nodes, dtype=bool)
     kept[mesh.used_nodes] = True
     kept[nodes] = False
     free = np.flatnonzero(np.repeat(kept, 3))
     if not len(free):
-        raise InputError("every node is fixed; fix fewer")
+        raise InputError(Fault(statement="every node is fixed", remedy="fix fewer"))
     M = _principal(whole.mass, free)
     if not M.diagonal().min() > 0.0:
-        raise InputError("the mass matrix is zero somewhere; give every material a density > 0")
-    return ElasticModel(mesh=mesh, K=_principal(whole.stiffness, free), M=M, free=free, conduction=whole.conduction)
+        remedy = "give every material a density > 0"
+        raise InputError(Fault(statement="the mass matrix is zero somewhere", remedy=remedy))
+    held = np.setdiff1d(np.arange(3 * mesh.n_nodes), free)
+    model = FiniteElementModel(
+        K=_principal(whole.stiffness, free),
+        M=M,
+        dof_nodes=mesh.labels[free // 3],
+        dof_components=free % 3,
+        node_ids=mesh.labels,
+        coordinates=mesh.nodes,
+        node_sets={name: mesh.labels[nodes] for name, nodes in mesh.all_sets.items()},
+        constrained=np.stack([mesh.labels[held // 3], held % 3], axis=1),
+        mesh=mesh,
+        materials={"all": materials} if isinstance(materials, Material) else materials,
+    )
+    vars(model)["conduction"] = whole.conduction  # known already
+    return model
 
 
 def _principal(A: csr_array, kept: IntArray) -> csr_array:
@@ -128,5 +566,6 @@ def _fixed_nodes(mesh: Mesh, fixed: str | Sequence[str] | IntArray) -> IntArray:
     if not isinstance(fixed, np.ndarray):
         fixed = np.concatenate([mesh.node_set(name) for name in fixed]) if len(fixed) else np.empty(0, dtype=np.int64)
     if not len(fixed):
-        raise InputError("no node is fixed; the structure would float: name a node set or surface to fix")
+        remedy = "the structure would float: name a node set or surface to fix"
+        raise InputError(Fault(statement="no node is fixed", remedy=remedy))
     return np.unique(fixed)

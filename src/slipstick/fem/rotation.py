@@ -22,15 +22,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, Place
 from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, truth, warn, wrong
 from slipstick.fem.assembly import Pattern, mass_values, pattern_of
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import Joined
 from slipstick.fem.deformed import deformed
-from slipstick.fem.imported import ImportedModel, motion_in_mesh, rows_in_mesh
 from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ImportedModel
 from slipstick.solve.linear.factorisation import SingularMatrixError, factorise
 from slipstick.structure.reduction import store
 from slipstick.typing import Array, Frequency, IntArray, Sparse
@@ -143,7 +143,7 @@ def coriolis_matrix(model: ImportedModel, axis: Axis) -> csr_array:
     [M. Geradin and D. J. Rixen, Mechanical Vibrations, 2015]. InputError without a mesh or material.
     """
     mesh, materials = _meshed(model)
-    pattern, motion = pattern_of(mesh), _motion(model, mesh)
+    pattern, motion = pattern_of(mesh), model.motion
     x, y, z = np.asarray(axis.direction, dtype=float).tolist()
     turned = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     blocks = 2.0 * mass_values(mesh, materials, pattern)[:, None, None] * turned
@@ -199,13 +199,14 @@ def _between(model: ImportedModel, others: Mapping[float, ImportedModel], speed:
 
 def _stiffness_like(model: ImportedModel, other: ImportedModel) -> Sparse:
     """The stiffness of another model in the order of rows of this one."""
+    both, one_model = Place(f"{model.source} and {other.source}"), "matrices at speeds are of one model"
     order = np.argsort(_keys(other))
     place = order[np.searchsorted(_keys(other), _keys(model), sorter=order).clip(max=len(order) - 1)]
     if other.n_dofs != model.n_dofs or np.any(_keys(other)[place] != _keys(model)):
-        raise InputError(f"{model.source} and {other.source}: have different dofs; matrices at speeds are of one model")
+        raise InputError(Fault(both, "have different dofs", remedy=one_model))
     mass = other.M[place][:, place]
     if abs(mass - model.M).max() > 1e-6 * abs(model.M).max():
-        raise InputError(f"{model.source} and {other.source}: have different mass; matrices at speeds are of one model")
+        raise InputError(Fault(both, "have different mass", remedy=one_model))
     return other.K[place][:, place]
 
 
@@ -244,8 +245,7 @@ def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
         If the model has no mesh or no material, is not held, or finds no static state at this speed.
     """
     mesh, materials = _meshed(model)
-    motion = _motion(model, mesh)
-    return _state(_turning(model, mesh, materials, axis, model.K, motion, motion), speed)
+    return _state(_turning(model, mesh, materials, axis, model.K, model.motion, model.motion), speed)
 
 
 def _turning(
@@ -278,7 +278,8 @@ def _state(turning: _Turning, speed: float) -> Centrifugal:
         followed = turning.followed(linear, speed, steps)
         if followed is not None:
             return followed
-    raise InputError(f"{turning.model.source}: finds no static state at {speed:g} rad/s; check speed, axis and units")
+    place, what = Place(turning.model.source), f"finds no static state at {speed:g} rad/s"
+    raise InputError(Fault(place, what, remedy="check speed, axis and units"))
 
 
 def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple[csr_array, str]:
@@ -297,7 +298,7 @@ def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple
         A strain that no metal bears; mass that is not in the mesh.
     """
     mesh, materials = _meshed(model)
-    alike, motion = joined.motion(0), _motion(model, mesh)
+    alike, motion = joined.motion(0), model.motion
     K = csr_array(alike.T @ model.K @ alike)
     turning = _turning(model, mesh, materials, joined.axis, K, csr_array(motion @ alike), motion)
     state = _state(turning, speed)
@@ -315,20 +316,9 @@ def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple
 def _meshed(model: ImportedModel) -> tuple[Mesh, Materials]:
     if model.mesh is None or not model.materials:
         what = "mesh" if model.mesh is None else "material of its mesh"
-        raise InputError(
-            f"{model.source}: forces of rotation need the {what}; import it too, or give matrices at two speeds"
-        )
-    return model.mesh, model.materials
-
-
-def _motion(model: ImportedModel, mesh: Mesh) -> csr_array:
-    """Motion of all nodes of the mesh (3 n_nodes, n) from that of the rows."""
-    what = "forces of rotation"
-    free = rows_in_mesh(model, mesh, model.dof_nodes, model.dof_components, what)
-    motion = motion_in_mesh(model, mesh, free, what)
-    if motion is not None:
-        return motion
-    return csr_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(3 * mesh.n_nodes, len(free)))
+        remedy = "import it too, or give matrices at two speeds"
+        raise InputError(Fault(Place(model.source), f"forces of rotation need the {what}", remedy=remedy))
+    return model.in_mesh("forces of rotation"), model.materials
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -355,8 +345,8 @@ class _Turning:
         try:
             return -_solved(self.K, residual)
         except SingularMatrixError:
-            what = "has rigid-body motion, nothing balances centrifugal forces; constrain it"
-            raise InputError(f"{self.model.source}: {what}") from None
+            what = "has rigid-body motion, nothing balances centrifugal forces"
+            raise InputError(Fault(Place(self.model.source), what, remedy="constrain it")) from None
 
     def followed(self, linear: Array, speed: float, steps: int) -> Centrifugal | None:
         """The state at a speed, its square brought up in equal steps; None where Newton's method does not converge."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array
 
 from slipstick.fem.equations import COMPONENTS
-from slipstick.fem.imported import ImportedModel
+from slipstick.fem.model import ImportedModel
 from slipstick.typing import Array, IntArray, Sparse
 
 RIGID = 1e-10

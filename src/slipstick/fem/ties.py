@@ -1,7 +1,4 @@
-"""Nodes glued to faces: each follows the point of the face where it lies, by the shape functions.
-
-The same projection joins the two sides of a sector whose motion repeats from sector to sector.
-"""
+"""Nodes glued to faces: each follows the point of the face where it lies, by the shape functions."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError, Where
+from slipstick.errors import Where
 from slipstick.fem.elements import FACES
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import Mesh, Surface
@@ -19,13 +16,13 @@ from slipstick.typing import Array, IntArray
 
 _NEAREST = 32
 _STEPS = 20
-_SMALL = 1e-9
+SMALL = 1e-9
 """Shape functions below it are what rounding leaves of a node that lies on another one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Projection:
-    """Where points lie on a surface.
+    """Where points lie on a surface, or on the nearest of some nodes.
 
     ``nodes`` (n, 8) and ``weights`` (n, 8) of the face, padded by zeros; ``places`` (n, 3); ``distances`` (n,).
     """
@@ -110,88 +107,17 @@ def face_size(mesh: Mesh, surface: Surface) -> float:
 def tie_equations(mesh: Mesh, nodes: IntArray, onto: Projection, where: str | Where) -> Iterator[NodalEquation]:
     """Each node (index) moves as the place of its projection does."""
     for node, masters, weights in zip(nodes.tolist(), onto.nodes.tolist(), onto.weights.tolist(), strict=True):
-        parts = [(int(mesh.labels[m]), w) for m, w in zip(masters, weights, strict=True) if abs(w) > _SMALL]
+        parts = [(int(mesh.labels[m]), w) for m, w in zip(masters, weights, strict=True) if abs(w) > SMALL]
         for axis in range(3):
             terms = ((int(mesh.labels[node]), axis, 1.0), *((label, axis, -w) for label, w in parts))
             yield NodalEquation(terms=terms, where=where, dependent=Dependent.YIELDING)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sector:
-    """Axis of a sector model (two points, (3,) each) and the number of sectors of the whole."""
-
-    start: Array
-    end: Array
-    count: int
-
-    def rotation(self, sign: float) -> Array:
-        """Rotation (3, 3) by one sector about the axis."""
-        from scipy.spatial.transform import Rotation
-
-        axis = self.end - self.start
-        turn = sign * 2.0 * np.pi / self.count * axis / np.linalg.norm(axis)
-        return np.asarray(Rotation.from_rotvec(turn).as_matrix())
-
-
-def sides(mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface | IntArray) -> tuple[Projection, Array]:
-    """Where the nodes of one side lie on the other one, turned by a sector; and the rotation (3, 3) that is nearer."""
-    tries = []
-    for sign in (1.0, -1.0):
-        rotation = sector.rotation(sign)
-        back = (mesh.nodes[dependent] - sector.start) @ rotation + sector.start  # rows times R are R' times columns
-        tied = (
-            project(mesh, independent, back) if isinstance(independent, Surface) else _matched(mesh, independent, back)
-        )
-        tries.append((tied, rotation))
-    return min(tries, key=lambda entry: float(entry[0].distances.max(initial=0.0)))
-
-
-def cyclic_equations(
-    mesh: Mesh,
-    sector: Sector,
-    dependent: IntArray,
-    independent: Surface | IntArray,
-    *,
-    tolerance: float,
-    where: str | Where,
-) -> Iterator[NodalEquation]:
-    """The two sides of a sector move alike, seen in polar coordinates: the family of 0 nodal diameters.
-
-    ``independent`` is a surface, or node indices that the dependent ones must meet one by one.
-
-    Raises
-    ------
-    InputError
-        If a node has no place on the other side within the tolerance, whichever way the sector is turned.
-    """
-    tied, rotation = sides(mesh, sector, dependent, independent)
-    apart = float(tied.distances.max(initial=0.0))
-    if apart > tolerance:
-        label = mesh.labels[dependent[int(np.argmax(tied.distances))]]
-        raise InputError(
-            Fault(
-                where,
-                f"node {label} of one side is {apart:.3g} away from the other side turned by a sector",
-                expected=f"at most {tolerance:.3g}: check the number of sectors and the axis",
-            )
-        )
-    for node, masters, weights in zip(dependent.tolist(), tied.nodes.tolist(), tied.weights.tolist(), strict=True):
-        parts = [(m, w) for m, w in zip(masters, weights, strict=True) if abs(w) > _SMALL]
-        on_the_axis = any(m == node for m, _ in parts)
-        for axis in range(3):
-            terms = [(int(mesh.labels[node]), axis, 1.0)]
-            terms += [
-                (int(mesh.labels[m]), other, -w * float(rotation[axis, other])) for m, w in parts for other in range(3)
-            ]
-            which = Dependent.ANY if on_the_axis else Dependent.YIELDING
-            yield NodalEquation(terms=tuple(terms), where=where, dependent=which)
-
-
-def _matched(mesh: Mesh, nodes: IntArray, points: Array) -> Projection:
-    """The nearest of some nodes, as a projection."""
+def nearest(places: Array, points: Array) -> Projection:
+    """The nearest of some places (n_places, 3) for each point (n, 3), as a projection; ``nodes`` are their indices."""
     from scipy.spatial import cKDTree
 
-    apart, which = cKDTree(mesh.nodes[nodes]).query(points)
+    apart, which = cKDTree(places).query(points)
     padded, weights = np.zeros((len(points), 8), dtype=np.int64), np.zeros((len(points), 8))
-    padded[:, 0], weights[:, 0] = nodes[which], 1.0
-    return Projection(nodes=padded, weights=weights, places=mesh.nodes[nodes[which]], distances=np.asarray(apart))
+    padded[:, 0], weights[:, 0] = which, 1.0
+    return Projection(nodes=padded, weights=weights, places=places[which], distances=np.asarray(apart))

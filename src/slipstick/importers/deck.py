@@ -171,12 +171,11 @@ class Deck(Findings):
         self.mesh = Mesh(
             nodes=nodes,
             blocks={
-                kind: at(np.array(list(table.values()), dtype=np.int64), f"{self.source}: an element")
+                kind: at(np.array(list(table.values()), dtype=np.int64), "an element")
                 for kind, table in self.elements.items()
             },
             node_sets={
-                name: at(np.array(part, dtype=np.int64), f"{self.source}: set {name}")
-                for name, part in self.node_sets.items()
+                name: at(np.array(part, dtype=np.int64), f"set {name}") for name, part in self.node_sets.items()
             },
             element_sets={
                 name: {kind: np.flatnonzero(np.isin(part, members)) for kind, part in numbers.items()}
@@ -243,8 +242,3 @@ def matching_surface(mesh: Mesh, corners: Sequence[IntArray]) -> Surface:
         if chosen.any():
             faces[kind] = part[chosen]
     return Surface(faces=faces)
-
-
-def all_sets(mesh: Mesh) -> dict[str, IntArray]:
-    """Node indices of every node set and surface, by name."""
-    return {**{name: surface.nodes for name, surface in mesh.surfaces.items()}, **mesh.node_sets}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeVar
 
-from slipstick.errors import Fault, InputError, Place, Where
+from slipstick.errors import Fault, File, InputError, Place, Where
 
 ROUTE = (
     "export the assembled matrices and import those "
@@ -24,6 +25,18 @@ def refused(
     """The exception of one fault in a file: where it stands, or the name of the file alone."""
     place = Place(where) if isinstance(where, str) else where
     return InputError(Fault(place, statement, found=found, expected=expected, remedy=remedy))
+
+
+@contextmanager
+def made_of(source: str) -> Iterator[None]:
+    """What is wrong with what is made of a file stands in it, unless it says itself where it stands."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(
+            [fault if any(isinstance(part, File) for part in fault.where) else fault.inside(*Place(source))
+             for fault in error.faults]
+        ) from None  # fmt: skip
 
 
 class Verdict(Enum):

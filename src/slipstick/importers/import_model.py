@@ -12,9 +12,9 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import Gathering, listed
 from slipstick.faults import path as path_of
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import user_names
+from slipstick.fem.model import ImportedModel
 from slipstick.importers.matrix_model import support_notes
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import Fault, InputError, Place
-from slipstick.fem.imported import ImportedModel
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, misplaced_parts, name_rows
-from slipstick.importers.deck import Deck, all_sets
+from slipstick.importers.deck import Deck
 from slipstick.structure.checks import DAMPING_ELSEWHERE, asymmetry, number_faults, real
 from slipstick.typing import BoolArray, IntArray, Matrix
 
@@ -97,7 +97,7 @@ def build_model(deck: Deck, *, source: str, cyclic: bool = True) -> ImportedMode
         dof_components=deck.rows[:, 1],
         node_ids=deck.labels if mesh is None else mesh.labels,
         coordinates=deck.coordinates if mesh is None else mesh.nodes,
-        node_sets={} if mesh is None else {name: mesh.labels[part] for name, part in all_sets(mesh).items()},
+        node_sets={} if mesh is None else {name: mesh.labels[part] for name, part in mesh.all_sets.items()},
         source=source,
         units=deck.units,
         notes=deck.notes,

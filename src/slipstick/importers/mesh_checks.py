@@ -9,10 +9,10 @@ import numpy as np
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
 from slipstick.fem.geometry import determinant_and_inverse, tangents
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material, Materials, element_values
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.unit_systems import system_like
 from slipstick.typing import Array, BoolArray, IntArray
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.importers.deck import Deck
 from slipstick.importers.extras import require
-from slipstick.importers.findings import refused
+from slipstick.importers.findings import made_of, refused
 from slipstick.importers.formats import FORMATS, format_of
 from slipstick.importers.grouped import KINDS, MARK, Cells, grouped_model
 from slipstick.importers.text_numbers import read_bytes
@@ -45,7 +45,8 @@ def read_mesh(path: Path, constraints: int | None = None) -> Deck:
         suffixes = ", ".join(suffix for known in FORMATS if known.holds == "mesh" for suffix in known.suffixes)
         what = f"mesh files of type '{path.suffix.lower()}' are not known"
         raise refused(path.name, what, remedy=f"known are {suffixes}")
-    return known.reader(path, constraints) if known.supports else known.reader(path)
+    with made_of(path.name):
+        return known.reader(path, constraints) if known.supports else known.reader(path)
 
 
 def read_by_content(path: Path) -> Deck:

@@ -12,12 +12,12 @@ from slipstick.fem import refine
 from slipstick.fem.elements import LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import names_dofs
 from slipstick.fem.geometry import hourglass_warnings
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import with_lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
+from slipstick.fem.model import ImportedModel
 from slipstick.importers.deck import Deck, pairs_table
-from slipstick.importers.findings import refused
+from slipstick.importers.findings import made_of, refused
 from slipstick.importers.matrix_model import build_model
 from slipstick.importers.mesh_checks import material_warnings, variant_warnings
 from slipstick.typing import IntArray
@@ -78,7 +78,8 @@ def assemble_mesh(
     whole.held |= {pair for pair in deck.held if pair[1] > 2}
     mesh = replace(mesh, node_sets={name: nodes for name, nodes in mesh.node_sets.items() if name not in _HELD})
     whole.mesh, whole.units = mesh, units or deck.units
-    _assemble(whole, mesh, materials)
+    with made_of(source):
+        _assemble(whole, mesh, materials)
     whole.extra = [*deck.extra, *_orphans(deck, mesh, source)]
     whole.doubts = [
         *deck.doubts,

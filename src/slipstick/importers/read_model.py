@@ -8,8 +8,8 @@ from pathlib import Path
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.conversion import converted
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.refine import linear_warnings
 from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_doubts
 from slipstick.importers.deck import Deck

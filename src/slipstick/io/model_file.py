@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.model import ImportedModel
 from slipstick.io.hdf5 import created, opened, own_node, require_own
 from slipstick.replacing import replacing
 from slipstick.typing import Sparse

@@ -14,10 +14,11 @@ import numpy as np
 from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, count_or_numbers, frequency, number, one, whole, wrong
 from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.kept import Kept, kept, strain_rows
 from slipstick.fem.materials import Material
+from slipstick.fem.model import elastic_model
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
-from slipstick.models.reduced_body import FullMatrices, ReducedBody, wanted_elements
-from slipstick.models.surface_model import ContactModel, contact_model, strain_rows
+from slipstick.models.reduced_body import ReducedBody, wanted_elements
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.reduce import StrainRows, reduce_model
@@ -112,16 +113,14 @@ def _check_tools(loss_factor: object, cache: object, listener: object, solver: o
     gathering.end()
 
 
-def finite_element_blade(setup: BladeModel) -> ContactModel:
-    """The full model: sparse matrices, contact directions, pressure load, influence matrix."""
-    return contact_model(
-        blade_mesh(setup.shape),
-        setup.material,
-        fixed="root",
+def finite_element_blade(setup: BladeModel) -> Kept:
+    """The full model and what is kept of it: contact directions, pressure load, influence matrix."""
+    return kept(
+        elastic_model(blade_mesh(setup.shape), setup.material, "root"),
         surface="shroud_top",
         contacts=setup.contacts,
         radius=setup.radius,
-        pressures={"pressure": "concave"},
+        pressure={"pressure": "concave"},
         films=dict.fromkeys(WETTED, setup.film),
         cold="root",
     )
@@ -230,7 +229,7 @@ def _computed(
 def _body(
     setup: BladeModel, arrays: Mapping[str, Any], loss_factor: float, seconds: Mapping[str, float], *, reused: bool
 ) -> ReducedBody:
-    points = ContactPoints(**{name: np.asarray(arrays[name]) for name in _POINTS})
+    points = ContactPoints(**{name: arrays[name] for name in _POINTS})
     structure = ModalStructure(
         **{name: arrays[name] for name in _STRUCTURE},
         dofs=points.dofs,
@@ -247,7 +246,7 @@ def _body(
         seconds=seconds,
         reused=reused,
         source="parametric blade, SI units",
-        full=partial(_full, setup),
+        full=partial(finite_element_blade, setup),
     )
 
 
@@ -265,10 +264,10 @@ def _skin(arrays: Mapping[str, Any], points: ContactPoints) -> Skin:
     )  # fmt: skip
 
 
-def _strain_rows(setup: BladeModel, whole: ContactModel) -> StrainRows | None:
+def _strain_rows(setup: BladeModel, whole: Kept) -> StrainRows | None:
     if setup.stress is None:
         return None
-    return strain_rows(whole.model, setup.material, setup.stress, setup.stress_at)
+    return strain_rows(whole.model, setup.stress, setup.stress_at)
 
 
 def _strain_arrays(strains: Strains) -> dict[str, Any]:
@@ -290,8 +289,3 @@ def _strains(setup: BladeModel, arrays: Mapping[str, Any]) -> Strains:
         loads={"pressure": known["pressure"]},
         second_loads={"pressure": known["second_pressure"]},
     )
-
-
-def _full(setup: BladeModel) -> FullMatrices:
-    whole = finite_element_blade(setup)
-    return FullMatrices(K=whole.model.K, M=whole.model.M, directions=whole.request["keep"])

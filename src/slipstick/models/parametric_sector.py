@@ -22,10 +22,9 @@ from slipstick.faults import LARGEST, SMALLEST, Gathering, number, one, suggesti
 from slipstick.fem.axis import Axis
 from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.model import elastic_model
+from slipstick.fem.model import ImportedModel, elastic_model
 from slipstick.models.blade import BLADE_STEEL
 from slipstick.models.blade_mesh import Plan, hexahedra, plan_numbers, plan_of
 from slipstick.typing import Array, BoolArray, IntArray
@@ -157,23 +156,10 @@ def bladed_sector(shape: SectorShape | str = "small", *, material: Material = BL
     gathering.end()
     mesh = sector_mesh(shape)
     everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
-    elastic = elastic_model(mesh, material, "bore")
-    held = np.setdiff1d(np.arange(3 * mesh.n_nodes), elastic.free)
-    return ImportedModel(
-        K=elastic.K,
-        M=elastic.M,
-        dof_nodes=mesh.labels[elastic.free // 3],
-        dof_components=elastic.free % 3,
-        node_ids=mesh.labels,
-        coordinates=mesh.nodes,
-        node_sets={name: mesh.labels[surface.nodes] for name, surface in mesh.surfaces.items()},
-        constrained=np.stack([mesh.labels[held // 3], held % 3], axis=1),
-        source="parametric bladed sector",
-        units="SI",
-        mesh=replace(mesh, element_sets={**mesh.element_sets, "all": everything}),
-        materials={"all": material},
-        symmetry=CyclicSymmetry(sectors=shape.sectors, axis=Axis(), low="low", high="high"),
-    )
+    mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
+    model = elastic_model(mesh, {"all": material}, "bore")
+    ring = CyclicSymmetry(sectors=shape.sectors, axis=Axis(), low="low", high="high")
+    return replace(model, source="parametric bladed sector", units="SI", symmetry=ring)
 
 
 def sector_mesh(shape: SectorShape) -> Mesh:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -13,39 +13,31 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array, hstack
 
-from slipstick.errors import Fault, InputError, Where
+from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     SMALLEST,
     Gathering,
-    frequency,
     names,
     number,
     one,
-    shown,
     suggestion,
-    table,
-    text,
-    truth,
     warn,
     whole,
 )
 from slipstick.fem.assembly import assemble
 from slipstick.fem.axis import Axis
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.cyclic import ON_FACE, CyclicSymmetry, Joined, Pairing, face_nodes, joined, paired, turned
-from slipstick.fem.imported import ImportedModel
-from slipstick.fem.loads import pressure_load
+from slipstick.fem.cyclic import ON_FACE, CyclicSymmetry, Joined, Pairing, face_nodes, joined, paired
+from slipstick.fem.kept import Kept, Neighbours, kept
 from slipstick.fem.mesh import Mesh, Surface, user_names
-from slipstick.fem.model import ElasticModel
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.rotation import sector_at_speed
-from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
-from slipstick.models.reduced_body import _contact_nodes, _surface
-from slipstick.models.surface_model import of_import
+from slipstick.models.reduced import ReducedModel, require_names, taken, two_surfaces, unused
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
 from slipstick.structure.reduction import store
 from slipstick.structure.reduction.compute import Columns, ReducedData, stored_data
 from slipstick.structure.reduction.reduce import judge_served
-from slipstick.structure.reduction.request import Accuracy, tools
+from slipstick.structure.reduction.request import Accuracy
 from slipstick.structure.reduction.sector import SectorModes, reduce_phase
 from slipstick.typing import Array, ComplexArray, Frequency, IntArray, Reals, Sparse
 
@@ -70,23 +62,14 @@ class Between:
     high: ContactPoints
     turn: Array
 
-    def cosines(self, vectors: Array) -> list[dict[str, float]]:
-        """Motion of this sector less that of the next one along unit vectors (n, 3), by dof, one dict a point."""
-        found = []
-        for k, vector in enumerate(vectors, start=1):
-            pairs = [(f"h{k}{axis}", value) for axis, value in zip("xyz", vector, strict=True)]
-            pairs += [(f"l{k}{axis}@next", -value) for axis, value in zip("xyz", self.turn.T @ vector, strict=True)]
-            found.append({name: float(value) for name, value in pairs if abs(value) > 1e-12})
-        return found
-
     @property
     def dofs(self) -> tuple[str, ...]:
         """Names of the degrees of freedom of both sides."""
-        return tuple(f"{side}{k}{axis}" for side in "hl" for k in range(1, self.high.count + 1) for axis in "xyz")
+        return (*self.high.dofs, *replace(self.high, side="l").dofs)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReducedSector:
+class ReducedSector(ReducedModel):
     """A reduced finite element sector of a disc.
 
     Attributes
@@ -103,23 +86,32 @@ class ReducedSector:
     n_dofs
         Size of the sector, without its high face.
     distance
-        The largest distance of two paired nodes of the faces.
+        The largest distance of two paired nodes of the faces, or of a node from the other face.
     source, notes, warnings
         Of the imported model, with what was done here.
     """
 
     structure: SectorModes
-    points: ContactPoints | None = field(repr=False)
     between: Between | None = field(repr=False)
     axis: Axis
     turn: Array = field(repr=False)
-    n_dofs: int
     distance: float
-    source: str
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
     phases: Phases = field(repr=False)
     model: ImportedModel = field(repr=False)
+
+    @property
+    def sides(self) -> dict[str, ContactPoints]:
+        """Contact points by the letter of their names: "c" on the surface, "h" towards the next sector."""
+        return super().sides | ({} if self.between is None else {"h": self.between.high})
+
+    def cosines(self, side: str, vectors: Array) -> list[dict[str, float]]:
+        """Motion at the points of a side along unit vectors (n, 3), by dof: of "h" less that of the next sector."""
+        found = super().cosines(side, vectors)
+        if side == "h":
+            low = replace(self.sides[side], side="l").cosines(np.array([self.turn.T @ vector for vector in vectors]))
+            for own, opposite in zip(found, low, strict=True):
+                own |= {f"{name}@next": -value for name, value in opposite.items()}
+        return found
 
     @property
     def sectors(self) -> int:
@@ -333,8 +325,10 @@ def reduced_sector(
 ) -> ReducedSector:
     """Reduce a finite element sector of a disc to contact points, loads and named dofs, for each nodal diameter.
 
-    The nodes of the two faces are paired by rotation about the axis; the high face is that towards the next sector,
-    whichever way round that is. Modes of a nodal diameter are computed when a wave, or a whole disc, needs them.
+    The nodes of the two faces are paired by rotation about the axis; where they are meshed differently, the nodes of
+    the finer one follow the faces of the other one by its shape functions. The high face is that towards the next
+    sector, whichever way round that is. Modes of a nodal diameter are computed when a wave, or a whole disc, needs
+    them.
 
     Parameters
     ----------
@@ -347,7 +341,8 @@ def reduced_sector(
     axis
         Of the disc, ``{"point": (0, 0, 0), "direction": (0, 0, 1)}``; by default z through the origin.
     tolerance
-        Largest distance of paired nodes, length; by default a thousandth of the distance of neighbouring nodes.
+        Largest distance of paired nodes, length; by default a thousandth of the distance of neighbouring nodes. Where
+        faces are meshed differently, that of a node from the other face; by default a twentieth of an edge.
     surface, contacts, radius
         Contact points "c1", "c2", ...: see :func:`slipstick.reduced_body`.
     between, between_contacts
@@ -381,7 +376,8 @@ def reduced_sector(
     Warns
     -----
     SlipstickWarning
-        A damping matrix, which is not used; a load shape without force. When a phase is asked for, computed or read:
+        A damping matrix, which is not used; faces that are meshed differently and lie more than a thousandth of an edge
+        apart; a load shape without force. When a phase is asked for, computed or read:
         128 modes that leave an error above 1e-4.
 
     Examples
@@ -391,84 +387,68 @@ def reduced_sector(
     >>> sector.sectors, sector.dofs[:3], sector.natural_frequencies(3).size
     (24, ('c1x', 'c1y', 'c1z'), 6)
     """
-    asked = _checked(
-        model, surface=surface, sectors=sectors, axis=axis, tolerance=tolerance, radius=radius, between=between,
-        pressure=pressure,
-        keep=keep, speed=speed, modes=modes, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
-        force=force, cache=cache, listener=listener,
+    asked, touching = _checked(
+        model, sectors=sectors, axis=axis, tolerance=tolerance, between=between, speed=speed, loss_factor=loss_factor,
+        damping_ratio=damping_ratio, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep,
+        modes=modes, up_to=up_to, force=force, cache=cache, listener=listener,
     )  # fmt: skip
-    symmetry = _symmetry(model, asked["sectors"], low, high, asked["axis"])
+    symmetry = _symmetry(model, asked.pop("sectors"), low, high, asked.pop("axis"))
     alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
     if alone.speed or model.speed:
         raise InputError(Fault("model", "is a model at speed already", remedy="give speed here instead"))
-    pairing, how = _joined(alone, symmetry, asked["tolerance"])
+    pairing, how = _joined(alone, symmetry, asked.pop("tolerance"))
     notes = [_paired_note(pairing, symmetry)]
     K = alone.K
-    if asked["speed"]:
-        K, note = sector_at_speed(alone, how, asked["speed"])
+    if turning := asked.pop("speed"):
+        K, note = sector_at_speed(alone, how, turning)
         notes.append(note)
-    found = _kept(alone, symmetry, pairing, asked["surface"], contacts, asked, between_contacts)
-    if not found.names:
-        remedy = 'give surface = "NAME" for contacts on a surface, between, or keep = ["n123y"]'
-        raise InputError(Fault("surface", "nothing is kept", remedy=remedy))
-    warnings = [*_unused(alone)]
+    want = Accuracy(modes=asked.pop("modes"), reach=asked.pop("up_to") or 0.0)
+    require_names(alone, asked, between=touching)
+    sides = None
+    if touching:
+        low_face, high_face = touching
+        sides = Neighbours(
+            low=low_face, high=high_face, contacts=between_contacts, axis=symmetry.axis, turn=pairing.turn
+        )
+    found = kept(alone, **asked, between=sides)
+    directions, names_kept = _with_loads(found, asked["pressure"])
+    warnings = [*unused(alone, "modes"), *_unmet(pairing)]
     warn(warnings)
     phases = Phases(
-        how, K, alone.M, found.directions, Accuracy(modes=asked["modes"], reach=asked["up_to"] or 0.0),
+        how, K, alone.M, directions, want,
         cache=None if cache is None else Path(cache), listener=listener, force=force,
     )  # fmt: skip
     structure = SectorModes(
-        dofs=found.names, sectors=symmetry.sectors, load_shapes=found.loads, loss_factor=loss_factor,
+        dofs=names_kept, sectors=symmetry.sectors, load_shapes=tuple(found.loads), loss_factor=loss_factor,
         damping_ratio=damping_ratio, compute=phases,
     )  # fmt: skip
     structure.units = model.unit_names
     return ReducedSector(
-        structure=structure, points=found.points, between=found.between, axis=symmetry.axis, turn=pairing.turn,
+        structure=structure, points=found.points, axis=symmetry.axis,
+        between=Between(high=found.sides["h"], turn=pairing.turn) if touching else None, turn=pairing.turn,
         n_dofs=how.n, distance=pairing.distance, source=f"{alone.source}; units: {alone.units_told}",
         notes=(*alone.notes, *notes), warnings=(*alone.warnings, *warnings), phases=phases, model=alone,
     )  # fmt: skip
 
 
-def _checked(model: Any, **given: Any) -> dict[str, Any]:
-    """The arguments that are numbers and tables."""
+def _checked(model: Any, **given: Any) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The arguments that are numbers and tables, and the surfaces that touch the neighbours."""
     gathering = Gathering()
     gathering.take(one, "model", model, ImportedModel, "what ss.import_model or ss.models.bladed_sector returns")
-    checked = {
-        "sectors": None if given["sectors"] is None else gathering.take(whole, "sectors", given["sectors"], 2, 1000),
+    asked = {
+        "sectors": gathering.optional(whole, "sectors", given["sectors"], 2, 1000),
         "axis": None if given["axis"] is None else gathering.take(Axis.of, given["axis"]),
-        "keep": gathering.take(names, "keep", given["keep"]),
-        "modes": None if given["modes"] is None else gathering.take(whole, "modes", given["modes"], 1),
         "speed": gathering.take(_speed, given["speed"]),
-        "up_to": None if given["up_to"] is None else gathering.take(frequency, "up_to", given["up_to"]),
-        **{
-            name: None
-            if given[name] is None
-            else gathering.take(number, name, given[name], "a length > 0", above=SMALLEST)
-            for name in ("tolerance", "radius")
-        },
+        "tolerance": gathering.optional(number, "tolerance", given["tolerance"], "a length > 0", above=SMALLEST),
+        **taken(gathering, **given),
     }
-    surface = given["surface"]
-    if not (surface is None or isinstance(surface, str | Surface)):
-        surface = gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
     gathering.take(number, "loss_factor", given["loss_factor"], "a number >= 0", above=0.0)
     gathering.take(number, "damping_ratio", given["damping_ratio"], "a number")
     if given["modes"] is not None and given["up_to"] is not None:
         gathering.faults.append(Fault("modes", "both modes and up_to are given", remedy="keep one"))
-    pressure = given["pressure"]
-    pressure = {} if pressure is None else {"pressure": pressure} if isinstance(pressure, str) else pressure
-    shapes = gathering.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
-    for name, on in (shapes or {}).items():
-        gathering.take(text, ("pressure", name), on, "the name of a surface")
-    between = given["between"]
-    if between is not None and not (
-        isinstance(between, list | tuple) and len(between) == 2 and all(isinstance(s, str) for s in between)
-    ):
-        expected = 'two surfaces, low and high, such as ("shroud_low", "shroud_high")'
-        gathering.faults.append(Fault("between", found=shown(between), expected=expected))
-    gathering.take(truth, "force", given["force"])
-    gathering.take(tools, None, given["cache"], given["listener"])
+    between = gathering.take(two_surfaces, "between", given["between"])
     gathering.end()
-    return {**checked, "surface": surface, "pressure": shapes, "between": between}
+    return asked, between or ()
 
 
 def _speed(given: Any) -> float:
@@ -506,7 +486,7 @@ def _joined(model: ImportedModel, symmetry: CyclicSymmetry, tolerance: float | N
     gathering.end()
     assert low is not None
     assert high is not None
-    pairing = paired(symmetry, low, high, (model.positions(low), model.positions(high)), tolerance)
+    pairing = paired(symmetry, low, high, (model.positions(low), model.positions(high)), tolerance, model.mesh)
     return pairing, joined(model.dof_nodes, model.dof_components, pairing, symmetry, model.dependent[:, 0])
 
 
@@ -516,111 +496,42 @@ def _paired_note(pairing: Pairing, symmetry: CyclicSymmetry) -> str:
                           pairing.turn[1, 0] - pairing.turn[0, 1]])  # fmt: skip
     way = "with" if spin > 0.0 else "against"
     axis = f" and {len(pairing.on_axis)} on the axis" if len(pairing.on_axis) else ""
+    numbered = f"sectors are numbered {way} the turning sense of the axis"
+    if not pairing.between:
+        return (
+            f"{len(pairing.low)} nodes of the faces paired{axis}, {pairing.distance:.2g} apart at most (up to "
+            f"{ON_FACE:g} of an edge is taken); {numbered}"
+        )
+    (lead, _), (follow, nodes) = pairing.leading, pairing.following
     return (
-        f"{len(pairing.low)} nodes of the faces paired{axis}, {pairing.distance:.2g} apart at most (up to {ON_FACE:g} "
-        f"of an edge is taken); sectors are numbered {way} the turning sense of the axis"
+        f"the faces are meshed differently: {len(nodes)} nodes of {follow} follow the faces of {lead} by shape "
+        f"functions{axis}, {pairing.between} of them between its nodes, {_apart(pairing)} at most; {numbered}"
     )
 
 
-@dataclass(frozen=True)
-class _Kept:
-    directions: Any
-    names: tuple[str, ...]
-    loads: tuple[str, ...]
-    points: ContactPoints | None
-    between: Between | None
+def _apart(pairing: Pairing) -> str:
+    return f"{pairing.distance:.2g}, {pairing.distance / pairing.edge:.2g} of an edge, apart"
 
 
-def _kept(
-    model: ImportedModel, symmetry: CyclicSymmetry, pairing: Pairing, surface: Any, contacts: Any,
-    asked: Mapping[str, Any], between_contacts: Any,
-) -> _Kept:  # fmt: skip
-    """Directions of everything kept, their names, and the contact points."""
-    parts: list[Any] = []
-    kept: list[str] = []
-    points = side = None
-    if surface is not None or asked["between"] is not None or asked["pressure"]:
-        elastic = of_import(model)
-        mesh = elastic.mesh
-        _require_surfaces(mesh, surface, asked)
-        if surface is not None:
-            on = _surface(surface, mesh)
-            patches = _patches(mesh, on, contacts, asked["radius"])
-            points = patches.points
-            parts.append(_axes(elastic, patches))
-            kept += points.dofs
-        if asked["between"] is not None:
-            side = _between(elastic, symmetry, pairing, asked, between_contacts, parts)
-            kept += side.dofs
-    unknown = [name for name in asked["keep"] if name not in {*model.dofs, *model.dependent_dofs}]
-    if unknown:
-        like = f"names look like {', '.join(model.dofs[:3])}"
-        raise InputError(
-            [Fault("keep", f"there is no free dof '{name}' in the model", remedy=like) for name in unknown[:20]]
-        )
-    if asked["keep"]:
-        parts.append(model.directions(asked["keep"]))
-        kept += asked["keep"]
-    for name, on_name in asked["pressure"].items():
-        load = elastic.restrict(pressure_load(mesh, mesh.surface(on_name)))
+def _unmet(pairing: Pairing) -> Iterator[str]:
+    """Faces that are meshed differently and do not lie on each other."""
+    if pairing.between and pairing.distance > ON_FACE * pairing.edge:
+        yield f"the faces lie up to {_apart(pairing)} when turned onto each other: turning as a whole strains the joint"
+
+
+def _with_loads(found: Kept, pressure: Mapping[str, str]) -> tuple[csc_array, tuple[str, ...]]:
+    """What is kept with a column for each load shape, and the names of all; phases treat both alike."""
+    if not found.names and not found.loads:
+        remedy = 'give surface = "NAME" for contacts on a surface, between, or keep = ["n123y"]'
+        raise InputError(Fault("surface", "nothing is kept", remedy=remedy))
+    for name, load in found.loads.items():
         if not load.any():
-            raise InputError(Fault(("pressure", name), f"does no work: the nodes of '{on_name}' are held"))
-        parts.append(csc_array(load[:, None]))
-    twice = {name for name in asked["pressure"] if name in kept}
+            raise InputError(Fault(("pressure", name), f"does no work: the nodes of '{pressure[name]}' are held"))
+    twice = {*found.loads} & {*found.names}
     if twice:
         raise InputError(Fault("pressure", f"'{min(twice)}' is the name of a dof too", remedy="choose another"))
-    loads = tuple(asked["pressure"])
-    return _Kept(csc_array(hstack(parts)) if parts else None, (*kept, *loads), loads, points, side)
-
-
-def _require_surfaces(mesh: Mesh, surface: Any, asked: Mapping[str, Any]) -> None:
-    named: dict[Where, str] = {("surface",): surface} if isinstance(surface, str) else {}
-    named |= {("pressure", shape): on for shape, on in asked["pressure"].items()}
-    named |= {("between", k): name for k, name in enumerate(asked["between"] or ())}
-    faults = [
-        Fault(where, f"there is no surface '{name}' in the model", remedy=suggestion(name, user_names(mesh.surfaces)))
-        for where, name in named.items()
-        if name not in mesh.surfaces
-    ]
-    if faults:
-        raise InputError(faults)
-
-
-def _patches(mesh: Mesh, on: Surface, contacts: Any, radius: float | None) -> ContactPatches:
-    at = _contact_nodes(contacts, mesh)
-    return contact_patches(mesh, on, spread_nodes(mesh, on, at) if isinstance(at, int) else at, radius)
-
-
-def _axes(elastic: ElasticModel, patches: ContactPatches) -> Any:
-    """Columns x, y, z of each point."""
-    n = patches.points.count
-    axes = [patches.directions(np.tile(axis, (n, 1))) for axis in np.eye(3)]
-    order = np.arange(3 * n).reshape(3, n).T.ravel()
-    return elastic.restrict(hstack(axes, format="csc")[:, order]).tocsc()
-
-
-def _between(
-    elastic: ElasticModel, symmetry: CyclicSymmetry, pairing: Pairing, asked: Mapping[str, Any], contacts: Any,
-    parts: list[Any],
-) -> Between:  # fmt: skip
-    """Points on the face towards the next sector, and those opposite on the low one; their columns go to ``parts``."""
-    mesh = elastic.mesh
-    low, high = (mesh.surface(name) for name in asked["between"])
-    patches = _patches(mesh, high, contacts, asked["radius"])
-    back = turned(symmetry.axis, pairing.turn.T, patches.points.positions)
-    try:
-        opposite = contact_patches(mesh, low, back, float(patches.radii.max()) if asked["radius"] else None)
-    except InputError as error:
-        raise InputError([fault.inside("between") for fault in error.faults]) from None
-    apart = np.linalg.norm(opposite.points.positions - back, axis=1)
-    size = np.sqrt(patches.points.areas)
-    worst = int(np.argmax(apart / size))
-    if apart[worst] > 0.1 * size[worst]:
-        statement = f"point {worst + 1} of '{asked['between'][1]}' lies {apart[worst]:.3g} from '{asked['between'][0]}'"
-        remedy = "give surfaces of shrouds that touch, in the order low, high"
-        raise InputError(Fault("between", f"{statement} of the next sector", remedy=remedy))
-    parts += [_axes(elastic, patches), _axes(elastic, opposite)]
-    return Between(high=patches.points, turn=pairing.turn)
+    columns = [found.directions, *(load[:, None] for load in found.loads.values())]
+    return csc_array(hstack([csc_array(part) for part in columns])), (*found.names, *found.loads)
 
 
 def _blade_share(model: ImportedModel, blade: Any) -> tuple[IntArray, Any]:
@@ -650,12 +561,8 @@ def _blade_share(model: ImportedModel, blade: Any) -> tuple[IntArray, Any]:
         for name, material in materials.items()
         if any(len(at) for at in part.element_sets[name].values())
     }
-    elastic = of_import(model)
-    full = assemble(part, used).stiffness
-    if elastic.basis is not None:
-        K = csr_array(elastic.basis.T @ full @ elastic.basis)
-    else:
-        K = csr_array(full[elastic.free][:, elastic.free])
+    model.in_mesh("blades that differ")
+    K = csr_array(model.motion.T @ assemble(part, used).stiffness @ model.motion)
     rows = np.flatnonzero(np.diff(K.indptr))
     return rows, K[rows][:, rows]
 
@@ -669,12 +576,3 @@ def _by_stiffness(share: Any, motion: Mapping[int, ComplexArray]) -> dict[int, C
     F = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
     half = F.shape[1] // 2
     return {k: F[:, a:b] + 1j * F[:, half + a : half + b] for k, a, b in zip(motion, ends[:-1], ends[1:], strict=True)}
-
-
-def _unused(model: ImportedModel) -> list[str]:
-    if model.C is not None and model.C.nnz:
-        return [
-            f"{model.source}: holds a damping matrix, which a reduction to modes does not use; give loss_factor or "
-            "damping_ratio"
-        ]
-    return []

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from functools import partial
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +16,12 @@ from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.fem.axis import DIRECTIONS, Axis
-from slipstick.fem.contact_points import ContactPoints
-from slipstick.models.reduced_body import ReducedBody
-from slipstick.models.reduced_sector import ReducedSector
+from slipstick.models.reduced import ReducedModel
 from slipstick.typing import Array, Reals
 
 
 def surface_contacts(
-    body: ReducedBody | ReducedSector,
+    body: ReducedModel,
     name: str = "contact",
     *,
     contact: Law,
@@ -78,7 +77,8 @@ def surface_contacts(
         where one is needed.
     """
     about = _checked(body, name, contact, normal, shared, rubbing, axis, between)
-    places, cosines = _places(body, between)
+    side = _side(body, between)
+    places, cosines = body.sides[side], cast("Callable[[Any], Any]", partial(body.cosines, side))
     gathering = Gathering()
     chosen = gathering.take(places.chosen, points)
     turned = gathering.take(places.outward, about, normal) if isinstance(normal, str) else None
@@ -107,17 +107,14 @@ def surface_contacts(
     ]
 
 
-def _places(body: ReducedBody | ReducedSector, between: bool) -> tuple[ContactPoints, Callable[[Any], Any]]:
-    """The contact points, and what makes direction cosines by dof of unit vectors there."""
-    if between:
-        side = body.between if isinstance(body, ReducedSector) else None
-        if side is None:
-            remedy = "give between where the sector is reduced"
-            raise InputError(Fault("between", "the body has no contact points towards its neighbours", remedy=remedy))
-        return side.high, side.cosines
-    if body.points is None:
+def _side(body: ReducedModel, between: bool) -> str:
+    """The letter of the points that are asked for."""
+    if between and "h" not in body.sides:
+        remedy = "give between where the sector is reduced"
+        raise InputError(Fault("between", "the body has no contact points towards its neighbours", remedy=remedy))
+    if not between and "c" not in body.sides:
         raise InputError(Fault("points", "the body has no contact points", remedy="give surface where it is reduced"))
-    return body.points, body.points.cosines
+    return "h" if between else "c"
 
 
 def _checked(
@@ -133,9 +130,9 @@ def _checked(
     """The axis, if there is one; InputError with everything that is of another kind."""
     gathering = Gathering()
     what = "what ss.reduced_body, ss.reduced_blade or ss.reduced_sector returns"
-    gathering.take(one, "body", body, (ReducedBody, ReducedSector), what)
+    gathering.take(one, "body", body, ReducedModel, what)
     gathering.take(truth, "between", between)
-    if axis is None and isinstance(body, ReducedSector):
+    if axis is None and isinstance(body, ReducedModel):
         axis = body.axis
     gathering.take(text, "name", name)
     if not isinstance(contact, Law):

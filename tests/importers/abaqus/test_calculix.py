@@ -33,12 +33,11 @@ def test_frequencies_are_those_calculix_prints(tmp_path, kind):
 @needs_ccx
 def test_matrices_with_their_mesh_take_contacts_on_a_surface(tmp_path):
     """The model of the files .sti, .mas, .dof and .inp is the same elastic model as the mesh alone gives."""
-    from slipstick.models.surface_model import of_import
 
     write_input(tmp_path / "job.inp", skewed("hex20"), step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
     run(tmp_path / "job.inp")
-    theirs = of_import(read_model([tmp_path / "job.sti", tmp_path / "job.inp"]))
-    ours = of_import(read_model(tmp_path / "job.inp"))
+    theirs = read_model([tmp_path / "job.sti", tmp_path / "job.inp"])
+    ours = read_model(tmp_path / "job.inp")
     order = np.argsort(theirs.free)
     np.testing.assert_array_equal(theirs.free[order], ours.free)
     assert abs(theirs.K[order][:, order] - ours.K).max() < 1e-12 * abs(ours.K).max()

@@ -119,6 +119,20 @@ def test_a_sector_is_read_with_its_faces(tmp_path, sides):
     np.testing.assert_array_equal(again.natural_frequencies(3), sector.natural_frequencies(3))
 
 
+def test_a_sector_whose_sides_do_not_match_is_read_and_reduced(tmp_path):
+    nodes = RING.nodes.copy()
+    x, radius = nodes[:, 0], np.hypot(nodes[:, 1], nodes[:, 2])
+    thick = 2.0 * (1.0 + 0.2 * (radius - 10.0) / 3.0)
+    nodes[:, 0] = x + 0.4 * np.arctan2(nodes[:, 1], nodes[:, 2]) * x * (thick - x) / thick
+    text = STEEL + lines_of(Mesh(nodes=nodes, blocks=RING.blocks, surfaces=RING.surfaces), "A")
+    text += HELD.replace(", 1\n", ", 1, 3\n") + CYCLIC.format("SAy0, SAy1", 12) + AXIS + ASKED.format(4, 0, 0)
+    with pytest.warns(SlipstickWarning, match="nodes of SAY0 lie between nodes of SAY1"):
+        model = read_model(write(tmp_path, text))
+    sector = reduced_sector(model, keep=[model.symmetry.alone.dofs[0]], modes=4)
+    assert "meshed differently" in sector.notes[-1]
+    np.testing.assert_allclose(sector.natural_frequencies(0), np.sqrt(found_in(model, 4)), rtol=1e-9)
+
+
 def found_in(model, count):
     return modes(model.K, model.M, count).eigenvalues
 

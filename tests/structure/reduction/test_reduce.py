@@ -14,7 +14,7 @@ from scipy.sparse.linalg import spsolve
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
-from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.model import FiniteElementModel, elastic_model
 from slipstick.solve.linear.modes import EigenError, StageProgress
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.reduction import compute as reduction_compute
@@ -25,13 +25,13 @@ STEEL = Material(young=2.08e11, poisson=0.3, density=8200.0)
 
 
 @pytest.fixture(scope="module")
-def beam() -> ElasticModel:
+def beam() -> FiniteElementModel:
     """A square cantilever of 20-node bricks: double bending modes, 1 800 dofs."""
     return elastic_model(box((0.2, 0.02, 0.02), (20, 2, 2), "hex20"), STEEL, "x0")
 
 
 @pytest.fixture(scope="module")
-def tip(beam: ElasticModel) -> list[str]:
+def tip(beam: FiniteElementModel) -> list[str]:
     """All dofs of five nodes on the upper side near the free end."""
     x, y, z = beam.mesh.nodes.T
     nodes = np.flatnonzero((z > 0.02 - 1e-9) & (y < 1e-9) & (x > 0.15))[:5]
@@ -39,18 +39,18 @@ def tip(beam: ElasticModel) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def pressure(beam: ElasticModel) -> np.ndarray:
+def pressure(beam: FiniteElementModel) -> np.ndarray:
     load = np.zeros(beam.K.shape[0])
     load[2::3] = 1.0
     return load
 
 
 @pytest.fixture(scope="module")
-def reduction(beam: ElasticModel, tip: list[str], pressure: np.ndarray) -> Reduction:
+def reduction(beam: FiniteElementModel, tip: list[str], pressure: np.ndarray) -> Reduction:
     return reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, load_shapes={"pressure": pressure}, modes=128)
 
 
-def direct(model: ElasticModel, columns: Any, omega: float, loss_factor: float = 0.0) -> np.ndarray:
+def direct(model: FiniteElementModel, columns: Any, omega: float, loss_factor: float = 0.0) -> np.ndarray:
     """``columns^T (K (1 + i eta) - omega^2 M)^-1 columns`` by SciPy's solver, not the package's."""
     Z = sparse.csc_array(model.K * (1.0 + 1j * loss_factor) - omega**2 * model.M)
     return np.asarray(columns.T @ spsolve(Z, columns))
@@ -61,7 +61,7 @@ def relative(found: np.ndarray, exact: np.ndarray) -> float:
 
 
 def test_receptance_against_the_full_model_up_to_five_times_the_first_resonance(
-    beam: ElasticModel, reduction: Reduction, pressure: np.ndarray
+    beam: FiniteElementModel, reduction: Reduction, pressure: np.ndarray
 ) -> None:
     s = reduction.structure
     columns = np.column_stack([reduction.directions.toarray(), pressure])
@@ -74,7 +74,7 @@ def test_receptance_against_the_full_model_up_to_five_times_the_first_resonance(
         assert relative(value[:, n:], exact[:, n:]) < 1e-7
 
 
-def test_receptance_at_resonance_with_damping(beam: ElasticModel, tip: list[str]) -> None:
+def test_receptance_at_resonance_with_damping(beam: FiniteElementModel, tip: list[str]) -> None:
     s = reduce(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=128, loss_factor=1e-3)
     n = len(s.dofs)
     columns = np.zeros((len(beam.dofs), n))
@@ -83,7 +83,7 @@ def test_receptance_at_resonance_with_damping(beam: ElasticModel, tip: list[str]
     assert relative(value, direct(beam, columns, s.omega[0], 1e-3)) < 1e-6
 
 
-def test_static_compliance_is_exact(beam: ElasticModel, reduction: Reduction, pressure: np.ndarray) -> None:
+def test_static_compliance_is_exact(beam: FiniteElementModel, reduction: Reduction, pressure: np.ndarray) -> None:
     s = reduction.structure
     columns = np.column_stack([reduction.directions.toarray(), pressure])
     static = s.project(np.eye(len(s.dofs)), np.eye(len(s.dofs)), ["pressure"]).static
@@ -101,7 +101,7 @@ def test_modes_are_complete_double_ones_included(reduction: Reduction) -> None:
     assert reduction.residuals.max() < 1e-7
 
 
-def test_error_falls_fast_with_the_last_mode_taken(beam: ElasticModel, tip: list[str]) -> None:
+def test_error_falls_fast_with_the_last_mode_taken(beam: FiniteElementModel, tip: list[str]) -> None:
     """Left out is the sum of ``a_r^2 omega^4 / omega_r^6``: order 6 less 1 to 3, for modes as dense as omega^0..2."""
     omega = reduce(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=1).omega[0] * 4.0
     errors, firsts = [], []
@@ -114,7 +114,7 @@ def test_error_falls_fast_with_the_last_mode_taken(beam: ElasticModel, tip: list
     assert 3.0 < order < 5.0
 
 
-def test_error_grows_with_the_fourth_power_of_frequency(beam: ElasticModel, tip: list[str]) -> None:
+def test_error_grows_with_the_fourth_power_of_frequency(beam: FiniteElementModel, tip: list[str]) -> None:
     """The first term left out is omega^4 times a constant: absolute error, order 4 in frequency."""
     made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=6)
     s, columns = made.structure, made.directions.toarray()
@@ -125,7 +125,7 @@ def test_error_grows_with_the_fourth_power_of_frequency(beam: ElasticModel, tip:
 
 
 def test_number_of_modes_follows_from_the_accuracy(
-    beam: ElasticModel, tip: list[str], monkeypatch: pytest.MonkeyPatch
+    beam: FiniteElementModel, tip: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     highest = 5.0 * 2600.0
     counts = []
@@ -150,7 +150,7 @@ def test_number_of_modes_follows_from_the_accuracy(
         reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=1e-15, frequency_range=(0.0, highest))
 
 
-def test_patches_are_kept_as_directions(beam: ElasticModel, reduction: Reduction, tip: list[str]) -> None:
+def test_patches_are_kept_as_directions(beam: FiniteElementModel, reduction: Reduction, tip: list[str]) -> None:
     weights = np.array([[0.5, 0.25, 0.25]]).T
     pick = sparse.csc_array(reduction.directions)[:, [2, 5, 8]]
     patch = reduce(beam.K, beam.M, keep=sparse.csc_array(pick @ weights), names=["patch"], modes=128)
@@ -164,13 +164,13 @@ def test_patches_are_kept_as_directions(beam: ElasticModel, reduction: Reduction
     assert patch.dofs == ("patch",)
 
 
-def test_rayleigh_damping_becomes_ratios_of_the_modes(beam: ElasticModel, tip: list[str]) -> None:
+def test_rayleigh_damping_becomes_ratios_of_the_modes(beam: FiniteElementModel, tip: list[str]) -> None:
     s = reduce(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=8, rayleigh=(3.0, 2e-7), damping_ratio=0.01)
     np.testing.assert_allclose(s.damping_ratio, 0.01 + 1.5 / s.omega + 1e-7 * s.omega)
 
 
 def test_a_stored_reduction_is_reused_and_recognised_by_content(
-    beam: ElasticModel, tip: list[str], pressure: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    beam: FiniteElementModel, tip: list[str], pressure: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def make(K: Any = beam.K, **options: Any) -> Reduction:
         wishes: dict[str, Any] = {"modes": 8, "load_shapes": {"pressure": pressure}, "cache": tmp_path / "store"}
@@ -201,7 +201,7 @@ def test_a_stored_reduction_is_reused_and_recognised_by_content(
 
 
 def test_what_other_code_stored_is_made_again(
-    beam: ElasticModel, tip: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    beam: FiniteElementModel, tip: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The key holds the text of the code: a change of one byte in a room is another key."""
     made = [reduce_model(beam.K, beam.M, keep=tip, dofs=beam.dofs, modes=4, cache=tmp_path).reused for _ in range(2)]
@@ -226,13 +226,13 @@ def test_a_stored_file_of_something_else_is_made_again(tmp_path: Path) -> None:
     assert reduction_store.read(path) is None
 
 
-def test_a_folder_that_cannot_be_written_is_told(beam: ElasticModel, tip: list[str], tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_told(beam: FiniteElementModel, tip: list[str], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match=r"cannot be stored in .*file"):
         reduce(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=4, cache=tmp_path / "file")
 
 
-def test_progress_names_the_stages(beam: ElasticModel, tip: list[str]) -> None:
+def test_progress_names_the_stages(beam: FiniteElementModel, tip: list[str]) -> None:
     events: list[StageProgress] = []
     made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=8, listener=events.append)
     assert {"factorisation", "static solutions", "modes", "counting modes"} <= {event.stage for event in events}
@@ -365,7 +365,7 @@ def test_estimate_at_a_natural_frequency_is_refused() -> None:
 
 
 def test_without_a_number_or_a_range_the_accuracy_says_how_many(
-    beam: ElasticModel, tip: list[str], pressure: np.ndarray, monkeypatch: pytest.MonkeyPatch
+    beam: FiniteElementModel, tip: list[str], pressure: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Right to 1e-7 against the full model up to ten times the first resonance, and farther on request."""
     given = {"dofs": beam.dofs, "keep": tip, "load_shapes": {"pressure": pressure}}

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from slipstick.errors import Fault, Place
+from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.rigid import Reference
-from slipstick.fem.ties import Sector
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Verdict, refused
@@ -67,7 +67,7 @@ class Content(Deck):
     turned: dict[int, Axes] = field(default_factory=dict)
     orientations: dict[str, Axes] = field(default_factory=dict)
     ties: list[Tie] = field(default_factory=list)
-    sectors: list[tuple[Tie, Sector, Place]] = field(default_factory=list)
+    sectors: list[tuple[Tie, CyclicSymmetry, Place]] = field(default_factory=list)
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None
     material: str = ""

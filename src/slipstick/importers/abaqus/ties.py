@@ -10,10 +10,10 @@ import numpy as np
 
 from slipstick.errors import Place
 from slipstick.fem.axis import Axis
-from slipstick.fem.cyclic import CyclicSymmetry
+from slipstick.fem.cyclic import CyclicSymmetry, cyclic_equations, rotation, sides, turned
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.ties import Projection, Sector, cyclic_equations, face_size, project, sides, tie_equations
+from slipstick.fem.ties import Projection, face_size, nearest, project, tie_equations
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Content, Tie, nodes_of, surface_of
 from slipstick.importers.abaqus.keywords import KEYWORDS
@@ -109,8 +109,8 @@ def tie_warnings(content: Content, mesh: Mesh) -> Iterator[str]:
     for tie in content.ties:
         if not tie.cyclic:
             yield from _untied(content, tie, mesh)
-    for tie, sector, where in content.sectors:
-        yield from _unlike(content, tie, sector, where, mesh)
+    for tie, ring, where in content.sectors:
+        yield from _unlike(content, tie, ring, where, mesh)
 
 
 def _untied(content: Content, tie: Tie, mesh: Mesh) -> Iterator[str]:
@@ -131,10 +131,10 @@ def _untied(content: Content, tie: Tie, mesh: Mesh) -> Iterator[str]:
         )
 
 
-def _unlike(content: Content, tie: Tie, sector: Sector, where: Place, mesh: Mesh) -> Iterator[str]:
+def _unlike(content: Content, tie: Tie, ring: CyclicSymmetry, where: Place, mesh: Mesh) -> Iterator[str]:
     """Sides of a sector that lie apart, whose nodes do not meet, or of which one is larger."""
     dependent, onto, size = _two_sides(content, tie, where, mesh)
-    projection, rotation = sides(mesh, sector, dependent, onto)
+    projection, turn = sides(mesh, ring, dependent, onto)
     if projection.distances.max(initial=0.0) > _MEET * size:
         yield f"{where}: the sides lie up to {_length(projection.distances, size)}, apart when turned onto each other"
     between = int((np.abs(projection.weights).max(axis=1) < 1.0 - _MEET).sum())
@@ -145,24 +145,17 @@ def _unlike(content: Content, tie: Tie, sector: Sector, where: Place, mesh: Mesh
             "and stiffer"
         )
     other = nodes_of(content, mesh, tie.independent, where)
-    turned = (mesh.nodes[other] - sector.start) @ rotation.T + sector.start
+    places = turned(ring.axis, turn, mesh.nodes[other])
     faces = mesh.surfaces[tie.dependent].faces if tie.dependent in mesh.surfaces else {}
     whole = {kind: part[np.isin(part, dependent).all(axis=1)] for kind, part in faces.items()}
     back = Surface(faces={kind: part for kind, part in whole.items() if len(part)})
-    apart = project(mesh, back, turned).distances if back.faces else _spread(mesh.nodes[dependent], turned)
+    apart = (project(mesh, back, places) if back.faces else nearest(mesh.nodes[dependent], places)).distances
     alone = apart > _SIDES * size
     if alone.any():
         yield (
             f"{where}: {alone.sum()} of {len(other)} nodes of {tie.independent} ({mesh.labels[other[alone][0]]}, ...) "
             f"meet nothing of {tie.dependent}: they are joined to nothing; give both sides whole"
         )
-
-
-def _spread(places: Array, points: Array) -> Array:
-    """Distance of points to the nearest place."""
-    from scipy.spatial import cKDTree
-
-    return np.asarray(cKDTree(places).query(points)[0])
 
 
 @KEYWORDS.reads("CYCLICSYMMETRYMODEL", "CHECK ELSET N NGRAPH TIE", stage=3)
@@ -176,12 +169,13 @@ def on_cyclic(content: Content, block: Block) -> None:
     joined = [tie for tie in cyclic if tie.name == parameters.get("TIE", tie.name)]
     if len(axis) < 6 or sectors < 2 or len({tie.name for tie in joined}) != 1:
         raise ValueError("expected N from 2 up, six numbers of an axis, and one *TIE with CYCLIC SYMMETRY, or its name")
-    sector = Sector(start=np.array(axis[:3]), end=np.array(axis[3:6]), count=sectors)
+    along = Axis(point=axis[:3], direction=np.array(axis[3:6]) - axis[:3])
+    ring = CyclicSymmetry(sectors=sectors, axis=along, low=(), high=())
     for tie in joined:
         where = content.place(block.line, block.shown)
-        content.sectors.append((tie, sector, where))
+        content.sectors.append((tie, ring, where))
         content.stated.append(
-            Stated(where=where, equations=partial(_sides, content, tie, sector, where), nodewise=False, cyclic=True)
+            Stated(where=where, equations=partial(_sides, content, tie, ring, where), nodewise=False, cyclic=True)
         )
 
 
@@ -189,19 +183,16 @@ def symmetry_of(content: Content, mesh: Mesh) -> CyclicSymmetry | None:
     """The ring that a file is a sector of, its sectors numbered in the turning sense of the axis; None of none."""
     if not content.sectors:
         return None
-    count, low, high = content.sectors[0][1].count, [], []
-    for tie, sector, where in content.sectors:
+    low, high = [], []
+    for tie, ring, where in content.sectors:
         dependent, onto, _ = _two_sides(content, tie, where, mesh)
         other = nodes_of(content, mesh, tie.independent, where)
-        _, rotation = sides(mesh, sector, dependent, onto)
-        forward = np.allclose(rotation, sector.rotation(1.0))
+        _, turn = sides(mesh, ring, dependent, onto)
+        forward = np.allclose(turn, rotation(ring.axis, 2.0 * np.pi / ring.sectors))
         high.append(dependent if forward else other)
         low.append(other if forward else dependent)
-    first = content.sectors[0][1]
-    return CyclicSymmetry(
-        sectors=count, axis=Axis(point=first.start, direction=first.end - first.start),
-        low=np.unique(mesh.labels[np.concatenate(low)]), high=np.unique(mesh.labels[np.concatenate(high)]),
-    )  # fmt: skip
+    own = [np.unique(mesh.labels[np.concatenate(part)]) for part in (low, high)]
+    return replace(content.sectors[0][1], low=own[0], high=own[1])
 
 
 def _two_sides(content: Content, tie: Tie, where: Place, mesh: Mesh) -> tuple[IntArray, Surface | IntArray, float]:
@@ -212,10 +203,10 @@ def _two_sides(content: Content, tie: Tie, where: Place, mesh: Mesh) -> tuple[In
     return dependent, faces or other, face_size(mesh, faces) if faces else _spacing(mesh.nodes[other])
 
 
-def _sides(content: Content, tie: Tie, sector: Sector, where: Place, mesh: Mesh) -> Iterator[NodalEquation]:
+def _sides(content: Content, tie: Tie, ring: CyclicSymmetry, where: Place, mesh: Mesh) -> Iterator[NodalEquation]:
     dependent, onto, size = _two_sides(content, tie, where, mesh)
     tolerance = min(_SIDES * size, tie.tolerance or np.inf)
-    yield from cyclic_equations(mesh, sector, dependent, onto, tolerance=tolerance, where=where)
+    yield from cyclic_equations(mesh, ring, dependent, onto, tolerance=tolerance, where=where)
 
 
 def _spacing(places: Array) -> float:

@@ -11,25 +11,17 @@ from slipstick.fem.assembly import assemble, conduction
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.box import box
 from slipstick.fem.imported import ImportedModel
+from slipstick.fem.kept import kept
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
-from slipstick.models.surface_model import contact_model, of_import, with_contacts
 from slipstick.solve.linear.factorisation import factorise
 
 METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)
 
 
-def test_contact_model_of_a_block():
+def test_what_is_kept_of_a_block():
     mesh = box((1.0, 1.0, 0.5), (4, 4, 2), "hex20")
-    body = contact_model(
-        mesh,
-        METAL,
-        fixed="z0",
-        surface="z1",
-        contacts=4,
-        pressures={"push": "x0"},
-        films={"x1": 3.0},
-    )
+    body = kept(elastic_model(mesh, METAL, "z0"), surface="z1", contacts=4, pressure={"push": "x0"}, films={"x1": 3.0})
     assert body.points.names == ("c1", "c2", "c3", "c4")
     assert body.points.dofs[:4] == ("c1x", "c1y", "c1z", "c2x")
     assert body.directions.shape == (len(body.model.free), 12)
@@ -37,11 +29,11 @@ def test_contact_model_of_a_block():
     np.testing.assert_allclose(body.directions.T @ rigid, np.tile([1.0, 2.0, 3.0], 4), rtol=1e-12)
     assert body.loads["push"].reshape(-1, 3).sum(axis=0)[0] == pytest.approx(0.5, rel=0.2)  # the fixed edge takes some
     assert body.points.influence.shape == (4, 4)
-    assert contact_model(mesh, METAL, fixed="z0", surface="z1", contacts=2).points.influence is None
+    assert kept(elastic_model(mesh, METAL, "z0"), surface="z1", contacts=2).points.influence is None
     with pytest.raises(InputError, match="no material has a conductivity"):
-        contact_model(mesh, replace(METAL, conductivity=0.0), fixed="z0", surface="z1", films={"x1": 3.0})
+        kept(elastic_model(mesh, replace(METAL, conductivity=0.0), "z0"), surface="z1", films={"x1": 3.0})
     with pytest.raises(InputError, match="surface 'top' is not in the mesh"):
-        contact_model(mesh, METAL, fixed="z0", surface="top")
+        kept(elastic_model(mesh, METAL, "z0"), surface="top")
 
 
 def imported_block(mesh):
@@ -63,8 +55,8 @@ def imported_block(mesh):
 def test_contacts_on_an_imported_model():
     mesh = box((1.0, 1.0, 0.5), (3, 3, 2), "hex20")
     model, imported = imported_block(mesh)
-    options = {"surface": "z1", "contacts": 2, "films": {"boundary": 1.0}, "pressures": {"push": "z1"}}
-    ours, theirs = with_contacts(model, **options), with_contacts(of_import(imported), **options)
+    options = {"surface": "z1", "contacts": 2, "films": {"boundary": 1.0}, "pressure": {"push": "z1"}}
+    ours, theirs = kept(model, **options), kept(imported, **options)
     compliance = [
         np.asarray(body.directions.T @ factorise(body.model.K).solve(body.directions.toarray()))
         for body in (ours, theirs)
@@ -73,12 +65,12 @@ def test_contacts_on_an_imported_model():
     np.testing.assert_allclose(theirs.points.influence, ours.points.influence, rtol=1e-12)
     assert theirs.loads["push"].sum() == pytest.approx(ours.loads["push"].sum())
     with pytest.raises(InputError, match="need the mesh"):
-        of_import(replace(imported, mesh=None))
+        replace(imported, mesh=None).in_mesh("contacts on a surface")
     with pytest.raises(InputError, match="is not in the mesh"):
-        of_import(replace(imported, mesh=replace(imported.mesh, node_labels=imported.mesh.labels + 1)))
-    bare = of_import(replace(imported, materials={}))
+        replace(imported, mesh=replace(imported.mesh, node_labels=imported.mesh.labels + 1)).in_mesh("contacts")
+    bare = replace(imported, materials={})
     with pytest.raises(InputError, match="no material has a conductivity"):
-        with_contacts(bare, **options)
+        kept(bare, **options)
 
 
 def test_conduction_alone_and_faces_towards():

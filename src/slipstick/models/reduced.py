@@ -1,0 +1,123 @@
+"""What reduced bodies and sectors have in common: contact points by side, and checks of what both are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from slipstick.errors import Fault, InputError, Where
+from slipstick.faults import SMALLEST, Gathering, frequency, names, number, shown, suggestion, table, text, truth, whole
+from slipstick.fem.axis import Axis
+from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.mesh import Surface, user_names
+from slipstick.fem.model import FiniteElementModel
+from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
+from slipstick.structure.reduction.request import tools
+from slipstick.typing import Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReducedModel:
+    """A reduced finite element model: see ``ReducedBody`` and ``ReducedSector``."""
+
+    points: ContactPoints | None = field(repr=False)
+    n_dofs: int
+    source: str
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    axis: Axis | None = None
+
+    @property
+    def sides(self) -> dict[str, ContactPoints]:
+        """Contact points by the letter of their names: "c" those on the surface."""
+        return {} if self.points is None else {"c": self.points}
+
+    def cosines(self, side: str, vectors: Array) -> list[dict[str, float]]:
+        """Motion at the points of a side along unit vectors (n, 3), by dof, one dict a point."""
+        return self.sides[side].cosines(vectors)
+
+
+def taken(gathering: Gathering, **given: Any) -> dict[str, Any]:
+    """What bodies and sectors are asked for alike, its faults gathered: pressures by load shape, keep as names."""
+    surface = given["surface"]
+    if not (surface is None or isinstance(surface, str | Surface)):
+        surface = gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+    pressure = {"pressure": given["pressure"]} if isinstance(given["pressure"], str) else given["pressure"]
+    shapes = gathering.optional(table, "pressure", pressure, "a surface, or surfaces by load shape") or {}
+    for name, on in shapes.items():
+        gathering.take(text, ("pressure", name), on, "the name of a surface")
+    asked = {
+        "surface": surface,
+        "contacts": given["contacts"],
+        "radius": gathering.optional(number, "radius", given["radius"], "a length > 0", above=SMALLEST),
+        "pressure": shapes,
+        "keep": gathering.take(names, "keep", given["keep"]) or (),
+        "modes": gathering.optional(whole, "modes", given["modes"], 1),
+        "up_to": gathering.optional(frequency, "up_to", given["up_to"]),
+    }
+    gathering.take(truth, "force", given["force"])
+    gathering.take(tools, None, given["cache"], given["listener"])
+    return asked
+
+
+def require_names(
+    model: FiniteElementModel, asked: Mapping[str, Any], *, between: Sequence[str] = (), others: Sequence[Fault] = ()
+) -> None:
+    """InputError with ``others``, and every surface, set and dof that is not in the model."""
+    faults = [*others, *_dof_faults(model, asked["keep"]), *_surface_faults(model, asked, between)]
+    if faults:
+        raise InputError(faults)
+
+
+def _dof_faults(model: FiniteElementModel, keep: Sequence[str]) -> Iterator[Fault]:
+    free = {*model.dofs, *model.dependent_dofs} if keep else set()
+    remedy = f"names look like {', '.join(model.dofs[:3])}" if keep else ""
+    for name in keep:
+        if name not in free:
+            yield Fault("keep", f"there is no free dof '{name}' in the model", remedy=remedy)
+
+
+def _surface_faults(model: FiniteElementModel, asked: Mapping[str, Any], between: Sequence[str]) -> Iterator[Fault]:
+    if model.mesh is None:
+        return
+    known, sets = user_names(model.mesh.surfaces), {*model.mesh.node_sets, *model.mesh.surfaces}
+    named: dict[Where, str] = {("surface",): asked["surface"]} if isinstance(asked["surface"], str) else {}
+    named |= {("pressure", shape): on for shape, on in asked["pressure"].items()}
+    named |= {("between", k): name for k, name in enumerate(between)}
+    named |= {("films", name): name for name in asked.get("films", ()) if name != "boundary"}
+    for where, name in named.items():
+        if name not in model.mesh.surfaces:
+            films = where[0] == "films"
+            remedy = suggestion(name, [*known, "boundary"] if films else known)
+            yield Fault("films" if films else where, f"there is no surface '{name}' in the model", remedy=remedy)
+    cold = asked.get("cold")
+    if cold is not None and cold not in sets:
+        yield Fault("cold", f"there is no node set '{cold}' in the model", remedy=suggestion(cold, user_names(sets)))
+
+
+_ROUNDING = 1e-12
+"""Of a skew-symmetric matrix, its symmetric part at most."""
+
+
+def unused(model: FiniteElementModel, modes: str = "real modes", otherwise: str = "") -> Iterator[str]:
+    """A damping matrix, which a reduction to ``modes`` leaves out; ``otherwise``: how Coriolis forces are kept."""
+    if model.C is None or not model.C.nnz:
+        return
+    if not is_symmetric(model.C):
+        yield f"{model.source}: holds Coriolis forces, which a reduction to {modes} leaves out{otherwise}"
+    if abs(symmetric_part(model.C)).max() > _ROUNDING * abs(model.C).max():
+        yield (
+            f"{model.source}: holds a damping matrix, which a reduction to {modes} does not use; give "
+            "loss_factor or damping_ratio"
+        )
+
+
+def two_surfaces(name: str, given: Any) -> tuple[str, ...]:
+    """Two surfaces, low and high; none of None."""
+    if given is None:
+        return ()
+    if not (isinstance(given, list | tuple) and len(given) == 2 and all(isinstance(part, str) for part in given)):
+        expected = 'two surfaces, low and high, such as ("shroud_low", "shroud_high")'
+        raise InputError(Fault(name, found=shown(given), expected=expected))
+    return tuple(given)
