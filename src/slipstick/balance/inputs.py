@@ -134,8 +134,14 @@ class Assigned:
         each = [one.structure for one in self.distinct]
         return [each[i] for i in self.which.tolist()]
 
+    @property
+    def joined(self) -> Inputs:
+        """Contacts of all motions, elements of the first motion first, and loads (n, n_loads, L)."""
+        batches = range(len(self.distinct[0].batches))
+        return Inputs(batches=tuple(self.contacts(k) for k in batches), P=self.loads)
+
     def contacts(self, k: int) -> ContactInputs:
-        """Batch ``k`` of all motions along one axis, elements of the first motion first; new arrays."""
+        """Batch ``k`` of all motions along one axis, elements of the first motion first."""
         if k not in self._stacked:
             self._stacked[k] = _side_by_side([one.batches[k] for one in self.distinct])
         together, which = self._stacked[k], self.which

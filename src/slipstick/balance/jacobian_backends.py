@@ -21,7 +21,7 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.ports import Tangents
+    from slipstick.balance.evaluation import Tangents
 
 DENSE_UP_TO = 500
 """Unknowns up to which a dense Jacobian costs less than an iterative one, as far as it can be had (measured)."""

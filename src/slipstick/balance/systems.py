@@ -7,11 +7,10 @@ from math import inf, isfinite
 import numpy as np
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import Detail, Forces, balanced, by_inputs, by_omega, detail, force_rates, terms
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.jacobian_backends import AnyCompliance
 from slipstick.balance.paths import Path
-from slipstick.balance.ports import Forces
-from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
 from slipstick.balance.states import answer_to_powers, at_states, power_along
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array

@@ -1,4 +1,4 @@
-"""The compiled sums of the balance: a pair (cosine, sine) is the complex number ``c + i s``, see ``balance.ports``."""
+"""The compiled sums of the balance: a pair (cosine, sine) is the complex number ``c + i s``, see ``evaluation.py``."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from helpers.problems import random_problem
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.batch_evaluation import Together, evaluated_together, respond
+from slipstick.balance.evaluation import Together, evaluated_together, respond
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.systems import FrequencySystem
@@ -74,8 +74,8 @@ def test_further_harmonics_leave_the_forces_of_the_others_as_they_are():
     own = balance.harmonics
     wide = Harmonics(range(own.highest + 4))
     for k in range(len(balance.batches)):
-        plain = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)))
-        more = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)), wide)
+        plain = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)).contacts(k))[1]
+        more = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)).contacts(k), wide)[1]
         at = [wide.index(0), *(wide.index(m, part) for m in own.orders[1:] for part in ("c", "s"))]
         for a, b in zip(plain.force, more.force, strict=True):
             assert b[:, at] == pytest.approx(a, abs=1e-11 * np.abs(a).max())
