@@ -101,5 +101,8 @@ def test_inputs_of_many_motions_are_those_of_each():
             assert np.array_equal(twice.values[name], np.concatenate([value, 2.0 * value]))
         motion = [scale * first.motion for scale in (2.0, 1.0, 2.0)]
         assert np.array_equal(together.motion, np.concatenate(motion, axis=1))
-        together.motion[:] = 1.0  # a new array
-        assert np.array_equal(many.contacts(k).motion, np.concatenate(motion, axis=1))
+        alike = Assigned.of([distinct[1]] * 3).contacts(k)
+        assert np.array_equal(alike.motion, np.concatenate([2.0 * first.motion] * 3, axis=1))
+        assert np.array_equal(alike.velocity, np.concatenate([2.0 * first.velocity] * 3, axis=1))
+        for name, value in first.values.items():
+            assert np.array_equal(alike.values[name], np.concatenate([2.0 * value] * 3))

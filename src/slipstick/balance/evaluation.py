@@ -203,6 +203,11 @@ class Detail:
         return bool(self.states) and any(state.lost for state in self.states)
 
     @property
+    def tangents(self) -> Tangents:
+        """Derivatives of the forces by the motion, by batch."""
+        return [response.by_motion for response in self.responses]
+
+    @property
     def forces(self) -> Forces:
         """Forces by batch and port."""
         return [dict(enumerate(response.force)) for response in self.responses]
@@ -257,7 +262,7 @@ def balanced(balance: Balance, x: Array, solution: Detail, compliance: AnyCompli
     """Residual and Jacobian from the forces at unknowns (N,)."""
     G = balance.layout.excitation(solution.forces, solution.inputs.P)
     balance.anchoring(x, G)
-    jacobian = balance.jacobian([response.by_motion for response in solution.responses], compliance, solution.fast)
+    jacobian = balance.jacobian(solution.tangents, compliance, solution.fast)
     return Balanced(
         residual=x + compliance.answer(G), jacobian=jacobian, G=G, compliance=compliance,
         detail=solution,

@@ -38,7 +38,7 @@ class FrequencySystem:
             return Evaluation.undefined(x.size)
         balance = self.balance
         solution = detail(balance, x, parameter, self.inputs, context)
-        if solution.lost or balance.is_unsupported([response.by_motion for response in solution.responses]):
+        if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, solution, balance.compliance(parameter, self.inputs.structure))
         slope = at.compliance.rate(at.G)
@@ -75,7 +75,7 @@ class ParameterSystem:
         balance = self.balance
         inputs, direction = self.path.at(parameter)
         solution = detail(balance, x, self.omega, inputs, context)
-        if solution.lost or balance.is_unsupported([response.by_motion for response in solution.responses]):
+        if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, solution, self._compliance(inputs, direction))
         direction = at_states(solution.states, direction)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -66,6 +66,11 @@ class ContactForces:
         self._vectors, self._matrices, self._scalars = vectors, matrices, scalars
         self.omega: float | None = None
         self._v, self._inputs = v, inputs
+
+    @property
+    def views(self) -> tuple[Iterator[Array], Iterator[Array], Array]:
+        """Of a batch: the vectors (n, L) in their order, the matrices (n, L, L) in theirs, and the work (n,)."""
+        return iter(self._vectors.swapaxes(0, 1)), iter(self._matrices.swapaxes(0, 1)), self._scalars[:, 0]
 
     def __repr__(self) -> str:
         many = f"{len(self.Fx)} elements" if self.Fx.ndim > 1 else "1 element"
