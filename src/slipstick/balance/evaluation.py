@@ -214,13 +214,14 @@ class Detail:
 
 
 class Balanced(NamedTuple):
-    """One evaluation: residual (N,), Jacobian, the forces on all columns, and what they came from."""
+    """One evaluation: residual (N,), Jacobian, the forces on all columns, what they came from, slope of the residual."""
 
     residual: Array
     jacobian: Jacobian
     G: ComplexArray
     compliance: AnyCompliance
     detail: Detail
+    slope: Array | None = None
 
 
 def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array | None = None) -> Detail:
@@ -258,15 +259,22 @@ def unanswered(inputs: Inputs, omega: float) -> Detail:
     return Detail(responses=(), inputs=inputs, omega=omega)
 
 
-def balanced(balance: Balance, x: Array, solution: Detail, compliance: AnyCompliance) -> Balanced:
-    """Residual and Jacobian from the forces at unknowns (N,)."""
+def balanced(
+    balance: Balance, x: Array, solution: Detail, compliance: AnyCompliance, slopes: Forces | None = None
+) -> Balanced:
+    """Residual and Jacobian from the forces at unknowns (N,); its slope where the ``slopes`` of the forces are given.
+
+    That is along omega, or along what else the compliance has its derivative by.
+    """
     G = balance.layout.excitation(solution.forces, solution.inputs.P)
     balance.anchoring(x, G)
-    jacobian = balance.jacobian(solution.tangents, compliance, solution.fast)
-    return Balanced(
-        residual=x + compliance.answer(G), jacobian=jacobian, G=G, compliance=compliance,
-        detail=solution,
-    )  # fmt: skip
+    jacobian, slope = balance.jacobian(solution.tangents, compliance, solution.fast), None
+    if slopes is None:
+        moved = compliance.answer(G)
+    else:
+        dG = balance.layout.excitation(slopes) if any(slopes) else None
+        moved, slope = compliance.answer_with_rate(G, dG)
+    return Balanced(x + moved, jacobian, G, compliance, solution, slope)
 
 
 def terms(balance: Balance, x: Array, at: Balanced) -> Array:

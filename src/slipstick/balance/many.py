@@ -101,10 +101,9 @@ class ManyBalances:
         jacobian[:, np.arange(N), np.arange(N)] = 1.0
         for batch, response in zip(b.batches, solution.responses, strict=True):
             for pair, tangent in response.by_motion.items():
-                members, felt, moving = batch.couplings[pair]
-                if members.size:
+                if pair in batch.coupled:
                     each = np.ascontiguousarray(tangent).reshape(k, batch.count, b.L, b.L)
-                    _compiled().products_of_many(value, each, members, felt, moving, jacobian)
+                    _compiled().products_of_many(value, each, *batch.coupled[pair], jacobian)
         by_state = np.empty((k, N, N + 1))
         by_state[:, :, :N] = jacobian.transpose(0, 2, 1)
         by_state[:, :, N] = self._times(slope, G)

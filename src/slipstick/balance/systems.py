@@ -40,11 +40,10 @@ class FrequencySystem:
         solution = detail(balance, x, parameter, self.inputs, context)
         if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
-        at = balanced(balance, x, solution, balance.compliance(parameter, self.inputs.structure))
-        slope = at.compliance.rate(at.G)
-        slopes = by_omega(solution)
-        if any(slopes):
-            slope += at.compliance.answer(balance.layout.excitation(slopes))
+        compliance = balance.compliance(parameter, self.inputs.structure)
+        at = balanced(balance, x, solution, compliance, by_omega(solution))
+        slope = at.slope
+        assert slope is not None
         if fast := solution.fast:
             slope += answer_to_powers(balance, fast, (state.power.omega for state in fast), at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)

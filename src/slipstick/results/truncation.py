@@ -200,11 +200,10 @@ def _coupling(
     batch: Batch, by_motion: Mapping[tuple[int, int], Array], at: IntArray, count: int
 ) -> dict[tuple[int, int], Array]:
     """Tangents (k, n_members, L, L) of the elements that couple two ports of a batch, at some of ``count`` points."""
-    members = {pair: batch.couplings[pair][0] for pair in by_motion}
     return {
-        pair: T.reshape(count, batch.count, *T.shape[1:])[np.ix_(at, members[pair])]
+        pair: T.reshape(count, batch.count, *T.shape[1:])[np.ix_(at, batch.coupled[pair].members)]
         for pair, T in by_motion.items()
-        if members[pair].size
+        if pair in batch.coupled
     }
 
 
