@@ -214,7 +214,7 @@ class Detail:
 
 
 class Balanced(NamedTuple):
-    """One evaluation: residual (N,), Jacobian, the forces on all columns, what they came from, slope of the residual."""
+    """One evaluation: residual (N,), Jacobian, forces on all columns, what they came from, slope of the residual."""
 
     residual: Array
     jacobian: Jacobian
@@ -224,11 +224,11 @@ class Balanced(NamedTuple):
     slope: Array | None = None
 
 
-def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array | None = None) -> Detail:
+def detail(balance: Balance, x: Array, omega: float | Array, inputs: Inputs, near: Array | None = None) -> Detail:
     """Forces, and contact states if any, at unknowns (N,): the one place where laws meet the motion.
 
     ``near`` (n_states,) are the states of the neighbouring solution, near which these are sought; from their start
-    without it.
+    without it. Without states also at n motions, of ``Assigned.joined`` inputs.
     """
     if (felt := balance.pulse.felt) is not None:
         felt()
@@ -393,19 +393,12 @@ def respond(
     return motion, law.respond(motion, inputs.values)
 
 
-def details_together(balance: Balance, x: Array, omega: Array, inputs: Assigned) -> Detail:
-    """Forces at n motions (n, N), see ``forces_together``."""
-    joined = inputs.joined
-    responses = tuple(respond(balance, k, x, omega, here)[1] for k, here in enumerate(joined.batches))
-    return Detail(responses=responses, inputs=joined, omega=omega)
-
-
 class Together:
     """Forces and residuals at n motions: unknowns (n, N), frequencies (n,); see ``forces_together``."""
 
     def __init__(self, balance: Balance, x: Array, omega: Array, inputs: Assigned) -> None:
         self._balance, self._x, self._omega, self._inputs = balance, x, omega, inputs
-        self._detail = details_together(balance, x, omega, inputs)
+        self._detail = detail(balance, x, omega, inputs.joined)
         self.responses = self._detail.responses
 
     @property

@@ -52,8 +52,8 @@ class ContactInputs:
         return self.velocity + omega * self.velocity_per_omega
 
     def drift(self, omega: float | Array) -> Array:
-        """That velocity over omega, (n_ports, n), length per rad."""
-        return self.velocity / omega + self.velocity_per_omega
+        """That velocity over omega, (n_ports, n), length per rad; not to be written on."""
+        return self.velocity / omega + self.velocity_per_omega if self.at_speed else self.velocity_per_omega
 
     def repeated(self, n: int) -> ContactInputs:
         """The same elements n times over, arrays not to be written on; those asked for are remembered."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.batches import Batch, Places
-from slipstick.balance.evaluation import by_omega, details_together, evaluated_together
+from slipstick.balance.evaluation import by_omega, detail, evaluated_together
 from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array, ComplexArray
@@ -94,7 +94,7 @@ class ManyBalances:
     def _evaluated(self, branches: Numbers, states: Array) -> tuple[Array, Array]:
         b, k, N = self._balance, len(states), self._balance.size
         x, omega = states[:, :-1], states[:, -1]
-        solution = details_together(b, x, omega, self.inputs.at(branches))
+        solution = detail(b, x, omega, self.inputs.at(branches).joined)
         value, slope = self._compliance(branches, omega).swapaxes(0, 1)
         G = b.layout.excitation(solution.forces, solution.inputs.P, (k,))
         jacobian = np.zeros((k, N, N))
