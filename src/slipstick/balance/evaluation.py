@@ -73,14 +73,13 @@ class PortLayout:
         With other ``harmonics`` that hold those of the balance, in these.
         """
         batch, lead = self.batches[k], x.shape[:-1]
-        X, shape = x.reshape(*lead, self.n_ports, self.L), (*lead, batch.count, self.L)
-        moved = []
+        X, moved = x.reshape(*lead, self.n_ports, self.L), []
         for port, Q in zip(batch.ports, contact_inputs.motion, strict=True):
             if port.size == batch.count:
-                Q = (X[..., port.rows, :] + Q.reshape(shape)).reshape(-1, self.L)
+                Q = X[..., port.rows, :].reshape(-1, self.L) + Q if lead else X[port.rows] + Q
             elif port.size:
                 Q = Q.copy()
-                Q.reshape(shape)[..., port.members, :] += X[..., port.rows, :]
+                Q.reshape(*lead, batch.count, self.L)[..., port.members, :] += X[..., port.rows, :]
             moved.append(Q if harmonics is None else _widened(self.harmonics, harmonics, Q))
         each = np.repeat(omega, batch.count) if lead else omega
         return Motion(

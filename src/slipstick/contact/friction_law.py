@@ -57,7 +57,7 @@ class FrictionLaw(Law):
             v=motion.drift[TANGENTIAL_PORT],
             **values,
         )
-        (Fx, Fy, dFx_dv, *_), (dFx_dX, dFx_dY, dFy_dY), work = f.views
+        Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv, work = f.of_batch
         return Response(
             force=(Fx, Fy),
             by_motion={(0, 0): dFx_dX, (0, 1): dFx_dY, (1, 1): dFy_dY},
