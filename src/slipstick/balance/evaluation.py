@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -168,7 +168,8 @@ class Detail:
     responses: tuple[Response, ...]
     """One for each batch; none where they are still to be had (``Together``)."""
     inputs: Inputs
-    omega: float | Array
+    omega: Any
+    """Fundamental frequency, rad/s: a float; (n,) of n motions."""
     states: tuple[Carried, ...] = ()
     """What the contacts carry beside motion, in the order of the balance."""
     adapted: Adapted | None = None
