@@ -46,6 +46,10 @@ def test_answer_and_reach_are_sums_over_columns():
     ):
         expected = BALANCE.layout.real(np.einsum("crn,cn->rn", of[: len(given)], given))
         np.testing.assert_allclose(own(given), expected, atol=1e-14)
+    answer, rate = found.answer_with_rate(G, G[:2] + 1.0)
+    np.testing.assert_array_equal(answer, found.answer(G))
+    np.testing.assert_array_equal(rate, found.rate(G) + found.answer(G[:2] + 1.0))
+    np.testing.assert_array_equal(found.answer_with_rate(G)[1], found.rate(G))
     sizes = rng.uniform(size=columns)
     np.testing.assert_allclose(found.reach(sizes), np.einsum("crn,c->rn", np.abs(found.value), sizes), atol=1e-14)
 

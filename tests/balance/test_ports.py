@@ -35,3 +35,21 @@ def test_springs_are_put_where_there_is_no_damping():
     damped = Balance(random_problem(1))
     damped.anchor_if_undamped(6.0)
     assert damped.springs is None
+
+
+def test_many_motions_are_handed_out_and_gathered_as_each_alone():
+    layout, given, count = BALANCE.layout, BALANCE.problem.inputs.batches[0], BALANCE.n_contacts
+    x, omega = RNG.normal(size=(3, BALANCE.size)), np.array([1.0, 6.0, 7.0])
+    P = RNG.normal(size=(3, BALANCE.n_loads, BALANCE.L))
+    forces = {i: RNG.normal(size=(3 * count, BALANCE.L)) for i in range(2)}
+    motion, spread = layout.motion(0, x, omega, given.repeated(3)), layout.spread(x)[0]
+    G = layout.excitation([forces], P, (3,))
+    for i in range(3):
+        own = slice(i * count, (i + 1) * count)
+        alone = layout.motion(0, x[i], float(omega[i]), given)
+        for both in zip(motion.Q, alone.Q, strict=True):
+            np.testing.assert_array_equal(both[0][own], both[1])
+        np.testing.assert_array_equal(motion.drift[:, own], alone.drift)
+        for j, moved in layout.spread(x[i])[0].items():
+            np.testing.assert_array_equal(spread[j][own], moved)
+        np.testing.assert_array_equal(G[i], layout.excitation([{j: F[own] for j, F in forces.items()}], P[i]))

@@ -8,8 +8,8 @@ import numpy as np
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import detail
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import detail
 from slipstick.balance.start import FirstPoint, StrategyTried
 
 Array = np.ndarray

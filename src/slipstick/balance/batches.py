@@ -78,6 +78,11 @@ class Batch:
             for j, moving in enumerate(rows)
         }
 
+    @cached_property
+    def coupled(self) -> Mapping[tuple[int, int], PortPair]:
+        """The ``couplings`` of those pairs of ports that some element has."""
+        return {pair: places for pair, places in self.couplings.items() if places.members.size}
+
 
 def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Direction]]:
     """Batches of the contacts, and the direction of every port of the balance: batch by batch, port by port."""

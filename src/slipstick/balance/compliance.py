@@ -19,14 +19,14 @@ class Compliance:
     With ``along`` the derivative is that along a direction in the parameters of the structure, at fixed omega.
     """
 
-    __slots__ = ("slope", "value")
+    __slots__ = ("_both", "slope", "value")
 
     def __init__(
         self, receptance: Receptance, orders: Array, omega: float, along: Mapping[str, float] | None = None
     ) -> None:
-        self.value: ComplexArray
-        self.slope: ComplexArray
-        self.value, self.slope = receptance.conjugates(orders, omega)
+        self._both = receptance.conjugates(orders, omega)
+        self.value: ComplexArray = self._both[0]
+        self.slope: ComplexArray = self._both[1]
         if along and orders.size:
             rate = derivative_along(receptance, along, orders, omega)
             np.conjugate(rate.transpose(2, 1, 0), out=self.slope[:, :, 1:])
@@ -41,6 +41,14 @@ class Compliance:
     def rate(self, G: ComplexArray) -> Array:
         """The same of the derivative."""
         return _times(self.slope, G)
+
+    def answer_with_rate(self, G: ComplexArray, slope: ComplexArray | None = None) -> tuple[Array, Array]:
+        """``answer``, and its derivative where ``G`` has one, on the first columns."""
+        n_rows, n = self.value.shape[1:]
+        out = np.empty((2, n_rows, 2 * n - 1))
+        sums().compliance_sums(self._both, G, G[:0] if slope is None else slope, out)
+        answer, rate = out.reshape(2, -1)
+        return answer, rate
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
         """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""

@@ -24,7 +24,7 @@ from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.ports import Tangents
+    from slipstick.balance.evaluation import Tangents
     from slipstick.state.contact_state import Carried
 
 MOST_APART = 264

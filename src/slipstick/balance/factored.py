@@ -55,6 +55,13 @@ class FactoredCompliance:
         explicit = self._sum(delayed, f.slope, f.part_slope) + self._coupled(delayed)
         return explicit + self._sum(G * f.columns_slope[: len(G)], f.weight, f.part_weight)
 
+    def answer_with_rate(self, G: ComplexArray, slope: ComplexArray | None = None) -> tuple[Array, Array]:
+        """``answer``, and its derivative where ``G`` has one, on the first columns."""
+        rate = self.rate(G)
+        if slope is not None:
+            rate += self.answer(slope)
+        return self.answer(G), rate
+
     def _coupled(self, G: ComplexArray) -> Array | float:
         """What the modes' coupling adds to the derivative."""
         f = self.factors

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from slipstick.typing import Array
 
 SURFACE = ("velocity", "velocity_per_omega", "motion")
+_REMEMBERED = 8
+"""Numbers of motions for which repeated inputs are kept: a curve asks for a few again and again."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +52,24 @@ class ContactInputs:
         return self.velocity + omega * self.velocity_per_omega
 
     def drift(self, omega: float | Array) -> Array:
-        """That velocity over omega, (n_ports, n), length per rad."""
-        return self.velocity / omega + self.velocity_per_omega
+        """That velocity over omega, (n_ports, n), length per rad; not to be written on."""
+        return self.velocity / omega + self.velocity_per_omega if self.at_speed else self.velocity_per_omega
+
+    def repeated(self, n: int) -> ContactInputs:
+        """The same elements n times over, arrays not to be written on; those asked for are remembered."""
+        if n == 1:
+            return self
+        if n not in self._repeated:
+            if len(self._repeated) >= _REMEMBERED:
+                self._repeated.clear()
+            self._repeated[n] = self.map(
+                lambda name, array: np.tile(array, n if name in self.values else (1, n, 1)[: array.ndim])
+            )
+        return self._repeated[n]
+
+    @cached_property
+    def _repeated(self) -> dict[int, ContactInputs]:
+        return {}
 
     def changed(self, /, **arrays: Array) -> ContactInputs:
         """A copy with other arrays: "velocity", "velocity_per_omega", "motion", or parameters by name."""
@@ -134,8 +152,16 @@ class Assigned:
         each = [one.structure for one in self.distinct]
         return [each[i] for i in self.which.tolist()]
 
+    @property
+    def joined(self) -> Inputs:
+        """Contacts of all motions, elements of the first motion first, and loads (n, n_loads, L)."""
+        batches = range(len(self.distinct[0].batches))
+        return Inputs(batches=tuple(self.contacts(k) for k in batches), P=self.loads)
+
     def contacts(self, k: int) -> ContactInputs:
-        """Batch ``k`` of all motions along one axis, elements of the first motion first; new arrays."""
+        """Batch ``k`` of all motions along one axis, elements of the first motion first; not to be written on."""
+        if len(self.distinct) == 1:
+            return self.distinct[0].batches[k].repeated(len(self.which))
         if k not in self._stacked:
             self._stacked[k] = _side_by_side([one.batches[k] for one in self.distinct])
         together, which = self._stacked[k], self.which
@@ -150,9 +176,6 @@ class Assigned:
 
 def _side_by_side(inputs: Sequence[ContactInputs]) -> ContactInputs:
     """Numbers of one batch of several in one: whose they are is the axis before that of the elements."""
-    if len(inputs) == 1:
-        (one,) = inputs
-        return one.map(lambda name, array: array[None] if name in one.values else array[:, None])
     return ContactInputs(
         values={name: np.array([one.values[name] for one in inputs], dtype=float) for name in inputs[0].values},
         velocity=np.stack([one.velocity for one in inputs], axis=1),

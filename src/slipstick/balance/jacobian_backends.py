@@ -21,7 +21,7 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.ports import Tangents
+    from slipstick.balance.evaluation import Tangents
 
 DENSE_UP_TO = 500
 """Unknowns up to which a dense Jacobian costs less than an iterative one, as far as it can be had (measured)."""
@@ -94,12 +94,11 @@ def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states:
     N, add = balance.size, sums().add_products
     out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
     for k, by_ports in enumerate(tangents):
-        tangents_here = _anchored(balance, k, by_ports)
-        for pair, tangent in tangents_here.items():
-            members, felt, moving = balance.batches[k].couplings[pair]
-            if members.size:
+        coupled = balance.batches[k].coupled
+        for pair, tangent in _anchored(balance, k, by_ports).items():
+            if pair in coupled:
                 fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
-                add(compliance.value, fit, members, felt, moving, out.T)
+                add(compliance.value, fit, *coupled[pair], out.T)
     for carried in states:
         out[:N, :N] += state_columns(balance, carried, compliance) @ power_rows(balance, carried)
 

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.batch_evaluation import evaluated_together
 from slipstick.balance.batches import Batch, Places
+from slipstick.balance.evaluation import by_omega, detail, evaluated_together
 from slipstick.balance.inputs import Assigned, Inputs
-from slipstick.contact.law import Motion, Response
 from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array, ComplexArray
 
@@ -67,7 +66,6 @@ class ManyBalances:
 
     def __init__(self, balances: Sequence[Balance], inputs: Sequence[Inputs]) -> None:
         self._balance, self.inputs = balances[0], Assigned(inputs, np.arange(len(inputs)))
-        self._P = self.inputs.loads
         structures: dict[Any, int] = {}
         receptances, which = list[Receptance](), list[int]()
         for balance, one in zip(balances, inputs, strict=True):
@@ -96,56 +94,29 @@ class ManyBalances:
     def _evaluated(self, branches: Numbers, states: Array) -> tuple[Array, Array]:
         b, k, N = self._balance, len(states), self._balance.size
         x, omega = states[:, :-1], states[:, -1]
-        value = self._compliance(branches, omega)
-        G = np.zeros((k, b.n_ports + b.n_loads, 2 * b.orders.size + 2))
-        slope = np.zeros((k, b.n_ports, 2 * b.orders.size + 2))
-        P = self._P[branches]
-        G[:, b.n_ports :, 0], G[:, b.n_ports :, 2:] = -P[:, :, 0], -P[:, :, 1:]
+        solution = detail(b, x, omega, self.inputs.at(branches).joined)
+        value, slope = self._compliance(branches, omega).swapaxes(0, 1)
+        G = b.layout.excitation(solution.forces, solution.inputs.P, (k,))
         jacobian = np.zeros((k, N, N))
         jacobian[:, np.arange(N), np.arange(N)] = 1.0
-        slopes = False
-        for number, batch in enumerate(b.batches):
-            response, velocity = self.respond(number, branches, x, omega)
-            for i, force in enumerate(response.force):
-                _on_ports(batch, i, force, G)
-            for (i, j), tangent in response.by_motion.items():
-                members, felt, moving = batch.couplings[i, j]
-                if members.size:
+        for batch, response in zip(b.batches, solution.responses, strict=True):
+            for pair, tangent in response.by_motion.items():
+                if pair in batch.coupled:
                     each = np.ascontiguousarray(tangent).reshape(k, batch.count, b.L, b.L)
-                    _compiled().products_of_many(value[:, 0], each, members, felt, moving, jacobian)
-            for i, part in response.by_omega.items():
-                slopes = True
-                _on_ports(batch, i, part, slope)
-            if velocity.any():
-                slopes = True
-                rate = velocity / -np.repeat(omega * omega, batch.count)
-                for (i, j), part in response.by_drift.items():
-                    _on_ports(batch, i, rate[j][:, None] * part, slope)
-        residual, by_omega = (np.empty((k, b.n_ports, b.L)) for _ in range(2))
-        times = _compiled().times_of_many
-        times(value[:, 0], G.view(complex), residual)
-        times(value[:, 1], G.view(complex), by_omega)
+                    _compiled().products_of_many(value, each, *batch.coupled[pair], jacobian)
         by_state = np.empty((k, N, N + 1))
         by_state[:, :, :N] = jacobian.transpose(0, 2, 1)
-        by_state[:, :, N] = by_omega.reshape(k, N)
-        if slopes:
-            times(value[:, 0], slope.view(complex), by_omega)
-            by_state[:, :, N] += by_omega.reshape(k, N)
-        return x + residual.reshape(k, N), by_state
+        by_state[:, :, N] = self._times(slope, G)
+        slopes = by_omega(solution)
+        if any(slopes):
+            by_state[:, :, N] += self._times(value, b.layout.excitation(slopes, n=(k,)))
+        return x + self._times(value, G), by_state
 
-    def respond(self, k: int, branches: Numbers, x: Array, omega: Array) -> tuple[Response, Array]:
-        """Batch ``k`` at motions (m, N), elements of the first motion first; their velocities (n_ports, m count)."""
-        b, batch = self._balance, self._balance.batches[k]
-        here = self.inputs.at(branches).contacts(k)
-        X = x.reshape(len(x), b.n_ports, b.L)
-        moved = []
-        for port, Q in zip(batch.ports, here.motion, strict=True):
-            if port.size:
-                Q.reshape(len(x), batch.count, -1)[:, port.members] += X[:, port.rows]
-            moved.append(Q)
-        each = np.repeat(omega, batch.count)
-        motion = Motion(b.harmonics, each, tuple(moved), here.drift(each), here.velocity_per_omega)
-        return batch.law.respond(motion, here.values), here.velocity
+    def _times(self, value: ComplexArray, G: ComplexArray) -> Array:
+        """``conj(A) G`` of each as coefficients (k, N)."""
+        out = np.empty((len(G), self._balance.n_ports, self._balance.L))
+        _compiled().times_of_many(value, G, out)
+        return out.reshape(len(G), -1)
 
     def _compliance(self, branches: Numbers, omega: Array) -> ComplexArray:
         """``conj(A)`` and its derivative by omega, (k, 2, n_columns, n_rows, n + 1)."""
@@ -160,12 +131,3 @@ class ManyBalances:
             if part is not out:
                 out[at] = part
         return out
-
-
-def _on_ports(batch: Batch, i: int, part: Array, out: Array) -> None:
-    """Add something (k count, L) of port i of a batch to that of all ports (k, any, 2 n + 2): pairs (c, s)."""
-    port = batch.ports[i]
-    if port.size:
-        F = part.reshape(len(out), batch.count, -1)[:, port.members]
-        out[:, port.rows, 0] += F[..., 0]
-        out[:, port.rows, 2:] += F[..., 1:]

@@ -7,11 +7,10 @@ from math import inf, isfinite
 import numpy as np
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import Detail, Forces, balanced, by_inputs, by_omega, detail, force_rates, terms
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.jacobian_backends import AnyCompliance
 from slipstick.balance.paths import Path
-from slipstick.balance.ports import Forces
-from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
 from slipstick.balance.states import answer_to_powers, at_states, power_along
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
@@ -39,13 +38,12 @@ class FrequencySystem:
             return Evaluation.undefined(x.size)
         balance = self.balance
         solution = detail(balance, x, parameter, self.inputs, context)
-        if solution.lost or balance.is_unsupported([response.by_motion for response in solution.responses]):
+        if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
-        at = balanced(balance, x, solution, balance.compliance(parameter, self.inputs.structure))
-        slope = at.compliance.rate(at.G)
-        slopes = by_omega(solution)
-        if any(slopes):
-            slope += at.compliance.answer(balance.layout.excitation(slopes))
+        compliance = balance.compliance(parameter, self.inputs.structure)
+        at = balanced(balance, x, solution, compliance, by_omega(solution))
+        slope = at.slope
+        assert slope is not None
         if fast := solution.fast:
             slope += answer_to_powers(balance, fast, (state.power.omega for state in fast), at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
@@ -76,7 +74,7 @@ class ParameterSystem:
         balance = self.balance
         inputs, direction = self.path.at(parameter)
         solution = detail(balance, x, self.omega, inputs, context)
-        if solution.lost or balance.is_unsupported([response.by_motion for response in solution.responses]):
+        if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, solution, self._compliance(inputs, direction))
         direction = at_states(solution.states, direction)

@@ -67,6 +67,15 @@ class ContactForces:
         self.omega: float | None = None
         self._v, self._inputs = v, inputs
 
+    @property
+    def of_batch(self) -> tuple[Array, ...]:
+        """Of a batch: Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv and work, quicker than one by one."""
+        vectors, matrices = self._vectors, self._matrices
+        return (
+            vectors[:, 0], vectors[:, 1], matrices[:, 0], matrices[:, 1], matrices[:, 2], vectors[:, 2],
+            self._scalars[:, 0],
+        )  # fmt: skip
+
     def __repr__(self) -> str:
         many = f"{len(self.Fx)} elements" if self.Fx.ndim > 1 else "1 element"
         return f"ContactForces({many}, {self.Fx.shape[-1]} coefficients)"

@@ -57,13 +57,14 @@ class FrictionLaw(Law):
             v=motion.drift[TANGENTIAL_PORT],
             **values,
         )
+        Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv, work = f.of_batch
         return Response(
-            force=(f.Fx, f.Fy),
-            by_motion={(0, 0): f.dFx_dX, (0, 1): f.dFx_dY, (1, 1): f.dFy_dY},
-            by_drift={(0, 0): f.dFx_dv},
+            force=(Fx, Fy),
+            by_motion={(0, 0): dFx_dX, (0, 1): dFx_dY, (1, 1): dFy_dY},
+            by_drift={(0, 0): dFx_dv},
             by_parameter=lambda name: _by_parameter(f, name),
             values=values,
-            work=f.work,
+            work=work,
             detail=f,
         )
 

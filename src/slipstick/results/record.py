@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.batch_evaluation import Together
 from slipstick.balance.compliance import Compliance
+from slipstick.balance.evaluation import Adapted, Detail, Together
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import Adapted, Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.law import Response
 from slipstick.results.measures import amplitude

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.batch_evaluation import respond
+from slipstick.balance.evaluation import respond
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.inputs import Assigned
 from slipstick.results.measures import largest_deviation
@@ -29,7 +29,7 @@ from slipstick.typing import Array, BoolArray, IntArray
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
     from slipstick.balance.batches import Batch
-    from slipstick.balance.ports import Tangents
+    from slipstick.balance.evaluation import Tangents
     from slipstick.results.record import Outputs
 
 Structures = Sequence[Mapping[str, float]]
@@ -160,7 +160,9 @@ def truncation(
     kept = [0, *_columns(wide, h)]
     new, structures = _columns(wide, further), inputs.structures
     size = largest_deviation(h, np.concatenate([x.reshape(n, balance.n_ports, balance.L), motion], axis=1))
-    responses = [respond(balance, k, x, omega, inputs, wide) for k in range(len(balance.batches))] if n else []
+    responses = [
+        respond(balance, k, x, omega, inputs.contacts(k), wide)[1] for k in range(len(balance.batches) if n else 0)
+    ]
     force = np.zeros((n, balance.n_ports, wide.size))
     for batch, response in zip(balance.batches, responses, strict=False):
         for port, F in zip(batch.ports, response.force, strict=True):
@@ -198,11 +200,10 @@ def _coupling(
     batch: Batch, by_motion: Mapping[tuple[int, int], Array], at: IntArray, count: int
 ) -> dict[tuple[int, int], Array]:
     """Tangents (k, n_members, L, L) of the elements that couple two ports of a batch, at some of ``count`` points."""
-    members = {pair: batch.couplings[pair][0] for pair in by_motion}
     return {
-        pair: T.reshape(count, batch.count, *T.shape[1:])[np.ix_(at, members[pair])]
+        pair: T.reshape(count, batch.count, *T.shape[1:])[np.ix_(at, batch.coupled[pair].members)]
         for pair, T in by_motion.items()
-        if members[pair].size
+        if pair in batch.coupled
     }
 
 

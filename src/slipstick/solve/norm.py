@@ -11,7 +11,7 @@ from slipstick.typing import Array
 
 def norm(vector: Array) -> float:
     """Euclidean norm, quick for short vectors; inf if not finite."""
-    square = float(vector.dot(vector))
+    square = vector.dot(vector)
     return sqrt(square) if isfinite(square) else inf
 
 

@@ -10,7 +10,7 @@ import slipstick as ss
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.harmonic_form import HarmonicForm
 from slipstick.balance.balance import Balance
-from slipstick.balance.residual import balanced, detail
+from slipstick.balance.evaluation import balanced, detail
 
 CASES = [
     (0.0, 10.5, [0.57832, 0.05295], 3e-4),

@@ -19,11 +19,11 @@ from slipstick.analysis.curve.resume import ResumeState, curve_checkpoint
 from slipstick.analysis.curve.segments import BROKEN_OFF, Segment, joined, progress
 from slipstick.analysis.curve.state_continuation import FOLDS, NO_WORK, StateContinuation, jumps_text
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
+from slipstick.balance.evaluation import unanswered
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import unanswered
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem

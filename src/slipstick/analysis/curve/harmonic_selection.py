@@ -17,10 +17,10 @@ from math import ceil
 import numpy as np
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import Adapted, Detail
 from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import Adapted, Detail
 from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.results.measures import largest_deviation
 from slipstick.results.record import Outputs
@@ -219,7 +219,7 @@ class _AtPoint(Adapted):
     @cached_property
     def _motion(self) -> Array:
         b, detail = self.level.balance, self.value.detail
-        force = b.layout.real(b.layout.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
+        force = b.layout.gathered(detail.forces, np.zeros((b.n_ports, b.L)))[None]
         structures = [detail.inputs.structure]
         return self.level.outputs.motion(self._some, force, detail.inputs.P[None], self._omega, structures)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.balance.batch_evaluation import Together, forces_together
+from slipstick.balance.evaluation import Together, forces_together
 from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
@@ -98,8 +98,7 @@ class _OneByOne:
     def _on_ports(self, forces: Any) -> Array:
         if forces is None:
             return np.full(self._shape, np.nan)
-        balance = self._system.balance
-        return np.asarray(balance.layout.real(balance.layout.excitation(forces))).reshape(self._shape)
+        return self._system.balance.layout.gathered(forces, np.zeros(self._shape))
 
 
 class _Motion(Between):

@@ -15,9 +15,8 @@ import numpy as np
 
 from slipstick.analysis.curve.observables import context_between
 from slipstick.balance.balance import Balance
-from slipstick.balance.batch_evaluation import evaluated_together
+from slipstick.balance.evaluation import Detail, evaluated_together
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.results.schema import NEAR_FOLD

@@ -15,8 +15,8 @@ from slipstick.analysis.identification.kinds import Backbone, Decay, Loops, Meas
 from slipstick.analysis.peaks.gradient import Extreme
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import Detail, by_inputs
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import Detail, by_inputs
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.contact.law import Motion

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import detail
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import detail
 from slipstick.balance.start import FirstPoint
 from slipstick.contact.law import Response
 from slipstick.structure.modal import ModalStructure

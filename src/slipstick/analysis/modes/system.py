@@ -20,8 +20,8 @@ from math import exp, isfinite
 import numpy as np
 
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
+from slipstick.balance.evaluation import Detail, terms
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import Detail, terms
 from slipstick.results.record import Outputs
 from slipstick.solve.linear.bordered import Eliminated, Scaled
 from slipstick.solve.newton import Evaluation

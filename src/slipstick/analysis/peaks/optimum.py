@@ -14,8 +14,8 @@ from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
 from slipstick.analysis.peaks.tracking import PeakRun, TrackedPeak, tracked_peak
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
+from slipstick.balance.evaluation import terms
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import terms
 from slipstick.balance.scaling import scales
 from slipstick.branch import Branch
 from slipstick.errors import Outcome

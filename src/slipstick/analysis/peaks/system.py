@@ -13,8 +13,8 @@ import numpy as np
 
 from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, NOTHING, Linearization
+from slipstick.balance.evaluation import Detail, terms
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import Detail, terms
 from slipstick.solve.linear.bordered import Eliminated
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array

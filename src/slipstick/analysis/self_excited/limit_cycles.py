@@ -21,10 +21,10 @@ from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySlidin
 from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch
 from slipstick.analysis.self_excited.wave_at_rest import WaveAtRest
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import terms
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import terms
 from slipstick.branch import Branch
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law

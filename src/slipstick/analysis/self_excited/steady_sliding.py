@@ -18,8 +18,8 @@ from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, LawsAlong
 from slipstick.analysis.stability.refined_motion import Iteration
 from slipstick.analysis.stability.state_sequence import timeline
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import Detail
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.residual import Detail
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import ParameterSystem
 from slipstick.errors import InputError

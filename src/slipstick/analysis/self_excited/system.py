@@ -15,8 +15,8 @@ from slipstick.analysis.sensitivity.linearization import FREQUENCY
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.harmonic_form import HarmonicForm
 from slipstick.analysis.stability.special_points import SpecialPoints
+from slipstick.balance.evaluation import Detail, terms
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import Detail, terms
 from slipstick.results.stability import PointStability
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array, ComplexArray

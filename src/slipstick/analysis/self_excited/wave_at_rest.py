@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.analysis.self_excited.steady_sliding import ROUNDING, Sliding, SteadySliding
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.balance.balance import Balance
-from slipstick.balance.residual import Detail
+from slipstick.balance.evaluation import Detail
 from slipstick.typing import Array
 
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
+from slipstick.balance.evaluation import balanced, by_inputs, by_omega, detail, force_rates
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import balanced, by_inputs, by_omega, detail, force_rates
 from slipstick.balance.states import BatchPower, Powered, add_force_changes, at_states, power_along
 from slipstick.contact.law import add_to
 from slipstick.contact.power import Power

@@ -19,9 +19,9 @@ from slipstick.analysis.curve.record import one_thread
 from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import terms
 from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.parameters import parameter_path, product_warnings
-from slipstick.balance.residual import terms
 from slipstick.balance.states import Powered
 from slipstick.errors import InputError
 from slipstick.faults import point_numbers, warn, wrong

@@ -31,7 +31,7 @@ from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, t
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
 from slipstick.analysis.stability.wave_numbers import WaveDisturbances, wave_answers
 from slipstick.balance.balance import Balance
-from slipstick.balance.residual import Detail
+from slipstick.balance.evaluation import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law
 from slipstick.errors import Fault, InputError

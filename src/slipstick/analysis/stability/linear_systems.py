@@ -11,8 +11,8 @@ from slipstick.analysis.stability.dynamics import Dynamics, dynamics
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
 from slipstick.analysis.time_domain.piecewise_model import slider_values
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import Detail
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import InputError
 from slipstick.structure.checks import dense

@@ -23,7 +23,7 @@ from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem
 from slipstick.analysis.time_domain.piecewise_model import system_of
 from slipstick.analysis.time_domain.shooting import one_period, relative_change
 from slipstick.balance.balance import Balance
-from slipstick.balance.residual import Detail
+from slipstick.balance.evaluation import Detail
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array, ComplexArray, IntArray

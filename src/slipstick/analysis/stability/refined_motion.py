@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise_model import HELD_PARAMETERS, law_in_time, slider_values
-from slipstick.balance.batch_evaluation import forces_together, motion_and_response
+from slipstick.balance.evaluation import forces_together, respond
 from slipstick.balance.inputs import Assigned
 from slipstick.contact.forces import element_forces
 from slipstick.contact.friction_law import is_friction
@@ -26,8 +26,8 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
+    from slipstick.balance.evaluation import Detail
     from slipstick.balance.inputs import Inputs
-    from slipstick.balance.residual import Detail
 
 WIDER = 4
 """Times the highest harmonic kept."""
@@ -123,7 +123,7 @@ class Iteration:
         further, columns = self._further(x[0], details[0])
         inputs, omega = Assigned.of([d.inputs for d in details]), np.array([d.omega for d in details])
         contact_inputs, shape = inputs.contacts(0), (len(x), batch.count, wide.size)
-        motion, response = motion_and_response(balance, 0, x, omega, contact_inputs, wide)
+        motion, response = respond(balance, 0, x, omega, contact_inputs, wide)
         force = np.zeros((len(x), balance.n_ports + balance.n_loads, len(columns)))
         for port, coefficients in zip(batch.ports, response.force, strict=True):
             force[:, port.rows] = coefficients.reshape(shape)[:, port.members][..., columns]

@@ -21,7 +21,7 @@ from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.analysis.peaks.tracking import highest_peak
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
-from slipstick.balance.residual import Detail
+from slipstick.balance.evaluation import Detail
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.states import power_rows

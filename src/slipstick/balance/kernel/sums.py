@@ -1,4 +1,4 @@
-"""The compiled sums of the balance: a pair (cosine, sine) is the complex number ``c + i s``, see ``balance.ports``."""
+"""The compiled sums of the balance: a pair (cosine, sine) is the complex number ``c + i s``, see ``evaluation.py``."""
 
 from __future__ import annotations
 
@@ -20,6 +20,20 @@ def compliance_times(value: ComplexArray, G: ComplexArray, out: Array) -> None:
                 z = value[c, p, m] * G[c, m]
                 out[p, 2 * m - 1] += z.real
                 out[p, 2 * m] += z.imag
+
+
+@compiled(allocates=True, nogil=True)
+def compliance_sums(both: ComplexArray, G: ComplexArray, slope: ComplexArray, out: Array) -> None:
+    """Write ``conj(A) G`` and its derivative, into ``out`` (2, n_rows, L), from ``both`` (2, n_columns, n_rows, n + 1).
+
+    ``slope`` (any, n + 1) is the derivative of ``G`` on the first columns.
+    """
+    compliance_times(both[0], G, out[0])
+    compliance_times(both[1], G, out[1])
+    if len(slope):
+        by_slope = np.empty(out[1].shape)
+        compliance_times(both[0], slope, by_slope)
+        out[1] += by_slope
 
 
 @compiled(allocates=True, nogil=True)

@@ -229,7 +229,7 @@ def dots(a: Array, b: Array) -> Scalars:
 def norms(z: Array) -> Scalars:
     """Euclidean norms of vectors (..., n); inf where not finite."""
     if z.ndim == 1:
-        square = float(z.dot(z))
+        square = z.dot(z)
         return sqrt(square) if isfinite(square) else inf
     with np.errstate(over="ignore", invalid="ignore"):
         return np.sqrt(np.fmin(np.vecdot(z, z), inf))

@@ -54,6 +54,9 @@ class _Factorised(Jacobian):
         return BorderedDense(self, column, row)
 
 
+_NOT_WRITTEN = np.empty((0, 0))
+
+
 class DenseJacobian(_Factorised):
     """A Jacobian given by its ``matrix`` (N, N), which is kept and not written on.
 
@@ -68,9 +71,13 @@ class DenseJacobian(_Factorised):
 
     def __init__(self, matrix: ArrayLike | Callable[[Array], None], size: int = 0) -> None:
         self._lu = None
-        self._writer: Callable[[Array], None] | None = matrix if callable(matrix) else None
-        self._matrix: Array = np.empty(0) if callable(matrix) else np.asarray(matrix, dtype=float)
-        self._size = size if callable(matrix) else len(self._matrix)
+        self._writer: Callable[[Array], None] | None = None
+        self._matrix: Array = _NOT_WRITTEN
+        if callable(matrix):
+            self._writer, self._size = matrix, size
+        else:
+            self._matrix = np.asarray(matrix, dtype=float)
+            self._size = len(self._matrix)
 
     @property
     def matrix(self) -> Array:

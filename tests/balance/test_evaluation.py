@@ -6,7 +6,7 @@ from helpers.problems import random_problem
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.batch_evaluation import Together, evaluated_together, respond
+from slipstick.balance.evaluation import Together, evaluated_together, respond
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.systems import FrequencySystem
@@ -74,8 +74,8 @@ def test_further_harmonics_leave_the_forces_of_the_others_as_they_are():
     own = balance.harmonics
     wide = Harmonics(range(own.highest + 4))
     for k in range(len(balance.batches)):
-        plain = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)))
-        more = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)), wide)
+        plain = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)).contacts(k))[1]
+        more = respond(balance, k, x, omega, Assigned.of([problem.inputs] * len(x)).contacts(k), wide)[1]
         at = [wide.index(0), *(wide.index(m, part) for m in own.orders[1:] for part in ("c", "s"))]
         for a, b in zip(plain.force, more.force, strict=True):
             assert b[:, at] == pytest.approx(a, abs=1e-11 * np.abs(a).max())
@@ -101,5 +101,8 @@ def test_inputs_of_many_motions_are_those_of_each():
             assert np.array_equal(twice.values[name], np.concatenate([value, 2.0 * value]))
         motion = [scale * first.motion for scale in (2.0, 1.0, 2.0)]
         assert np.array_equal(together.motion, np.concatenate(motion, axis=1))
-        together.motion[:] = 1.0  # a new array
-        assert np.array_equal(many.contacts(k).motion, np.concatenate(motion, axis=1))
+        alike = Assigned.of([distinct[1]] * 3).contacts(k)
+        assert np.array_equal(alike.motion, np.concatenate([2.0 * first.motion] * 3, axis=1))
+        assert np.array_equal(alike.velocity, np.concatenate([2.0 * first.velocity] * 3, axis=1))
+        for name, value in first.values.items():
+            assert np.array_equal(alike.values[name], np.concatenate([2.0 * value] * 3))
