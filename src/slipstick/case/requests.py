@@ -19,7 +19,7 @@ from slipstick.faults import shown, suggestion
 from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.request import Request
+    from slipstick.analysis.road.request import Request
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
     from slipstick.case.case import Case

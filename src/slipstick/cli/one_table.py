@@ -24,7 +24,7 @@ from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
-    from slipstick.analysis.events import EventFunction
+    from slipstick.analysis.road.events import EventFunction
     from slipstick.branch import Branch
     from slipstick.case.case import Case
 

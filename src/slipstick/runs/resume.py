@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from slipstick.analysis.checkpoint import Checkpoint, resumable
-from slipstick.analysis.curve.request import Request
+from slipstick.analysis.road.checkpoint import Checkpoint, resumable
+from slipstick.analysis.road.request import Request
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.case.source import read_text

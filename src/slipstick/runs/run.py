@@ -12,9 +12,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.checkpoint import Checkpoint
-from slipstick.analysis.curve.record import Run, Sink, undisturbed
-from slipstick.analysis.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
+from slipstick.analysis.road.checkpoint import Checkpoint
+from slipstick.analysis.road.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
+from slipstick.analysis.road.run import Run, Sink, undisturbed
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
@@ -29,7 +29,7 @@ from slipstick.runs.folder import SUBHARMONICS, OutputFolder
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.request import Request
+    from slipstick.analysis.road.request import Request
     from slipstick.balance.problem import Problem
 
 UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)

@@ -20,8 +20,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.curve.request import followed_problem, heard_by
-from slipstick.analysis.events import EventFunction, Working
 from slipstick.analysis.identification.decays import decay_of
 from slipstick.analysis.identification.kinds import Backbone, Measured
 from slipstick.analysis.identification.measured import dataset_of, parameter_starts, read_measured
@@ -39,6 +37,8 @@ from slipstick.analysis.identification.noise import (
     without_levels,
 )
 from slipstick.analysis.identification.predicted import Predictor, predictor_of
+from slipstick.analysis.road.events import EventFunction, Working
+from slipstick.analysis.road.request import followed_problem, heard_by
 from slipstick.balance.parameters import parameter_units, product_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, SlipstickError

@@ -8,11 +8,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, PeakPoint
 from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
 from slipstick.analysis.peaks.tracking import PeakRun, TrackedPeak, tracked_peak
+from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import terms

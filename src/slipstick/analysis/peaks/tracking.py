@@ -9,15 +9,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.curve.follow import CurveRequest
-from slipstick.analysis.curve.record import Run, counted
-from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.curve.state_continuation import Work
-from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
 from slipstick.analysis.peaks.gradient import Extreme, StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.request import Checks, Request
+from slipstick.analysis.road.run import Run
+from slipstick.analysis.road.work import Work, counted
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem

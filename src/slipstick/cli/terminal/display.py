@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.events import Listener, PointFound, Searching, StrategyTried, Working
+from slipstick.analysis.road.events import Listener, PointFound, Searching, StrategyTried, Working
 from slipstick.cli.terminal.guard import plain, say
 from slipstick.progress import Position, duration
 from slipstick.runs.run import CaseRun, GoingOn, PointKept, RunListener

@@ -17,8 +17,8 @@ from slipstick.errors import InputError
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
-    from slipstick.analysis.events import EventFunction
     from slipstick.analysis.peaks.optimum import Optimum
+    from slipstick.analysis.road.events import EventFunction
     from slipstick.branch import Branch
     from slipstick.case.case import Case
 

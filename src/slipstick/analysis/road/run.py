@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from slipstick.analysis.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
+from slipstick.analysis.road.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
 from slipstick.branch import Branch
 from slipstick.errors import Outcome, TimeIsUp
 from slipstick.faults import warn
@@ -24,9 +24,8 @@ from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.checkpoint import Checkpoint
-    from slipstick.analysis.curve.request import Request
-    from slipstick.analysis.curve.state_continuation import Work
+    from slipstick.analysis.road.checkpoint import Checkpoint
+    from slipstick.analysis.road.request import Request
 
 R = TypeVar("R", bound="Request")
 
@@ -49,11 +48,6 @@ def undisturbed() -> Iterator[None]:
     """One thread, and signals wait. It takes as long to enter as a small evaluation: once round many of them."""
     with one_thread(), held():
         yield
-
-
-def counted(work: Work) -> dict[str, int]:
-    """Work of continuations, as results say it."""
-    return {"evaluations": work.evaluations, "linear_solves": work.solves, "rejected_steps": work.rejected}
 
 
 class Run(ABC, Generic[R]):
