@@ -81,13 +81,6 @@ TimeLimit = Annotated[
 ]
 
 
-KeptTimeLimit = Annotated[
-    str | None,
-    typer.Option("--time-limit", help='End after this time, such as "90 s" or "2 h"; points found are kept.',
-                 metavar="TIME"),
-]  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Wanted:
     """Names of the figures, and formats; or all figures that say something (``all_there``)."""

@@ -41,7 +41,7 @@ RUN_UP = "run_up"
 def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
     """Go on with a run, a study or a run-up that was killed or interrupted: the command of that name.
 
-    A run is that of ``slipstick run``, ``track``, ``modes``, ``cycles`` or ``wear``.
+    A run is that of ``slipstick run``, ``track``, ``optimal``, ``modes``, ``cycles`` or ``wear``.
 
     Nothing is printed; figures and the report are the command's.
 

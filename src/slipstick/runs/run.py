@@ -62,6 +62,8 @@ class PointKept:
     """Every variable of the results at this point, by name."""
     value: float
     """Of what is followed."""
+    progress: float
+    """As in ``PointFound``."""
 
 
 class RunListener(Listener):
@@ -98,7 +100,8 @@ class _Stored(Sink):
             checkpoint, value = event.checkpoint, event.parameter
             self._store.append(record, None if checkpoint is None else checkpoint.plain())
             self._listener(PointKept(
-                point=event.point, values=record, value=value if checkpoint is None else checkpoint.value
+                point=event.point, values=record, value=value if checkpoint is None else checkpoint.value,
+                progress=event.progress,
             ))  # fmt: skip
 
     def values(self) -> Mapping[str, Array]:
@@ -293,7 +296,7 @@ class CaseRun:
             self._fail(error)
         if sink is not None and sink.end is not None:
             self.attributes = {**sink.end.attributes, **self.case.names}
-            self.doubts = [*(said for said in self.request.warnings if said not in self.told), *sink.said()]
+            self.doubts = [*(said for said in sink.run.request.warnings if said not in self.told), *sink.said()]
             if sink.end.error is not None:
                 self._fail(sink.end.error)
             if not self.failures:

@@ -214,6 +214,10 @@ class ShownCurve(RunListener):
         broke_off = "the branch broke off: it is followed from the other end too"
         self._onward = run.case.further[run.table].onward if run.table else broke_off
         self._factor, self._unit = run.shown_in
+        begin, end = (value / self._factor for value in run.span)
+        self._share: Callable[[PointKept], float | None] = lambda _: None
+        if run.table:  # what is followed, and from where to where, may not be known at the beginning
+            self._share = lambda event: begin + event.progress * (end - begin)
         self._last: float | None = None
         self._part = 1
 
@@ -246,7 +250,7 @@ class ShownCurve(RunListener):
             self._display.note(f"  {self._onward}, from {where}")
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
-        self._display.at(value, step, states_text(event.values))
+        self._display.at(value, step, states_text(event.values), share=self._share(event))
 
 
 class ShownAnalysis(Listener):

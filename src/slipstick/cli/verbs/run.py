@@ -164,8 +164,9 @@ def _answer(run: CaseRun) -> Answer:
     ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
     said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
     results = results_answer(run.found) if run.points else {"points": 0, "peaks": []}
-    if run.table and run.points:
-        results |= run.case.further[run.table].told(run.case, run.branch)[1]
+    if run.table:
+        table = run.case.further[run.table]
+        results |= table.told(run.case, run.branch)[1] if run.points else table.nothing
     doubled = {"subharmonics": _doubled(run)} if run.doubles else {}
     files = {} if run.nothing else files_in(run.folder.work)
     return {**case_answer(run.case), **ended, **said, **results, **doubled, **files}
