@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.road.options import ResponseOptions, adapted_to, options_of
-from slipstick.balance.balance import Balance
+from slipstick.balance.balance import Balance, Pulse
 from slipstick.balance.checks import (
     range_faults,
     reach_faults,
@@ -37,19 +37,19 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Request(ABC):
+class AnalysisRequest(ABC):
     """What is asked of an analysis; each analysis adds what it needs, and the run that computes it.
 
     Attributes
     ----------
     analysis
         Name of the analysis, as results and journals say it: "response", "track", "wear" ...
-    problem, balance
-        What vibrates, as given and made ready.
-    parameter
-        Name of the parameter that is followed; empty where it is the frequency.
+    problem
+        What vibrates, as given.
     start, stop
         First and last value of what is followed.
+    parameter
+        Name of the parameter that is followed; empty where it is the frequency.
     requested
         Values of it at which points are wanted.
     warnings
@@ -59,12 +59,10 @@ class Request(ABC):
     """
 
     problem: Problem
-    balance: Balance
     start: float
     stop: float
     parameter: str = ""
     requested: tuple[float, ...] = ()
-    options: ContinuationOptions = field(default_factory=ResponseOptions)
     listeners: tuple[EventFunction, ...] = ()
     warnings: Sequence[str] = ()
     checkpoints: Sequence[Checkpoint] = ()
@@ -74,13 +72,10 @@ class Request(ABC):
     def analysis(self) -> str:
         """Name of the analysis."""
 
-    without: ClassVar[str] = "it was not stored with the results"
-    """Why there is no problem that goes with the results, where there is none."""
-
     @property
-    def vibrating(self) -> Problem | None:
-        """The problem that goes with the results; None where they are of no problem with loads."""
-        return self.problem
+    def pulse(self) -> Pulse | None:
+        """Felt at every evaluation on the way to a point; None where nobody tells of them."""
+        return None
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
         """Where a run stood at a point, from its journal; raises InputError where that is damaged."""
@@ -89,6 +84,47 @@ class Request(ABC):
     @abstractmethod
     def run(self) -> Run:
         """What computes it, not begun yet."""
+
+    @abstractmethod
+    def recorder(self) -> Any:
+        """What makes the numbers of the results from points."""
+
+    @property
+    def numerics(self) -> Mapping[str, Any]:
+        """What results say of the way it is computed."""
+        return {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request(AnalysisRequest):
+    """What is asked of an analysis by harmonic balance.
+
+    Attributes
+    ----------
+    balance
+        The problem, made ready.
+    """
+
+    balance: Balance
+    options: ContinuationOptions = field(default_factory=ResponseOptions)
+
+    without: ClassVar[str] = "it was not stored with the results"
+    """Why there is no problem that goes with the results, where there is none."""
+
+    @property
+    def vibrating(self) -> Problem | None:
+        """The problem that goes with the results; None where they are of no problem with loads."""
+        return self.problem
+
+    @property
+    def pulse(self) -> Pulse:
+        """That of the balance."""
+        return self.balance.pulse
+
+    @property
+    def numerics(self) -> Mapping[str, Any]:
+        """The form of the Jacobians."""
+        return {"jacobian": self.balance.backend.name}
 
     def branch(self) -> Branch:
         """The points, in memory."""

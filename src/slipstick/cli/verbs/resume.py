@@ -104,7 +104,7 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
 def _run_up(folder: Path, options: RunOptions, workers: int | None) -> int:
     from slipstick.runs.resume import Ended, begun_run_up
 
-    given = {"--workers": workers, "--time-limit": options.time_limit, "--figures": options.wanted.names}
+    given = {"--workers": workers, "--figures": options.wanted.names}
     for name, value in given.items():
         if value:
             raise InputError(f"{name}: {folder} holds a run-up, which knows no such option; leave it out")
