@@ -43,7 +43,7 @@ def identify(
     quiet: Quiet = False,
 ) -> int:
     """Fit the parameters of the table "identify" to measured vibration, loops, backbones or time series."""
-    from slipstick.analysis.identification.identification import identify
+    from slipstick.analysis.identification.identify import identify
     from slipstick.report.writing import write_fit_report
 
     read, table = case_with(case, "identify", 'parameters = { "damper.mu" = 0.3 }')
