@@ -74,6 +74,8 @@ class Descent:
         self.unit = np.where(start != 0.0, np.abs(start), 1.0)
         self.evaluations = 0
         self.asked: tuple[Array, Array] | None = None
+        self.step: End | None = None
+        """The last one that was accepted, as if it were the end."""
 
     def run(self) -> End:
         """To the end, with the motions meant chosen again until they stay.
@@ -126,13 +128,9 @@ class Descent:
             max_nfev=self.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
             **(_TOLERANCE_IN_TIME if request.measured.in_time else _TOLERANCE),
         )  # fmt: skip
-        left, J = self.left(found.x), self._slopes(found.x)
-        assert self.asked is not None
-        return End(
-            p=found.x * unit, cost=float(left @ left), left=left, J=J / unit, at_bound=found.active_mask != 0,
-            converged=found.status > 0, predicted=self.asked[1], evaluations=self.evaluations,
-            predictor=self.predictor, misfit=request.misfit(left),
-        )  # fmt: skip
+        self._slopes(found.x)
+        assert self.step is not None
+        return self.step._replace(at_bound=found.active_mask != 0, converged=found.status > 0)
 
     def left(self, z: Array) -> Array:
         """Predicted less measured over the noise; nan where there is no motion, so that a smaller step is taken."""
@@ -148,9 +146,20 @@ class Descent:
         return request.left(self.asked[1])
 
     def _slopes(self, z: Array) -> Array:
-        self.left(z)
-        rates = self.predictor.slopes(z * self.unit)[:, self.request.used]
-        return np.asarray((rates / self.request.scale).T * self.unit)
+        """Derivatives of what is left, which are asked for where a step is accepted."""
+        request, left = self.request, self.left(z)
+        assert self.asked is not None
+        rates = self.predictor.slopes(z * self.unit)[:, request.used]
+        J = np.asarray((rates / request.scale).T * self.unit)
+        p = z * self.unit
+        self.step = End(
+            p=p, cost=float(left @ left), left=left, J=J / self.unit, at_bound=(p <= request.low) | (p >= request.high),
+            converged=False, predicted=self.asked[1], evaluations=self.evaluations, predictor=self.predictor,
+            misfit=request.misfit(left),
+        )  # fmt: skip
+        if not request.kept or request.kept[0][0] is not request or self.step.cost < request.kept[0][1].cost:
+            request.kept[:] = [(request, self.step)]
+        return J
 
 
 def explained(request: FitRequest, end: End) -> bool:

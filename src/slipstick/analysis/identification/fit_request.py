@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -51,6 +51,8 @@ class FitRequest:
     found: bool = False
     """Whether ``noise`` was found from what is left."""
     listeners: tuple[EventFunction, ...] = ()
+    kept: list[Any] = field(default_factory=list, compare=False)
+    """The request and the end of the best step so far, for a fit that is stopped: of all requests made of this one."""
 
     def tell(self, place: int | None, evaluations: int) -> None:
         """Tell all who listen of an evaluation on the way from one of the starts; None: from the end of another."""

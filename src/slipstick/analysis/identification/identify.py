@@ -26,7 +26,7 @@ from slipstick.analysis.identification.statistics import IN_NOISE, statistics_of
 from slipstick.analysis.road.events import EventFunction
 from slipstick.balance.parameters import product_warnings
 from slipstick.balance.problem import Problem
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, TimeIsUp
 from slipstick.faults import warn
 
 if TYPE_CHECKING:
@@ -104,7 +104,8 @@ def identify(
     seed
         Of the spread.
     listeners
-        Told of each evaluation: ``listeners=ss.Progress()``.
+        Told of each evaluation: ``listeners=ss.Progress()``. After Ctrl-C, or where one of them ends it, the result has
+        the best values so far, if a step was made, and says so.
 
     Returns
     -------
@@ -144,6 +145,21 @@ def identify(
     """
     request = fit_request(problem, measured, parameters, bounds, noise, relative_noise, starts, seed, listeners)
     told = [*product_warnings(problem, request.names), *request.measured.notes]
+    try:
+        found = _fitted(request, measured, noise, told)
+    except KeyboardInterrupt as stop:
+        if not request.kept:
+            raise
+        ((request, best),) = request.kept
+        late = isinstance(stop, TimeIsUp)
+        message = f"the fit was {'stopped at its time limit' if late else 'interrupted'}: the best values so far"
+        found = result_of(request, best, [best.cost], None, told, stopped=message)
+    warn([*found.warnings, *([] if found.converged else [found.message])])
+    return found
+
+
+def _fitted(request: FitRequest, measured: Any, noise: float | None, told: list[str]) -> Identification:
+    """The fit from all starts, and what is tried where that ends far away."""
     in_time = fit_in_time(request, measured, noise)
     request = request if in_time is None else replace(request, noise=None, relative=None, absolute=None)
     ends = [Descent(request, start, place=k).run() for k, start in enumerate(request.starts)]
@@ -173,9 +189,7 @@ def identify(
     request, best, weights = weighted(request, best)
     if compared and best.misfit > FAR and not explained(request, best):
         told += mistakes_in(request, best, compared)
-    found = result_of(request, best, costs, weights, told)
-    warn([*found.warnings, *([] if found.converged else [found.message])])
-    return found
+    return result_of(request, best, costs, weights, told)
 
 
 def fitted_in_time(request: FitRequest, of_mode: End) -> End:

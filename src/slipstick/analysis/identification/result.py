@@ -29,9 +29,13 @@ _EMPTY: Any = None
 
 
 def result_of(
-    request: FitRequest, end: End, costs: Sequence[float], weights: Noise | None, told: Sequence[str]
-) -> Identification:
-    """The result of a fit that ended there; ``costs`` are those of all starts, ``told`` what was said on the way."""
+    request: FitRequest, end: End, costs: Sequence[float], weights: Noise | None, told: Sequence[str], *,
+    stopped: str = "",
+) -> Identification:  # fmt: skip
+    """The result of a fit that ended there; ``costs`` are those of all starts, ``told`` what was said on the way.
+
+    ``stopped`` says why it did not come to its end.
+    """
     freedom = end.left.size - len(request.names)
     known = request.known
     spread = float(np.sqrt(end.cost / freedom)) if freedom > 0 else np.nan
@@ -60,6 +64,7 @@ def result_of(
     message = "the fit converged" if end.converged else f"the fit did not converge in {request.most} evaluations"
     if far:
         message = f"the fit ends far from what was measured: misfit {end.misfit:.2g}"
+    message = stopped or message
     if bound:
         message += f", with {' and '.join(bound)} at a bound"
     found = Identification(

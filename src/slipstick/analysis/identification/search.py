@@ -91,7 +91,9 @@ def mistakes_in(request: FitRequest, best: End, compared: Sequence[Tried]) -> li
     orders = np.array(request.problem.harmonics.orders[1:], dtype=float)
     likely: list[tuple[float, Array, Change, FitRequest]] = []
     for change in changes(request.measured, orders):
-        other = replace(request, measured=change.measured, noise=None, relative=None, absolute=None, found=False)
+        other = replace(
+            request, measured=change.measured, noise=None, relative=None, absolute=None, found=False, kept=[]
+        )
         seen: Sequence[Tried | None] = compared
         if not np.array_equal(change.measured.omega, request.measured.omega):
             seen = [predicted_at(other, request.starts[0])]

@@ -49,6 +49,12 @@ def undisturbed() -> Iterator[None]:
         yield
 
 
+def stopped_too(outcome: Outcome) -> None:
+    """What stopped a run stops the one that it is part of."""
+    if outcome in (Outcome.INTERRUPTED, Outcome.TIME_LIMIT):
+        raise KeyboardInterrupt if outcome is Outcome.INTERRUPTED else TimeIsUp
+
+
 class Run(ABC, Generic[R]):
     """An analysis under way. Each analysis adds its ``points``, and sets what it knows of them as it goes.
 

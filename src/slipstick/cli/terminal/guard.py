@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import InputError, SlipstickWarning, TimeIsUp
 from slipstick.runs.failures import internal_sentence, os_sentence
 
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
@@ -90,8 +90,8 @@ def guarded() -> Iterator[None]:
     except MemoryError:
         complain("error: there is not enough memory for this case; keep fewer harmonics, contacts or output dofs")
         raise typer.Exit(BAD_INPUT) from None
-    except KeyboardInterrupt:
-        complain("interrupted")
+    except KeyboardInterrupt as stop:
+        complain("stopped at the time limit; nothing was found yet" if isinstance(stop, TimeIsUp) else "interrupted")
         raise typer.Exit(STOPPED) from None
     except typer.Exit:
         raise

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipstick.cli.one_table import case_with, quietly, shown
-from slipstick.cli.options import CasePath, Quiet, Report, files, folder_option
+from slipstick.cli.options import CasePath, KeptTimeLimit, Quiet, Report, files, folder_option
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
 from slipstick.cli.verb import verb
@@ -41,6 +41,7 @@ def identify(
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     report: Report = True,
     quiet: Quiet = False,
+    time_limit: KeptTimeLimit = None,
 ) -> int:
     """Fit the parameters of the table "identify" to measured vibration, loops, backbones or time series."""
     from slipstick.analysis.identification.identify import identify
@@ -50,7 +51,7 @@ def identify(
     folder = output or Path(f"{read.name}-identify")
     if (folder / FITTED).exists() and not force:
         raise InputError(f"{folder / FITTED} is there already; give another folder with -o, or --force")
-    with shown(None, quiet=quiet, answer=answer) as listeners:
+    with shown(time_limit, quiet=quiet, answer=answer) as listeners:
         found = quietly(
             identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
             relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, listeners=listeners,
