@@ -14,15 +14,18 @@ import typer
 from slipstick.cli.terminal import guard
 from slipstick.cli.verb import app
 
+REQUESTS = ("track", "optimal", "modes", "cycles", "wear")
+"""Verbs of tables that ask for something, in the file of that name."""
 VERBS = (
-    *("run", "resume", "report", "table", "study", "track", "optimal", "modes", "cycles", "wear", "run_up", "identify"),
+    *("run", "resume", "report", "table", "study", *REQUESTS, "run_up", "identify"),
     *("campbell", "interference"),
     *("check", "init", "import_", "info", "verify"),
 )
-"""Files in the folder of that name, each with a function of its own name, in the order of the help."""
+"""In the order of the help; all others are files in the folder of that name, each with a function of its own name."""
 
 for _name in VERBS:
-    app.command(_name.rstrip("_").replace("_", "-"))(getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name))
+    _file = import_module(f"slipstick.cli.verbs.{'requests' if _name in REQUESTS else _name}")
+    app.command(_name.rstrip("_").replace("_", "-"))(getattr(_file, _name))
 
 
 def _version(wanted: bool) -> None:
