@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.road.events import Listener, PointFound, Searching, StrategyTried, Working
+from slipstick.analysis.road.events import Searching, StrategyTried, Working
 from slipstick.cli.terminal.guard import plain, say
 from slipstick.progress import Position, duration
 from slipstick.runs.run import CaseRun, GoingOn, PointKept, RunListener
@@ -251,25 +251,6 @@ class ShownCurve(RunListener):
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._display.at(value, step, states_text(event.values), share=self._share(event))
-
-
-class ShownAnalysis(Listener):
-    """Shows an analysis of one table of a case: its points, and what is done where it takes long."""
-
-    def __init__(self, display: CurveDisplay) -> None:
-        self._display = display
-
-    def point_found(self, event: PointFound) -> None:
-        """Show where it is."""
-        self._display.at(event.parameter, event.step, "", share=event.progress)
-
-    def searching(self, event: Searching) -> None:
-        """Show how far the search for the first point is."""
-        self._display.search(("first point", *event.parts))
-
-    def working(self, event: Working) -> None:
-        """Show what is done."""
-        self._display.search((event.text,))
 
 
 def states_text(record: Mapping[str, Any]) -> str:

@@ -10,9 +10,13 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
+from typing import ParamSpec, TypeVar
 
 from slipstick.errors import InputError, SlipstickWarning, TimeIsUp
 from slipstick.runs.failures import internal_sentence, os_sentence
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
 
@@ -72,6 +76,13 @@ def warnings_said() -> Iterator[None]:
         yield
     for sentence in dict.fromkeys(str(warning.message) for warning in caught):
         warn_user(sentence)
+
+
+def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
+    """What is computed; its warnings are told from the results."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SlipstickWarning)
+        return compute(*arguments, **more)
 
 
 @contextmanager

@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.one_table import case_with, quietly
 from slipstick.cli.options import CasePath, Quiet, Report, RunOptions, TimeLimit, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer, files_in
-from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say, termination_as_interrupt, warn_user
+from slipstick.cli.terminal.guard import (
+    DONE,
+    STOPPED,
+    complain,
+    prepare_kernel,
+    quietly,
+    say,
+    termination_as_interrupt,
+    warn_user,
+)
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.run import report_or_warn
+from slipstick.cli.verbs.run import case_with, report_or_warn
 from slipstick.errors import InputError
 from slipstick.runs.folder import PASSED, REPORT
 from slipstick.units import after_number, unit_of_dof
@@ -36,9 +44,10 @@ def run_up(
     time_limit: TimeLimit = None,
 ) -> int:
     """Integrate a case in time while its speed changes, as its table "run_up" says; called again it goes on."""
-    read, _ = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05")
-    folder = output or Path(f"{read.name}-run-up")
     options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
+    read = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05", options.tell)
+    prepare_kernel(complain)
+    folder = output or Path(f"{read.name}-run-up")
     return computed(read, folder, options)
 
 
