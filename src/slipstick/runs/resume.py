@@ -272,7 +272,7 @@ def _same_problem(run: CaseRun, layout: Layout, begun_with: str, journal: Path) 
     """Raises InputError where files that the case names have changed."""
     present = run.layout
     same = (present.labels, present.variables) == (layout.labels, layout.variables)
-    if not same or fingerprint(run.problem) != begun_with:
+    if not same or fingerprint(run.request.problem) != begun_with:
         raise InputError(
             f"{journal}: the run is of other numbers: a file that the case names, or what it is reduced to, has "
             "changed since it began; put it back, or run the case anew into another folder"
