@@ -9,12 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.identification.fit_request import FitRequest
-from slipstick.analysis.identification.noise import (
-    Noise,
-    found_noise,
-    given_noise,
-    too_large,
-)
+from slipstick.analysis.identification.noise import Noise, found_noise, given_noise, too_large
 from slipstick.analysis.identification.predicted import Predictor
 from slipstick.errors import InputError
 from slipstick.typing import Array

@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 from slipstick.analysis.identification.decays import decay_of
 from slipstick.analysis.identification.kinds import Backbone, Measured
 from slipstick.analysis.identification.measured import dataset_of, parameter_starts, read_measured
-from slipstick.analysis.identification.noise import (
-    given_noise,
-)
+from slipstick.analysis.identification.noise import given_noise
 from slipstick.analysis.identification.predicted import Predictor, predictor_of
 from slipstick.analysis.road.events import EventFunction, Working
 from slipstick.analysis.road.request import followed_problem, heard_by

@@ -11,11 +11,7 @@ import numpy as np
 from slipstick.analysis.identification.descent import FAR, End, explained
 from slipstick.analysis.identification.fit_request import FitRequest
 from slipstick.analysis.identification.identification import Identification
-from slipstick.analysis.identification.noise import (
-    Noise,
-    Without,
-    too_large,
-)
+from slipstick.analysis.identification.noise import Noise, Without, too_large
 from slipstick.analysis.identification.search import ROUNDING
 from slipstick.analysis.identification.statistics import checked_against_residuals, statistics_of
 from slipstick.balance.parameters import parameter_units

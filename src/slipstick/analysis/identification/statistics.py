@@ -9,14 +9,7 @@ import numpy as np
 
 from slipstick.analysis.identification.descent import End
 from slipstick.analysis.identification.fit_request import FitRequest
-from slipstick.analysis.identification.noise import (
-    Without,
-    listed,
-    neighbours,
-    robust,
-    whiteness,
-    without_levels,
-)
+from slipstick.analysis.identification.noise import Without, listed, neighbours, robust, whiteness, without_levels
 from slipstick.typing import Array
 
 if TYPE_CHECKING:

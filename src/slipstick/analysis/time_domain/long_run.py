@@ -20,11 +20,7 @@ from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, 
 from slipstick.analysis.time_domain.initial_state import start_at_rest
 from slipstick.analysis.time_domain.period_sums import Energy, PeriodSums
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
-from slipstick.analysis.time_domain.piecewise_model import (
-    friction_elements,
-    friction_system,
-    integration_faults,
-)
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, integration_faults
 from slipstick.analysis.time_domain.swept import SweptPiecewise, SweptStepper, SweptSystem, fewest_steps
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, Outcome

@@ -7,17 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.options import (
-    PLAIN,
-    Figures,
-    Formats,
-    NoFigures,
-    Quiet,
-    Report,
-    RunOptions,
-    TimeLimit,
-    run_options,
-)
+from slipstick.cli.options import PLAIN, Figures, Formats, NoFigures, Quiet, Report, RunOptions, TimeLimit, run_options
 from slipstick.cli.terminal.answers import Answer, files_in, results_answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
 from slipstick.cli.verb import verb
