@@ -87,6 +87,14 @@ def test_module(path: Path) -> None:
     assert not wrong, f"{name}: {wrong}"
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "analysis" / "road").glob("*.py")), ids=lambda path: path.name)
+def test_the_road_of_all_analyses_knows_none(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    imported = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    analyses = [name for name in imported if name.startswith("slipstick.analysis.")]
+    assert not [name for name in analyses if not name.startswith("slipstick.analysis.road.")]
+
+
 def test_checker_sees_a_wrong_import() -> None:
     """The checker itself: a module-level import to the right is seen, one inside a function or for types is lazy."""
     source = (

@@ -47,7 +47,7 @@ _PUBLIC = {
     "linear_response": "slipstick.analysis.curve.response",
     "limit_cycles": "slipstick.analysis.self_excited.limit_cycles",
     "nonlinear_modes": "slipstick.analysis.modes.nonlinear_modes",
-    "identify": "slipstick.analysis.identification.identification",
+    "identify": "slipstick.analysis.identification.identify",
     "optimal": "slipstick.analysis.peaks.optimum",
     "track_peak": "slipstick.analysis.peaks.tracking",
     "wear": "slipstick.analysis.wear.wear",
@@ -73,7 +73,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.curve.response import linear_response as linear_response
     from slipstick.analysis.curve.response import parameter_response as parameter_response
     from slipstick.analysis.curve.steady import steady_response as steady_response
-    from slipstick.analysis.identification.identification import identify as identify
+    from slipstick.analysis.identification.identify import identify as identify
     from slipstick.analysis.modes.nonlinear_modes import nonlinear_modes as nonlinear_modes
     from slipstick.analysis.peaks.optimum import optimal as optimal
     from slipstick.analysis.peaks.tracking import track_peak as track_peak

@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from slipstick.analysis.events import (
+from slipstick.analysis.road.events import (
     CaseDone,
     Listener,
     PointFound,

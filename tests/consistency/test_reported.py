@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve import record
 from slipstick.analysis.events import PointFound, Stopped
+from slipstick.analysis.road import run as road
 from slipstick.verify.cases import oscillator
 
 
@@ -18,7 +18,7 @@ from slipstick.verify.cases import oscillator
 def test_progress_time_and_work_of_a_curve(span: tuple[float, float], monkeypatch: pytest.MonkeyPatch) -> None:
     """By a clock that goes on a second with every point."""
     told: list[Any] = []
-    monkeypatch.setattr(record, "time", SimpleNamespace(perf_counter=lambda: 3.0 + found()))
+    monkeypatch.setattr(road, "time", SimpleNamespace(perf_counter=lambda: 3.0 + found()))
 
     def found() -> int:
         return sum(isinstance(event, PointFound) for event in told)

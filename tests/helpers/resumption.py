@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.request import Request
 from slipstick.analysis.events import PointFound, Stopped
+from slipstick.analysis.road.request import Request
 from slipstick.io.journal import packed_notes
 
 

@@ -16,10 +16,10 @@ from helpers.command import slipstick
 from helpers.oscillator import with_law
 
 import slipstick as ss
-from slipstick.analysis.curve import request
 from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.modes import nonlinear_modes as modes_module
 from slipstick.analysis.peaks import events as peaks_module
+from slipstick.analysis.road import request
 from slipstick.analysis.stability import floquet, subharmonics
 from slipstick.results import record
 from slipstick.results.postprocessing import Postprocessing

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import gc
+import json
+import os
+import signal
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -16,8 +19,11 @@ from scipy.optimize import minimize_scalar
 from scipy.special import wofz
 
 import slipstick as ss
+from slipstick.analysis.events import PointFound
 from slipstick.analysis.time_domain.long_run import LongRun
 from slipstick.analysis.time_domain.transient import transient
+from slipstick.io.journal import Journal, read_journal, unpacked
+from slipstick.io.loading import load_dataset
 from slipstick.results.run_up import RunUp, motion_kind
 from slipstick.runs.passing_through import run_up_of_case
 
@@ -264,7 +270,7 @@ def test_a_structure_that_turns_with_the_excitation_is_refused() -> None:
 
 def test_a_run_is_what_it_is_by_its_arguments() -> None:
     run = LongRun(problem=stuck(), start=2.0, stop=2.0, rate=0.0, periods=3, samples=4)
-    values = [done.values["time"] for done in run.run()]
+    values = [done.values["time"] for done in run.after()]
     np.testing.assert_allclose(values, 2 * np.pi * np.arange(1, 4) / 2.0)
 
 
@@ -318,3 +324,58 @@ def test_resume_goes_on_with_a_run_up_to_the_last_bit(tmp_path: Path) -> None:
     case.write_text(case.read_text().replace("to = 7.5", "to = 8.5"))
     with pytest.raises(ss.InputError, match="the case has changed"):
         ss.resume(tmp_path / "changed")
+
+
+@pytest.mark.parametrize("period", [3, pytest.param(8, marks=pytest.mark.verify)])
+def test_killed_at_a_period_it_goes_on_to_the_last_bit(tmp_path: Path, period: int) -> None:
+    child = os.fork()
+    if child == 0:
+
+        def kill(done: Any) -> None:
+            if done.checkpoint.period == period:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+        try:
+            ss.runs.run_up(tip(), (6.0, 7.0), rate=0.1, folder=tmp_path, listener=kill)
+        finally:
+            os._exit(1)
+    assert os.WIFSIGNALED(os.waitpid(child, 0)[1])
+    assert len(read_journal(tmp_path / "run_up.nc.journal")) == period
+    events: list[Any] = []
+    whole = ss.runs.run_up(tip(), (6.0, 7.0), rate=0.1, folder=tmp_path, listeners=events.append).dataset
+    found = [event for event in events if isinstance(event, PointFound)]
+    assert (found[0].number, found[-1].progress) == (period + 1, 1.0)
+    assert found[-1].omega == float(whole["omega"][-1])
+    direct = ss.runs.run_up(tip(), (6.0, 7.0), rate=0.1).dataset
+    for name in direct.variables:
+        np.testing.assert_array_equal(whole[name], direct[name])
+
+
+def test_a_journal_written_before_checkpoints_were_shared_goes_on(tmp_path: Path) -> None:
+    problem = tip()
+
+    def stop(done: Any) -> None:
+        if done.checkpoint.period == 3:
+            raise KeyboardInterrupt
+
+    ss.runs.run_up(problem, 6.0, periods=6, folder=tmp_path, listener=stop)
+    recorded = read_journal(tmp_path / "run_up.nc.journal")
+    rows, notes = recorded.rows, [unpacked(note) for note in recorded.notes()]
+    journal = Journal(recorded.path, recorded.layout, recorded.about)
+    for row, note in zip(rows, notes, strict=True):
+        kept = ("times", "series", "changes", "period", "states", "z", "energy", "energy_names")
+        journal.append(row, {name: note[name] for name in kept})
+    journal.close(remove=False)
+    whole = ss.runs.run_up(problem, 6.0, periods=6, folder=tmp_path).dataset
+    direct = ss.runs.run_up(problem, 6.0, periods=6).dataset
+    for name in direct.variables:
+        np.testing.assert_array_equal(whole[name], direct[name])
+
+
+def test_its_time_is_limited_and_resume_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE.partition("[study]")[0] + "[run_up]\nfrom = 5.0\nperiods = 3\n")
+    arguments = ("run-up", tmp_path / "case.toml", "-o", tmp_path / "out", "-q", "--no-figures", "--no-report")
+    late = slipstick(*arguments, "--time-limit", "1e-9 s", "--json")
+    assert (late.exit_code, json.loads(late.stdout)["outcome"]) == (1, "TIME_LIMIT")
+    assert slipstick("resume", tmp_path / "out", "--time-limit", "1 h", "-q", "--no-report").exit_code == 0
+    assert RunUp(load_dataset(tmp_path / "out" / "run_up.nc")).dataset.sizes["period"] == 3

@@ -187,9 +187,9 @@ def test_what_is_killed_goes_on_to_the_last_bit(make: Callable[[], ss.Problem], 
 def test_a_period_depends_on_the_state_at_its_start_alone() -> None:
     """Not on how far the polynomials of the period before reached."""
     run = LongRun(problem=problem(dahl()[0]), start=6.0, stop=9.0, rate=4.0, periods=1, samples=4)
-    first = next(run.run()).checkpoint
+    first = next(run.after()).checkpoint
     run.stepper._length = 2.0**-6
-    np.testing.assert_array_equal(next(run.run()).checkpoint.z, first.z)
+    np.testing.assert_array_equal(next(run.after()).checkpoint.z, first.z)
 
 
 def test_a_stiff_law_has_the_steps_it_needs() -> None:

@@ -27,6 +27,7 @@ CASE = oscillator(
 )  # fmt: skip
 TABLES = {
     "track": '[track]\nparameter = "damper.normal_load"\nfrom = 400.0\nto = 800\nat = [700.0]\n',
+    "optimal": '[optimal]\nparameter = "damper.normal_load"\nstart = 500.0\nomega = [2.0, 12.0]\n',
     "modes": "[modes]\nfrom = 2\nto = 8.0\nload_factors = [1.0]\n",
 }
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -105,10 +106,10 @@ def test_a_run_whose_time_is_up_is_resumed_by_the_command(whole: tuple[str, ss.B
     assert result.exit_code == 0, result.output
     answer = json.loads(result.stdout)
     assert (answer["outcome"], answer["points"]) == ("COMPLETED", len(expected))
-    assert answer["peaks" if table == "modes" else "marked"]
+    assert answer[{"modes": "peaks", "optimal": "kind"}.get(table, "marked")]
     same(ss.load(tmp_path / "out" / "results.nc"), expected)
     files = {path.name for path in (tmp_path / "out").iterdir()}
-    drawn = {"track": ("response",), "modes": ("backbone", "damping"), "cycles": ("response", "stability")}[table]
+    drawn = {"modes": ("backbone", "damping"), "cycles": ("response", "stability")}.get(table, ("response",))
     assert files == {"case.toml", "results.nc", "report.html", *(f"{name}.png" for name in drawn)}
     assert "is complete" in slipstick("resume", tmp_path / "out").output
 

@@ -19,7 +19,7 @@ from slipstick.faults import shown, suggestion
 from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.request import Request
+    from slipstick.analysis.road.request import Request
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
     from slipstick.case.case import Case
@@ -49,6 +49,8 @@ class RequestTable(Table):
     """The function of the library that computes it."""
     onward: ClassVar[str] = "another part begins"
     """What is said where another part of the branch begins."""
+    nothing: ClassVar[Mapping[str, Any]] = {}
+    """What a program is told besides where nothing was found."""
 
     @classmethod
     def impossible(cls, problem: Problem) -> list[Fault]:
@@ -141,6 +143,8 @@ class OptimalTable(RequestTable):
     """``[optimal]``: the value of a parameter at which the peak is lowest."""
 
     verb: ClassVar[str] = "optimal"
+    onward: ClassVar[str] = "another peak is followed on"
+    nothing: ClassVar[Mapping[str, Any]] = {"value": np.nan, "omega": np.nan, "amplitude": np.nan, "kind": ""}
 
     parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
     start: float | None = Field(default=None, description="a number, the value to begin at")
@@ -152,6 +156,35 @@ class OptimalTable(RequestTable):
         yield from _parameter_faults(problem, self.parameter, self.start)
         yield from _omega_faults(self.omega, swept)
         yield from _dof_faults(problem, self.dof)
+
+    def request(self, case: Case) -> Request:
+        """The optimum, and the peak from a quarter of its value to four times it."""
+        from slipstick.analysis.peaks.optimum import optimum_request
+
+        omega = case.span if self.omega is None else self.omega
+        return optimum_request(case.problem(), self.parameter, self.start, omega, self.dof, beside=4.0)
+
+    def asked(self, case: Case) -> str:
+        """Over what."""
+        return f"the value of {self.parameter} at which the peak is lowest"
+
+    def shown_in(self, case: Case) -> str:
+        """That of the parameter."""
+        return _unit_of(case, self.parameter)
+
+    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+        """The optimum."""
+        data, about = branch.table, branch.table.attrs
+        dof, unit = str(about["peak_of"]), after_number(str(data["parameter"].attrs.get("units", "")))
+        value, kind = float(about["optimum"]), str(about["optimum_kind"])
+        peak = {name: float(about[f"optimum_{name}"]) for name in ("omega", "amplitude")}
+        at = f"{self.parameter} = {value:.8g}{unit}"
+        said = f"the peak of {dof} is {kind} at {at}: {_peak_text(case, data, dof, peak)}"
+        return [said], {"value": value, **peak, "kind": kind}
+
+    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+        """The peak over the parameter."""
+        return {"response": lambda: branch.plot.response(str(branch.table.attrs["peak_of"]))}
 
 
 class ModesTable(RequestTable):

@@ -14,20 +14,23 @@ import typer
 from slipstick.cli.terminal import guard
 from slipstick.cli.verb import app
 
+REQUESTS = ("track", "optimal", "modes", "cycles", "wear")
+"""Verbs of tables that ask for something, in the file of that name."""
 VERBS = {
     "Begin": ("init", "check", "import_"),
-    "Compute a case": ("run", "track", "optimal", "modes", "cycles", "wear", "run_up", "resume"),
+    "Compute a case": ("run", *REQUESTS, "run_up", "resume"),
     "Many cases, and measurements": ("study", "identify"),
     "Rotors and discs without contacts": ("campbell", "interference"),
     "Results": ("report", "table"),
     "This installation": ("info", "verify"),
 }
-"""Files in the folder of that name, each with a function of its own name, in the order and the groups of the help."""
+"""In the order and the groups of the help; all others are files in the folder of that name, each with a function of its
+own name."""
 
 for _group, _names in VERBS.items():
     for _name in _names:
-        _verb = getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name)
-        app.command(_name.rstrip("_").replace("_", "-"), rich_help_panel=_group)(_verb)
+        _file = import_module(f"slipstick.cli.verbs.{'requests' if _name in REQUESTS else _name}")
+        app.command(_name.rstrip("_").replace("_", "-"), rich_help_panel=_group)(getattr(_file, _name))
 
 
 def _version(wanted: bool) -> None:

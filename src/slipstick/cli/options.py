@@ -79,11 +79,9 @@ TimeLimit = Annotated[
     str | None,
     typer.Option("--time-limit", help='End after this time, such as "90 s" or "2 h"; resume goes on.', metavar="TIME"),
 ]
-
-
 KeptTimeLimit = Annotated[
     str | None,
-    typer.Option("--time-limit", help='End after this time, such as "90 s" or "2 h"; points found are kept.',
+    typer.Option("--time-limit", help='End after this time, such as "90 s" or "2 h"; the best so far is kept.',
                  metavar="TIME"),
 ]  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from hashlib import sha256
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.time_domain.long_run import Checkpoint, LongRun, PeriodDone, checked
-from slipstick.analysis.time_domain.period_sums import Energy
+from slipstick.analysis.road.events import Event, EventFunction, PointFound
+from slipstick.analysis.road.request import heard_by
+from slipstick.analysis.time_domain.long_run import LongRun, PeriodDone, checked
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError, Outcome
@@ -24,8 +25,9 @@ from slipstick.io.loading import load_dataset
 from slipstick.io.lock import FolderLock
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
-from slipstick.results.run_up import CONTACT_STATES, VARIABLES, RunUp
-from slipstick.results.schema import ANALYSIS, Layout, attributes_of, versions
+from slipstick.results.run_up import CONTACT_STATES, RunUp
+from slipstick.results.schema import ANALYSIS, attributes_of, versions
+from slipstick.runs.checkpoints import checkpoints_in
 from slipstick.runs.folder import PASSED
 from slipstick.typing import Array, Frequency, FrequencyRange
 
@@ -43,6 +45,7 @@ def run_up(
     steps: int | None = None,
     folder: str | Path | None = None,
     listener: Callable[[PeriodDone], object] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> RunUp:
     """Passing through: the motion while the speed of the excitation grows or falls evenly, or stays, from rest.
 
@@ -71,6 +74,8 @@ def run_up(
         periods meanwhile. Called again with the same arguments, a run that was killed goes on to the last bit.
     listener
         Called with a ``PeriodDone`` after every period.
+    listeners
+        As of ``forced_response``; a point is a period: ``listeners=ss.Progress()``.
 
     Returns
     -------
@@ -98,26 +103,48 @@ def run_up(
     run = _checked(problem, omega, rate, periods, samples, steps)
     if listener is not None and not callable(listener):
         raise wrong("run_up, listener", listener, "a function of one event, or None")
-    problem.warn(problem_warnings(problem))
+    heard = _heard(listener, heard_by(listeners))
     if folder is None:
         rows: list[PeriodDone] = []
-        outcome = _walked(run, None, rows.append, listener)
-        layout = _layout(run)
-        return RunUp(_dataset(run, [layout.pack(done.values) for done in rows], list(map(_note, rows)), outcome))
-    return _in_folder(run, path("run_up, folder", folder, "the path of a folder"), listener)
+        outcome = _integrated(run, _heard(rows.append, heard))
+        layout = run.recorder().layout
+        return RunUp(_dataset(run, [layout.pack(done.values) for done in rows], [done.note for done in rows], outcome))
+    return _in_folder(run, path("run_up, folder", folder, "the path of a folder"), heard)
 
 
 def run_up_of_case(
-    case: Case, table: Any, folder: Path, listener: Callable[[PeriodDone], object] | None = None
-) -> RunUp:
+    case: Case, table: Any, folder: Path, listener: Callable[[PeriodDone], object] | None = None,
+    listeners: tuple[EventFunction, ...] = (),
+) -> RunUp:  # fmt: skip
     """What the table "run_up" of a case asks for; the folder holds the case too, so that ``resume`` can go on."""
     run = _checked(case.problem(), table.omega, table.rate, table.periods, table.samples, None)
-    return _in_folder(run, folder, listener, case)
+    return _in_folder(replace(run, warnings=()), folder, _heard(listener, listeners), case)  # told of by the case
 
 
-def _in_folder(
-    run: LongRun, folder: Path, listener: Callable[[PeriodDone], object] | None, case: Case | None = None
-) -> RunUp:
+def _heard(
+    listener: Callable[[PeriodDone], object] | None, others: tuple[EventFunction, ...]
+) -> tuple[EventFunction, ...]:
+    """Who hears of events, with one who hears of periods alone."""
+
+    def period(event: Event) -> None:
+        if isinstance(event, PointFound):
+            assert listener is not None
+            listener(event.point)  # type: ignore[arg-type]
+
+    return others if listener is None else (period, *others)
+
+
+def _integrated(run: LongRun, listeners: tuple[EventFunction, ...]) -> Outcome:
+    """Every period told to the listeners in their order; how it ended."""
+    under_way = run.run()
+    for _ in under_way.follow(*listeners, guard=held):
+        pass
+    if under_way.error is not None:
+        raise under_way.error
+    return under_way.outcome
+
+
+def _in_folder(run: LongRun, folder: Path, listeners: tuple[EventFunction, ...], case: Case | None = None) -> RunUp:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -132,18 +159,23 @@ def _in_folder(
             if kept.dataset.attrs.get("run_up") == mark:
                 return kept
             raise InputError(f"{folder} already holds another run-up ({PASSED}); choose another folder")
-        begin, keep = _begun(run, place, mark)
+        keep = 0
+        if place.exists():
+            recorded = read_journal(place)
+            if recorded.about.get("run_up") != mark:
+                raise InputError(f"{folder}: another run-up was begun in it; choose another folder")
+            run, keep = replace(run, checkpoints=checkpoints_in(recorded, run)), recorded.ends[-1]
         names: dict[str, str] = {} if case is None else case.names
         about = {ANALYSIS: "run_up", "run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
-        layout = replace(_layout(run), attributes={**versions(), **names})
+        layout = replace(run.recorder().layout, attributes={**versions(), **names})
         journal = Journal(place, layout, about, keep)
+
+        def add(event: Event) -> None:
+            if isinstance(event, PointFound) and event.checkpoint is not None:
+                journal.append(layout.pack(event.values), event.checkpoint.plain())
+
         try:
-
-            def add(done: PeriodDone) -> None:
-                with held():
-                    journal.append(layout.pack(done.values), {**_note(done), **_state(done.checkpoint)})
-
-            outcome = _walked(run, begin, add, listener)
+            outcome = _integrated(run, (add, *listeners))
         finally:
             journal.close(remove=False)
         recorded = read_journal(place)
@@ -160,61 +192,10 @@ def load_run_up(file: str | Path) -> RunUp:
     return RunUp(load_dataset(file))
 
 
-def _walked(
-    run: LongRun,
-    begin: Checkpoint | None,
-    add: Callable[[PeriodDone], None],
-    listener: Callable[[PeriodDone], object] | None,
-) -> Outcome:
-    """Every period handed on; how it ended."""
-    try:
-        for done in run.run(begin):
-            add(done)
-            if listener is not None:
-                listener(done)
-    except KeyboardInterrupt:
-        return Outcome.INTERRUPTED
-    return Outcome.COMPLETED
-
-
-def _begun(run: LongRun, place: Path, mark: str) -> tuple[Checkpoint | None, int]:
-    """The last period in a journal, and how much of it is sound."""
-    if not place.exists():
-        return None, 0
-    recorded = read_journal(place)
-    if recorded.about.get("run_up") != mark:
-        raise InputError(f"{place.parent}: another run-up was begun in it; choose another folder")
-    if not len(recorded):
-        return None, recorded.ends[-1]
-    said = unpacked(recorded.note(-1))
-    states = run.states(map(int, said["states"]))
-    energy = Energy(**dict(zip(said["energy_names"], said["energy"].tolist(), strict=True)))
-    return Checkpoint(period=int(said["period"]), z=said["z"], states=states, energy=energy), recorded.ends[-1]
-
-
-def _state(at: Checkpoint) -> dict[str, Any]:
-    energy = vars(at.energy)
-    return {
-        "period": at.period, "states": [int(s) for s in at.states], "z": at.z,
-        "energy": np.array(list(energy.values()), dtype=float), "energy_names": list(energy),
-    }  # fmt: skip
-
-
-def _note(done: PeriodDone) -> dict[str, Any]:
-    changes = np.array(done.changes, dtype=float).reshape(-1, 4)
-    return {"times": done.times, "series": done.series.ravel(), "changes": changes.ravel()}
-
-
-def _layout(run: LongRun) -> Layout:
-    label = run.problem.units.label
-    labels = {"dof": tuple(run.problem.outputs or ()), "contact": tuple(run.problem.elements)}
-    return Layout(labels=labels, variables={n: d._replace(units=label(d.units)) for n, d in VARIABLES.items()})
-
-
 def _dataset(run: LongRun, rows: Sequence[Any] | Array, notes: list[dict[str, Any]], outcome: Outcome) -> Any:
     import xarray
 
-    layout, label = _layout(run), run.problem.units.label
+    layout, label = run.recorder().layout, run.problem.units.label
     values = layout.unpack(np.asarray(rows, dtype=float).reshape(len(rows), layout.size))
     data: dict[str, Any] = {
         name: (("period", *d.dims), values[name], {"units": d.units, "long_name": d.long_name})
@@ -266,7 +247,7 @@ def _checked(problem: Any, omega: Any, rate: Any, periods: Any, samples: Any, st
     if not swept:
         return LongRun(
             problem=problem, start=speeds[0], stop=speeds[0], rate=0.0, periods=int(most or 1),
-            samples=int(samples or 0), steps=steps,
+            samples=int(samples or 0), steps=steps, warnings=problem_warnings(problem),
         )  # fmt: skip
     start, stop = speeds
     count = int((start + stop) * abs(stop - start) / (4 * np.pi * float(rate)) + 1e-9)
@@ -276,7 +257,7 @@ def _checked(problem: Any, omega: Any, rate: Any, periods: Any, samples: Any, st
     signed = float(rate) if stop > start else -float(rate)
     return LongRun(
         problem=problem, start=start, stop=stop, rate=signed, periods=min(count, most or count),
-        samples=int(samples or 0), steps=steps,
+        samples=int(samples or 0), steps=steps, warnings=problem_warnings(problem),
     )  # fmt: skip
 
 

@@ -6,10 +6,8 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.checkpoint import Checkpoint, resumable
-from slipstick.analysis.curve.request import Request
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.case.source import read_text
@@ -17,12 +15,13 @@ from slipstick.case.structure import Tell, silent
 from slipstick.errors import InputError, Outcome, SlipstickWarning
 from slipstick.faults import path as path_of
 from slipstick.faults import warn
-from slipstick.io.journal import Recorded, journal_of, read_journal, unpacked
+from slipstick.io.journal import Recorded, journal_of, read_journal
 from slipstick.io.loading import load, load_dataset, load_table
 from slipstick.io.problem import fingerprint
 from slipstick.results import schema
 from slipstick.results.schema import Layout
 from slipstick.results.view import analysis_of_journal
+from slipstick.runs.checkpoints import checkpoints_in
 from slipstick.runs.folder import PASSED, FolderOfRun, analysis_in
 from slipstick.runs.passing_through import load_run_up, run_up_of_case
 from slipstick.runs.run import UNFINISHED, Begun, CaseRun
@@ -41,7 +40,7 @@ RUN_UP = "run_up"
 def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
     """Go on with a run, a study or a run-up that was killed or interrupted: the command of that name.
 
-    A run is that of ``slipstick run``, ``track``, ``modes``, ``cycles`` or ``wear``.
+    A run is that of ``slipstick run``, ``track``, ``optimal``, ``modes``, ``cycles`` or ``wear``.
 
     Nothing is printed; figures and the report are the command's.
 
@@ -132,13 +131,7 @@ def begun_study(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended
                 "compute it anew into another folder with -o"
             )
         return Ended(str(ended["outcome"]), str(ended["outcome_text"]))
-    recorded = _recorded(journals[0], doubt)
-    text, path = _text_and_path(recorded)
-    if not text:
-        raise InputError(f"{folder}: the study was begun in Python; go on with it by ss.study with the same arguments")
-    _same_versions(recorded.layout.attributes, journals[0], doubt)
-    _same_text(text, [path])
-    return Case.from_text(text, path, tell)
+    return _case_in(folder, journals[0], "the study", "ss.study with the same arguments", doubt, tell)
 
 
 def begun_run_up(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended:
@@ -159,17 +152,22 @@ def begun_run_up(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ende
             f"{folder}: the run-up in it did not end, and {journal.name}, from which it would go on, is missing; "
             "compute it anew into another folder with -o"
         )
-    recorded = _recorded(journal, doubt)
-    text, path = _text_and_path(recorded)
-    if not text:
-        remedy = "go on with it by ss.runs.run_up with the same arguments and folder"
-        raise InputError(f"{folder}: the run-up was begun in Python; {remedy}")
-    _same_versions(recorded.layout.attributes, journal, doubt)
-    _same_text(text, [path])
-    case = Case.from_text(text, path, tell)
+    again = "ss.runs.run_up with the same arguments and folder"
+    case = _case_in(folder, journal, "the run-up", again, doubt, tell)
     if RUN_UP not in case.further:
         raise InputError(f"{journal}: the case in it has no table [{RUN_UP}]; compute it anew into another folder")
     return case
+
+
+def _case_in(folder: Path, journal: Path, what: str, again: str, doubt: Doubt, tell: Tell) -> Case:
+    """The case that was begun, as its journal holds it; InputError where it was begun otherwise, or has changed."""
+    recorded = _recorded(journal, doubt)
+    text, path = _text_and_path(recorded)
+    if not text:
+        raise InputError(f"{folder}: {what} was begun in Python; go on with it by {again}")
+    _same_versions(recorded.layout.attributes, journal, doubt)
+    _same_text(text, [path])
+    return Case.from_text(text, path, tell)
 
 
 def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun | Ended:
@@ -201,37 +199,12 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun 
     run = CaseRun(case, place, told, table=analysis if analysis in case.further else "")
     request = run.request
     try:
-        run.begun = Begun(recorded, _checkpoints(recorded, request))
+        run.begun = Begun(recorded, checkpoints_in(recorded, request))
     except InputError as error:
         raise InputError(f"{journal}: {error}") from None
     _same_problem(run, recorded.layout, str(recorded.about.get("problem")), journal)
     place.keep_case(path.name, text)
     return run
-
-
-def _checkpoints(recorded: Recorded, request: Request) -> Sequence[Checkpoint]:
-    """Those of the points up to the last one that a run can go on from."""
-    count = resumable(request.checkpoint(unpacked(note)) for note in recorded.notes())
-    return _Checkpoints(recorded, range(count), request)
-
-
-class _Checkpoints(Sequence[Checkpoint]):
-    """Checkpoints of some points of a journal, read whenever they are asked for: each holds all unknowns twice."""
-
-    def __init__(self, recorded: Recorded, points: range, request: Request) -> None:
-        self._recorded, self._points, self._request = recorded, points, request
-
-    @overload
-    def __getitem__(self, number: int) -> Checkpoint: ...
-    @overload
-    def __getitem__(self, number: slice) -> _Checkpoints: ...
-    def __getitem__(self, number: int | slice) -> Checkpoint | _Checkpoints:
-        if isinstance(number, slice):
-            return _Checkpoints(self._recorded, self._points[number], self._request)
-        return self._request.checkpoint(unpacked(self._recorded.note(self._points[number])))
-
-    def __len__(self) -> int:
-        return len(self._points)
 
 
 def _ended(place: FolderOfRun, journal: Path) -> Ended | None:
@@ -299,7 +272,7 @@ def _same_problem(run: CaseRun, layout: Layout, begun_with: str, journal: Path) 
     """Raises InputError where files that the case names have changed."""
     present = run.layout
     same = (present.labels, present.variables) == (layout.labels, layout.variables)
-    if not same or fingerprint(run.problem) != begun_with:
+    if not same or fingerprint(run.request.problem) != begun_with:
         raise InputError(
             f"{journal}: the run is of other numbers: a file that the case names, or what it is reduced to, has "
             "changed since it began; put it back, or run the case anew into another folder"

@@ -12,16 +12,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.checkpoint import Checkpoint
-from slipstick.analysis.curve.record import Run, Sink, undisturbed
-from slipstick.analysis.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
+from slipstick.analysis.road.checkpoint import Checkpoint
+from slipstick.analysis.road.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
+from slipstick.analysis.road.run import Run, Sink, undisturbed
 from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
 from slipstick.io.journal import Recorded
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import ResultStore
-from slipstick.results.record import Point, Recorder
+from slipstick.results.record import Point
 from slipstick.results.schema import ANALYSIS, Layout, attributes_of
 from slipstick.results.table import ResultTable
 from slipstick.runs.failures import fault_sentence, os_sentence
@@ -29,8 +29,7 @@ from slipstick.runs.folder import SUBHARMONICS, OutputFolder
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.request import Request
-    from slipstick.balance.problem import Problem
+    from slipstick.analysis.road.request import Request
 
 UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
 """Outcomes of a run that can be gone on with."""
@@ -62,6 +61,8 @@ class PointKept:
     """Every variable of the results at this point, by name."""
     value: float
     """Of what is followed."""
+    progress: float
+    """As in ``PointFound``."""
 
 
 class RunListener(Listener):
@@ -98,7 +99,8 @@ class _Stored(Sink):
             checkpoint, value = event.checkpoint, event.parameter
             self._store.append(record, None if checkpoint is None else checkpoint.plain())
             self._listener(PointKept(
-                point=event.point, values=record, value=value if checkpoint is None else checkpoint.value
+                point=event.point, values=record, value=value if checkpoint is None else checkpoint.value,
+                progress=event.progress,
             ))  # fmt: skip
 
     def values(self) -> Mapping[str, Array]:
@@ -180,15 +182,12 @@ class CaseRun:
     @property
     def analysis(self) -> str:
         """The analysis, as results and journals name it."""
-        return self.table or ("parameter" if self.case.parameter else "response")
+        return self.request.analysis
 
     @property
     def layout(self) -> Layout:
         """Variables of the results."""
-        if self.table:
-            return self.request.recorder().layout
-        case = self.case
-        return Recorder(case.balance, parameter=case.parameter or "", stability=bool(case.response.judged)).layout
+        return self.request.recorder().layout
 
     @property
     def doubles(self) -> bool:
@@ -203,7 +202,7 @@ class CaseRun:
     @property
     def span(self) -> tuple[float, float]:
         """First and last value of what is followed."""
-        return (self.request.start, self.request.stop) if self.table else self.case.span
+        return self.request.start, self.request.stop
 
     @property
     def asked(self) -> str:
@@ -226,7 +225,7 @@ class CaseRun:
         problem = self.request.vibrating
         branch = Branch.from_dataset(self.found, problem, "" if problem is not None else self.request.without)
         if problem is not None:
-            branch.balance = self.request.balance if self.table else self.case.balance
+            branch.balance = self.request.balance
         return branch
 
     @property
@@ -256,13 +255,8 @@ class CaseRun:
             warnings.simplefilter("ignore", SlipstickWarning)
             return self.case.asks(self.table)
 
-    @property
-    def problem(self) -> Problem:
-        """What vibrates, with contacts that wear where they do."""
-        return self.request.problem if self.table else self.case.problem()
-
     def _open(self, layout: Layout) -> None:
-        stored, without = (self.request.vibrating, self.request.without) if self.table else (self.problem, "")
+        stored, without = self.request.vibrating, self.request.without
         if self.begun is not None:
             recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
             self.store = ResultStore(
@@ -270,7 +264,7 @@ class CaseRun:
             )
             return
         about = {ANALYSIS: self.analysis, "case_path": str(self.case.path.resolve())}
-        about["problem"] = fingerprint(self.problem)
+        about["problem"] = fingerprint(self.request.problem)
         self.store = ResultStore(self.folder.results, layout, stored, about=about, without=without)
         self.folder.copy_case()
 
@@ -293,7 +287,7 @@ class CaseRun:
             self._fail(error)
         if sink is not None and sink.end is not None:
             self.attributes = {**sink.end.attributes, **self.case.names}
-            self.doubts = [*(said for said in self.request.warnings if said not in self.told), *sink.said()]
+            self.doubts = [*(said for said in sink.run.request.warnings if said not in self.told), *sink.said()]
             if sink.end.error is not None:
                 self._fail(sink.end.error)
             if not self.failures:
@@ -317,9 +311,9 @@ class CaseRun:
     def _unfinished(self) -> Mapping[str, Any]:
         """What an unfinished file says."""
         unfinished = "unfinished: the run ended before it could say why; every point found is kept"
-        parameter = self.request.parameter if self.table else self.case.parameter or ""
         attributes = attributes_of(
-            self.problem, Outcome.INTERRUPTED, unfinished, self.told, analysis=self.analysis, parameter=parameter
+            self.request.problem, Outcome.INTERRUPTED, unfinished, self.told, analysis=self.analysis,
+            parameter=self.request.parameter,
         )  # fmt: skip
         return {**attributes, **self.case.names}
 

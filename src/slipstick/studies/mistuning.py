@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
-    from slipstick.analysis.events import CaseDone, EventFunction
+    from slipstick.analysis.road.events import CaseDone, EventFunction
     from slipstick.branch import Branch
 
 PERCENTILES = (50.0, 95.0, 99.0)

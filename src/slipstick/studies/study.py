@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.curve.request import StabilityRequest, common_arguments, followed_problem
-from slipstick.analysis.events import CaseDone
+from slipstick.analysis.curve.request import StabilityRequest, curve_arguments
+from slipstick.analysis.road.events import CaseDone
+from slipstick.analysis.road.request import Checks, followed_problem
 from slipstick.balance.checks import range_faults, two_frequencies
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError
@@ -187,7 +188,7 @@ def job_of(
     if faults:
         raise InputError(faults)
     problem = replace(problem, told=None)
-    arguments = common_arguments(problem, (), peaks_of, options, (), None, stability)
+    arguments = curve_arguments(Checks(problem), (), peaks_of, options, (), None, stability)
     wanted = None if peaks_of is None else arguments["peaks_of"]
     job = Job(problem=problem, span=(start, stop), peaks_of=wanted, options=arguments["options"], stability=stability)
     return job, {}

@@ -13,10 +13,10 @@ from helpers.faults import raises_fault
 from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
-from slipstick.analysis.checkpoint import resumable
 from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.curve.harmonic_selection import driven_orders, harmonic_ladder
 from slipstick.analysis.events import PointFound
+from slipstick.analysis.road.checkpoint import resumable
 
 WANTED = tuple(np.linspace(2.5, 14.5, 13))
 STEEP = ss.FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])

@@ -11,9 +11,9 @@ from threadpoolctl import threadpool_info
 
 import slipstick as ss
 from slipstick.analysis.curve.follow import CurveRequest, frequency_request
-from slipstick.analysis.curve.record import Memory, Run, Sink, one_thread
-from slipstick.analysis.curve.request import Request
 from slipstick.analysis.events import PointFound, Started, Stopped
+from slipstick.analysis.road.request import Request
+from slipstick.analysis.road.run import Memory, Run, Sink, one_thread
 from slipstick.errors import TimeIsUp
 from slipstick.verify.cases import oscillator
 

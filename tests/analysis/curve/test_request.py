@@ -8,7 +8,9 @@ from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.analysis.curve.follow import frequency_request, parameter_request
-from slipstick.analysis.curve.request import common_arguments, followed_problem, response_options
+from slipstick.analysis.curve.request import curve_arguments
+from slipstick.analysis.road.options import response_options
+from slipstick.analysis.road.request import Checks, followed_problem
 from slipstick.balance.balance import Balance
 from slipstick.errors import InputError
 from slipstick.solve.continuation import ContinuationOptions
@@ -20,7 +22,7 @@ GIVEN = {"requested": (), "peaks_of": None, "options": None, "listeners": (), "g
 
 
 def taken(**given):
-    return common_arguments(PROBLEM, **(GIVEN | given))
+    return curve_arguments(Checks(PROBLEM), **(GIVEN | given))
 
 
 def test_every_form_is_taken():

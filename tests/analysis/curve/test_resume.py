@@ -13,8 +13,8 @@ from helpers.benchmarks import benchmark
 from helpers.oscillator import damper, one_mass, opening
 
 import slipstick as ss
-from slipstick.analysis.checkpoint import resumable
 from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
+from slipstick.analysis.road.checkpoint import resumable
 from slipstick.errors import InputError
 from slipstick.verify.cases import oscillator
 

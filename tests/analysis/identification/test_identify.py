@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import cache
 
 import numpy as np
@@ -11,9 +12,11 @@ from helpers.counting import calls_of
 from helpers.faults import raises_fault
 
 import slipstick as ss
+from slipstick.analysis.identification import predicted
 from slipstick.analysis.identification.measured import read_measured
 from slipstick.analysis.identification.predicted import predictor_of
 from slipstick.balance.balance import Balance
+from slipstick.errors import TimeIsUp
 
 TRUE = {"damper.kt": 100.0, "damper.mu": 0.3, "damper.normal_load": 300.0}
 START = {"damper.kt": 60.0, "damper.mu": 0.5, "damper.normal_load": 200.0}
@@ -280,3 +283,56 @@ def test_what_does_not_fit():
         ss.identify(problem, data.assign(load=("point", np.ones(16))), {"load": 1.1})
     with raises_fault("measured", "displacement", says="holds no numbers"):
         ss.identify(problem, data.assign(displacement=data.displacement * np.nan), START)
+
+
+@pytest.mark.parametrize(
+    ("error", "said"), [(KeyboardInterrupt, "interrupted"), (TimeIsUp, "stopped at its time limit")]
+)
+def test_a_fit_that_is_stopped_has_the_best_values_so_far(error, said):
+    steps = []
+
+    def late(event):
+        steps.append(event)
+        if len(steps) == 5:
+            raise error
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        found = ss.identify(oscillator(), measured(), START, listeners=late)
+    assert any(said in str(warning.message) for warning in told)
+    assert not found.converged
+    assert said in found.message
+    left = {name: residual(values) for name, values in (("start", START), ("found", found.values))}
+    assert left["found"] < 0.9 * left["start"]
+    assert found.misfit == pytest.approx(left["found"], rel=1e-6)
+    assert set(found.dataset.data_vars) >= {"measured", "fitted", "value"}
+
+
+def residual(values):
+    """Root mean square of what is left over that of what was measured, by a computation of its own."""
+    steady = ss.steady_response(oscillator().at_parameters(values), omega=FREQUENCIES).dataset.displacement
+    true = measured().displacement.values
+    return np.sqrt(np.mean((steady.values - true) ** 2) / np.mean(true**2))
+
+
+def test_before_a_step_there_is_nothing_to_keep():
+    def at_once(event):
+        raise TimeIsUp
+
+    with pytest.raises(TimeIsUp):
+        ss.identify(oscillator(), measured(), START, listeners=at_once)
+
+
+def test_what_stops_a_curve_stops_the_fit_that_it_is_part_of(monkeypatch):
+    """Of amplitudes the motions meant are chosen by curves, which end by themselves where they are interrupted."""
+    whole = predicted.forced_response
+
+    def interrupted(*arguments, **named):
+        def stop(event):
+            raise KeyboardInterrupt
+
+        return whole(*arguments, **named, listeners=stop)
+
+    monkeypatch.setattr(predicted, "forced_response", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        ss.identify(oscillator(), measured(), START)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.checkpoint import resumable
 from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.events import PointFound
+from slipstick.analysis.road.checkpoint import resumable
 from slipstick.verify.cases import oscillator
 
 

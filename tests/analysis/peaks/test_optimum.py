@@ -5,6 +5,9 @@ import pytest
 from helpers.faults import raises_fault
 
 import slipstick as ss
+from slipstick.analysis.peaks import optimum
+from slipstick.analysis.peaks.optimum import optimum_request
+from slipstick.analysis.road import run as road
 from slipstick.verify.cases import oscillator
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -86,3 +89,36 @@ def test_a_plateau_without_end_is_told():
 def test_a_start_of_zero_is_refused():
     with raises_fault("start", says="damper.velocity is 0"):
         ss.optimal(oscillator(), "damper.velocity", omega=(2.0, 15.0))
+
+
+def beside(**more):
+    return optimum_request(oscillator(), "damper.normal_load", 500.0, (2.0, 15.0), "x", beside=1.5, **more)
+
+
+def test_beside_it_the_peak_is_followed():
+    branch = beside().branch()
+    locus = ss.track_peak(oscillator(), "damper.normal_load", (471.69623374 / 1.5, 471.69623374 * 1.5), omega=(2, 15.0))
+    assert branch.dataset.attrs["optimum"] == pytest.approx(471.69623374, rel=1e-9)
+    assert branch.dataset.sizes["point"] == locus.dataset.sizes["point"]
+    np.testing.assert_allclose(branch.dataset.amplitude, locus.dataset.amplitude, rtol=1e-8)
+
+
+def test_where_the_peak_beside_it_is_lost_the_optimum_comes_last(monkeypatch):
+    monkeypatch.setattr(optimum, "_SAME", -1.0)
+    branch = beside().branch()
+    d = branch.dataset
+    assert (branch.outcome, str(d.kind.values[-1])) == (ss.Outcome.COMPLETED, "optimum")
+    assert float(d.parameter[-1]) == pytest.approx(471.69623374, rel=1e-9)
+    assert int(d.branch_part[-1]) == int(d.branch_part[-2]) + 1
+    assert "the peak beside it: " in branch.message
+
+
+def test_an_optimum_is_kept_where_the_time_is_up_before_another_point(monkeypatch):
+    monkeypatch.setattr(road, "_PAUSE", 0.0)
+
+    def late(event):
+        if "normal_load = 314" in getattr(event, "doing", ""):
+            raise ss.errors.TimeIsUp
+
+    branch = beside(listeners=late).branch()
+    assert (branch.outcome, branch.dataset.kind.values.tolist()) == (ss.Outcome.TIME_LIMIT, ["optimum"])

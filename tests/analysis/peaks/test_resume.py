@@ -12,8 +12,8 @@ from helpers.oscillator import damper, one_mass
 from helpers.resumption import Heard
 
 import slipstick as ss
-from slipstick.analysis.checkpoint import Checkpoint
 from slipstick.analysis.peaks.tracking import TrackedPeak, tracked_peak
+from slipstick.analysis.road.checkpoint import Checkpoint
 from slipstick.io.journal import unpacked
 from slipstick.verify.cases import oscillator
 

@@ -8,7 +8,7 @@ import pytest
 from helpers.resumption import Heard
 from helpers.stability import brake
 
-from slipstick.analysis.checkpoint import Checkpoint
+from slipstick.analysis.road.checkpoint import Checkpoint
 from slipstick.analysis.self_excited.limit_cycles import SelfExcited, cycles_request
 from slipstick.errors import InputError
 from slipstick.io.journal import unpacked

@@ -80,3 +80,10 @@ def test_what_is_wrong_is_said(tmp_path):
     case.write_text(case.read_text().replace('"damper.nu" =', '"damper.mu" ='))
     refused = slipstick("identify", case, tmp_path / "none.csv", "-o", tmp_path / "out")
     assert (refused.exit_code, "there is no file" in refused.output) == (2, True)
+
+
+def test_a_fit_whose_time_is_up_before_a_step_leaves_nothing(tmp_path):
+    case, data = files(tmp_path)
+    result = slipstick("identify", case, data, "-o", tmp_path / "out", "--time-limit", "1e-9 s")
+    assert (result.exit_code, "stopped at the time limit" in result.output) == (1, True)
+    assert not (tmp_path / "out").exists()

@@ -10,7 +10,7 @@ from helpers.cases import oscillator
 from helpers.command import slipstick
 
 import slipstick as ss
-from slipstick.analysis.curve import record
+from slipstick.analysis.road import run as road
 from slipstick.case.case import Case
 from slipstick.cli.terminal import display
 from slipstick.io.lock import FolderLock
@@ -157,7 +157,7 @@ MODES = '[modes]\ndof = "x"\nfrom = 3.0\nto = 5.0\n'
 
 @pytest.mark.parametrize(("verb", "table"), [("track", TRACK), ("optimal", OPTIMAL), ("modes", MODES)])
 def test_what_takes_long_says_how_far_it_is(tmp_path, monkeypatch, verb, table):
-    monkeypatch.setattr(record, "_PAUSE", 0.0)
+    monkeypatch.setattr(road, "_PAUSE", 0.0)
     monkeypatch.setattr(display, "_EVERY", 0.0)
     case = written(tmp_path, table)
     result = slipstick(verb, case, "-o", tmp_path / "out", "--no-figures")

@@ -11,14 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint
 from slipstick.analysis.curve.observables import OutputObservables
-from slipstick.analysis.curve.record import Run, counted
-from slipstick.analysis.curve.request import Checks, Request, adapted_to
+from slipstick.analysis.curve.request import curve_arguments
 from slipstick.analysis.curve.resume import ResumeState, curve_checkpoint
 from slipstick.analysis.curve.segments import BROKEN_OFF, Segment, joined, progress
-from slipstick.analysis.curve.state_continuation import FOLDS, NO_WORK, StateContinuation, jumps_text
+from slipstick.analysis.curve.state_continuation import FOLDS, StateContinuation, jumps_text
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
+from slipstick.analysis.road.checkpoint import Checkpoint
+from slipstick.analysis.road.options import adapted_to
+from slipstick.analysis.road.request import Checks, Request
+from slipstick.analysis.road.run import Run
+from slipstick.analysis.road.work import NO_WORK, counted
 from slipstick.balance.evaluation import unanswered
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
@@ -117,7 +120,7 @@ def frequency_request(problem: Problem, omega: Any, requested: Any = (), *shared
     """What ``forced_response`` follows; its arguments in their order."""
     checks = Checks(problem)
     ends, points = checks.frequencies(omega, requested)
-    common = checks.common(points, *shared, **named)
+    common = curve_arguments(checks, points, *shared, **named)
     assert checks.problem is not None
     assert ends is not None
     return curve_over(checks.problem, "", None, ends, common)
@@ -132,7 +135,7 @@ def parameter_request(
     at = checks.take(frequency, "omega", omega, checks.units)
     ends, points = checks.range(span, requested, parameter)
     checks.takes(parameter, ends)
-    common = checks.common(points, *shared)
+    common = curve_arguments(checks, points, *shared)
     assert checks.problem is not None
     assert ends is not None
     return curve_over(checks.problem, parameter, at, ends, common)

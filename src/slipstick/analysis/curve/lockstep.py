@@ -17,9 +17,9 @@ import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.curve.lockstep_events import Events, Located
-from slipstick.analysis.curve.request import adapted_to
 from slipstick.analysis.curve.segments import Segment, joined
 from slipstick.analysis.curve.state_continuation import FOLDS, UNSOLVED
+from slipstick.analysis.road.options import adapted_to
 from slipstick.balance.evaluation import evaluated_together
 from slipstick.balance.many import ManyBalances, same_form
 from slipstick.balance.scaling import scales

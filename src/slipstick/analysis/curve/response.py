@@ -8,8 +8,9 @@ from typing import Any, Literal
 
 from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.analysis.curve.linear import linear_response
-from slipstick.analysis.curve.request import StabilityRequest, response_options
-from slipstick.analysis.events import EventFunction
+from slipstick.analysis.curve.request import StabilityRequest
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.options import response_options
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Outcome

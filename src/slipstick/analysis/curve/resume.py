@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from slipstick.analysis.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.curve.segments import Segment
-from slipstick.analysis.curve.state_continuation import NO_WORK, StateContinuation, Work
+from slipstick.analysis.curve.state_continuation import StateContinuation
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
+from slipstick.analysis.road.work import NO_WORK, Work
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import RestartPoint, Step
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import nan
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from slipstick.analysis.curve.observables import context_between
+from slipstick.analysis.road.work import NO_WORK, Work
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import Detail, evaluated_together
 from slipstick.balance.inputs import Inputs
@@ -118,22 +119,6 @@ _BEYOND = (1e-5, 1e-4, 1e-3)
 _FAR = 1e-3
 _NEAR = 0.02
 _MOST_JUMPS = 50
-
-
-class Work(NamedTuple):
-    """What was done so far."""
-
-    runs: int = 0
-    evaluations: int = 0
-    solves: int = 0
-    rejected: int = 0
-
-    def plus(self, other: Work) -> Work:
-        """Both together."""
-        return Work(*(a + b for a, b in zip(self, other, strict=True)))
-
-
-NO_WORK = Work()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,8 +10,9 @@ import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_over, special_points
 from slipstick.analysis.curve.linear import ends_of, frequencies_of
-from slipstick.analysis.curve.request import Checks, StabilityRequest
-from slipstick.analysis.events import EventFunction
+from slipstick.analysis.curve.request import StabilityRequest, curve_arguments
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.request import Checks
 from slipstick.balance.balance import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
@@ -103,7 +104,7 @@ def steady_response(
     points = None if array is None else tuple(array.tolist())
     checks.takes(name, points)
     start = None if isinstance(guess, Branch) else guess
-    common = checks.common((), None, options, listeners, start, stability)
+    common = curve_arguments(checks, (), None, options, listeners, start, stability)
     assert checks.problem is not None
     assert points is not None
     ends = (min(points), max(points)) if over else ends_of(omega, np.array(points))

@@ -26,6 +26,7 @@ from slipstick.analysis.modes.start import LinearMode
 from slipstick.analysis.modes.system import ModeSystem
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.road.run import stopped_too
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Move
 from slipstick.balance.balance import Balance
 from slipstick.balance.problem import Problem
@@ -96,6 +97,7 @@ class PeakPredictor:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
             branch = forced_response(problem, omega=span, peaks_of=[self.measured.dof])
+        stopped_too(branch.outcome)
         table, balance = branch.table, Balance(problem)
         for point in np.flatnonzero(table["peak_dof"].to_numpy() == 0).tolist() if len(branch) else []:
             x = unknowns(table, problem, point).reshape(-1)

@@ -13,6 +13,7 @@ from slipstick.analysis.curve.response import forced_response
 from slipstick.analysis.curve.steady import steady_response
 from slipstick.analysis.identification.kinds import Backbone, Decay, Loops, Measured, Vibration
 from slipstick.analysis.peaks.gradient import Extreme
+from slipstick.analysis.road.run import stopped_too
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import Detail, by_inputs
@@ -199,6 +200,7 @@ class VibrationPredictor:
         return each
 
     def _gather(self, each: list[list[tuple[Array, Array | None]]], branch: Branch, omega: Array) -> None:
+        stopped_too(branch.outcome)
         table = branch.table
         if not len(branch):
             return

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint
-from slipstick.analysis.curve.state_continuation import NO_WORK, Work
 from slipstick.analysis.modes.start import LinearMode
 from slipstick.analysis.modes.system import ModeSystem, TargetMode
+from slipstick.analysis.road.checkpoint import Checkpoint
+from slipstick.analysis.road.work import NO_WORK, Work
 from slipstick.balance.balance import Balance
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import (

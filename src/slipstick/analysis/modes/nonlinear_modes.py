@@ -10,16 +10,17 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint, undamaged
-from slipstick.analysis.curve.record import Run, counted
-from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.curve.state_continuation import Work, relative_residual
-from slipstick.analysis.events import EventFunction
+from slipstick.analysis.curve.state_continuation import relative_residual
 from slipstick.analysis.modes.following import ModePath, first_guess
 from slipstick.analysis.modes.start import LinearMode, linear_mode
 from slipstick.analysis.modes.system import ModeDetail, ModeSystem, TargetMode
 from slipstick.analysis.peaks.continuation import NEWTON
 from slipstick.analysis.peaks.tracking import one_dof
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.request import Checks, Request
+from slipstick.analysis.road.run import Run
+from slipstick.analysis.road.work import Work, counted
 from slipstick.balance.balance import Balance
 from slipstick.balance.checks import two_numbers
 from slipstick.balance.jacobian_backends import JacobianBackend

@@ -19,11 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint
-from slipstick.analysis.curve.state_continuation import NO_WORK, Work
 from slipstick.analysis.peaks.events import peak_events
 from slipstick.analysis.peaks.gradient import FLAT, Extreme
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
+from slipstick.analysis.road.checkpoint import Checkpoint
+from slipstick.analysis.road.work import NO_WORK, Work
 from slipstick.balance.balance import Balance
 from slipstick.balance.scaling import scales
 from slipstick.balance.systems import FrequencySystem

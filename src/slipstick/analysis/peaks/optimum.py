@@ -3,32 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, PeakPoint
 from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
 from slipstick.analysis.peaks.tracking import PeakRun, TrackedPeak, tracked_peak
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
+from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.evaluation import terms
+from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.branch import Branch
-from slipstick.errors import Outcome
+from slipstick.errors import InputError, Outcome
 from slipstick.interrupts import pass_on
 from slipstick.results.record import Point
 from slipstick.solve.linear.bordered import Eliminated
-from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
+from slipstick.solve.newton import Evaluation, NewtonOptions, newton
 from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array, FrequencyRange, Real
 
 _NEWTON = NewtonOptions(max_iterations=15, min_damping=0.5, patience=4, non_monotone=3)
 _SEARCHED = 30.0
 """How many times smaller and larger the parameter may become where it is sought by tracking."""
+_SAME = 1e-6
+"""Relative distance up to which an optimum on the way of a peak is the one that was found."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,9 +127,17 @@ def optimal(
     >>> round(best.value, 5), round(best.omega, 6), round(best.amplitude, 7), best.kind
     (471.69623, 9.504764, 2.8037329, 'lowest')
     """
-    request = tracked_peak(problem, parameter, start, omega, dof, (), options, listeners)
-    search = OptimumRequest(**vars(request)).run()
+    search = optimum_request(problem, parameter, start, omega, dof, options, listeners).run()
     return search.optimum(search.branch())
+
+
+def optimum_request(
+    problem: Any, parameter: Any, start: Any, omega: Any, dof: Any, options: Any = None, listeners: Any = (), *,
+    beside: float | None = None,
+) -> OptimumRequest:  # fmt: skip
+    """What is asked for, checked, as ``OptimumRequest`` has it; InputError with all faults."""
+    request = tracked_peak(problem, parameter, start, omega, dof, (), options, listeners)
+    return OptimumRequest(**vars(request), beside=beside)
 
 
 class OptimumSystem:
@@ -164,44 +176,123 @@ class OptimumSystem:
 
 @dataclass(frozen=True, kw_only=True)
 class OptimumRequest(TrackedPeak):
-    """A peak whose optimum over the parameter is sought."""
+    """A peak whose optimum over the parameter is sought.
+
+    With ``beside``, a factor, the peak is followed from this part of the optimal value to as many times it, where the
+    parameter can have such values; without, the optimum is the one point.
+    """
 
     analysis: ClassVar[str] = "optimal"
+    beside: float | None = None
+
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """That of the peak, with the unknowns of the optimum, the iterations to it and the work."""
+        with undamaged():
+            point = super().checkpoint(plain) if "y" in plain else Checkpoint.from_plain(plain)
+            own = {"optimum": vector(plain["optimum"], self.balance.size + 2)}
+            counts = {name: int(plain[name]) for name in ("optimum_iterations", "optimum_factorisations")}
+            return replace(point, own={**point.own, **own, **counts})
 
     def run(self) -> OptimumSearch:
         """What finds it."""
         return OptimumSearch(self)
 
+    def around(self, value: float) -> OptimumRequest | None:
+        """The peak that is followed beside the optimal value; None where there is none."""
+        if self.beside is None or value == 0.0:
+            return None
+        problem, ends = self.problem, (value / self.beside, value * self.beside)
+        try:
+            for end in ends:
+                problem.at_parameter(self.parameter, end)
+        except InputError:
+            return None
+        static = self.balance.receptance.static
+        warnings = parameter_warnings(problem, self.parameter, ends, self.omega[0], static)
+        return replace(self, start=ends[0], stop=ends[1], warnings=warnings)
+
 
 class OptimumSearch(PeakRun):
-    """The way to an optimum: its one point."""
+    """The way to an optimum: its one point, or the peak beside it."""
 
-    def __init__(self, request: TrackedPeak) -> None:
+    request: OptimumRequest
+
+    def __init__(self, request: OptimumRequest) -> None:
         super().__init__(request)
         self._best: _Stationary | None = None
-        self._factorisations = 0
+        self._factorisations, self._followed = 0, False
 
     def points(self) -> Generator[Point, None, None]:
-        """The optimum: by Newton's method from the highest peak, or from where tracking leads to."""
+        """The optimum; or the peak beside it, and the optimum after it where that does not have it."""
+        own = self.request.checkpoints[-1].own if self.request.checkpoints else None
+        if own is None:
+            self._best = self._searched()
+        else:
+            system, u = OptimumSystem(self.system, None), own["optimum"]
+            self._best = self._stationary(system, u, system.evaluate(u), own["optimum_iterations"])
+            self._factorisations = own["optimum_factorisations"]
+        if self._best is None:
+            return
+        best, u, met, part = self._best.peak, self._best.u, False, 0
+        kept = {
+            "optimum": u, "optimum_iterations": best.iterations, "optimum_factorisations": self._factorisations
+        }  # fmt: skip
+        around = self.request.around(best.parameter)
+        alone = Checkpoint(value=best.parameter, seconds=self.seconds, goes_on=False, own=kept)
+        if around is not None:
+            self.request, self._followed, self.system.factorisations = around, True, 0
+            self._peaks = self.continuation(around.start, around.stop)
+            met = any(self._same(point.value, point.own["kind"]) for point in around.checkpoints)
+            try:
+                for point in super().points():
+                    assert self.checkpoint is not None
+                    self.checkpoint = replace(self.checkpoint, own={**self.checkpoint.own, **kept})
+                    met, part = met or self._same(point.parameter, point.kind), point.part
+                    yield point
+            except KeyboardInterrupt:
+                if not part:  # what was asked for is known
+                    self.checkpoint = alone
+                    yield self.point(best)
+                raise
+        if not met:
+            self.checkpoint = replace(alone, part=part + 1)
+            yield self.point(best._replace(part=part + 1))
+        if not (met and self.outcome.ok):
+            beside = f"; the peak beside it: {self.message}" if self._followed else ""
+            self.outcome, self.message = Outcome.COMPLETED, Outcome.COMPLETED.text + beside
+
+    def _searched(self) -> _Stationary | None:
+        """By Newton's method from the highest peak, or from where tracking leads to; it says where there is none."""
         self.doing = self.sought
         y = self.request.first(self.system)
         if y is None:
             self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
-            return
+            return None
         self.system.factorisations, self.doing = 0, "going to the optimum"
-        self._best, message = self._newton(y, self.request.start), ""
-        if self._best is None:
-            self._best, message = self._tracked(y)
+        best, message = self._newton(y, self.request.start), ""
+        if best is None:
+            best, message = self._tracked(y)
         self._factorisations = self.system.factorisations
-        self.outcome = Outcome.STEP_TOO_SMALL if self._best is None else Outcome.COMPLETED
+        self.outcome = Outcome.STEP_TOO_SMALL if best is None else Outcome.COMPLETED
         self.message = message or self.outcome.text
-        if self._best is not None:
-            yield self.point(self._best.peak)
+        return best
+
+    def _same(self, value: float, kind: str) -> bool:
+        """Whether a point of the peak is the optimum that was found."""
+        assert self._best is not None
+        best = self._best.peak.parameter
+        return kind == OPTIMUM and abs(value - best) <= _SAME * abs(best)
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """Whose peak, and the work."""
-        return {"peak_of": self.request.dof, "factorisations": self._factorisations}
+        """Whose peak, the optimum and the work."""
+        found: dict[str, Any] = {}
+        if self._best is not None:
+            peak = self._best.peak
+            found = {"optimum": peak.parameter, "optimum_omega": peak.detail.omega, "optimum_kind": self._best.kind}
+            found["optimum_amplitude"] = peak.detail.amplitude
+        alone = {"peak_of": self.request.dof, "factorisations": self._factorisations}
+        return {**(super().attributes if self._followed else alone), **found}
 
     def optimum(self, branch: Branch) -> Optimum:
         """What was found, with the branch of its one point."""
@@ -221,26 +312,30 @@ class OptimumSearch(PeakRun):
         scale = np.full(y.size + 1, max(size, norm(y[:-1])))
         scale[-2:] = y[-1], abs(value) or 1.0
         result = newton(system.evaluate, np.append(y, value), options=_NEWTON, scale=scale)
-        H = system.hessian
         near = abs(value) / _SEARCHED <= abs(result.x[-1]) <= abs(value) * _SEARCHED or value == 0.0
-        if not (result.converged and near and H[0, 0] < 0.0):
+        if not (result.converged and near):
             return None
-        bend, amplitude = float(np.linalg.det(H) / H[0, 0]), self._amplitude(result.evaluation.detail)
-        if abs(bend) * float(result.x[-1]) ** 2 <= LEVEL * amplitude:
-            return None  # a plateau
-        return _Stationary(self._peak(result, H, amplitude), H, "lowest" if bend > 0.0 else "highest")
+        return self._stationary(system, result.x, result.evaluation, result.iterations)
 
-    @staticmethod
-    def _peak(result: NewtonResult, hessian: Array, amplitude: float) -> PeakPoint:
-        u, evaluation = result.x, result.evaluation
-        here = evaluation.detail
+    def _stationary(
+        self, system: OptimumSystem, u: Array, evaluation: Evaluation, iterations: int
+    ) -> _Stationary | None:
+        """The optimum at unknowns, frequency and parameter (N + 2,) that solve for it; None elsewhere."""
+        H, here = system.hessian, evaluation.detail
+        if not H[0, 0] < 0.0:
+            return None
+        bend, amplitude = float(np.linalg.det(H) / H[0, 0]), self._amplitude(here)
+        if abs(bend) * float(u[-1]) ** 2 <= LEVEL * amplitude:
+            return None  # a plateau
         detail = PeakDetail(
             responses=here.detail.responses, inputs=here.detail.inputs, omega=float(u[-2]), states=here.detail.states,
-            amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0, motion=here.motion()[0],
+            amplitude=amplitude, rate=0.0, bend=float(H[0, 0]), ahead=0.0, motion=here.motion()[0],
             extreme=Extreme.largest(here.outputs.balance.harmonics, here.motion()[0]),
         )  # fmt: skip
+        assert evaluation.terms is not None
         residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])
-        return PeakPoint(u[:-1], float(u[-1]), detail, OPTIMUM, residual, result.iterations)
+        peak = PeakPoint(u[:-1], float(u[-1]), detail, OPTIMUM, residual, iterations)
+        return _Stationary(peak, u, H, "lowest" if bend > 0.0 else "highest")
 
     def _amplitude(self, here: Linearization) -> float:
         return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
@@ -271,5 +366,7 @@ class OptimumSearch(PeakRun):
 
 class _Stationary(NamedTuple):
     peak: PeakPoint
+    u: Array
+    """Unknowns, frequency and parameter, (N + 2,)."""
     hessian: Array
     kind: str

@@ -9,21 +9,21 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.curve.follow import CurveRequest
-from slipstick.analysis.curve.record import Run, counted
-from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.curve.state_continuation import Work
-from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
 from slipstick.analysis.peaks.gradient import Extreme, StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.request import Checks, Request
+from slipstick.analysis.road.run import Run, stopped_too
+from slipstick.analysis.road.work import Work, counted
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
-from slipstick.errors import Fault, InputError, Outcome, TimeIsUp
+from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import number, shown, suggestion, text
 from slipstick.interrupts import held, pass_on
 from slipstick.results.record import Outputs, Point
@@ -272,6 +272,5 @@ def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], do
             size = Extreme.largest(balance.harmonics, here.motion()[0]).value
             if highest is None or size > highest[0]:
                 highest = size, np.append(point.x, point.omega)
-    if run.outcome in (Outcome.INTERRUPTED, Outcome.TIME_LIMIT):  # so is what it is a part of
-        raise KeyboardInterrupt if run.outcome is Outcome.INTERRUPTED else TimeIsUp
+    stopped_too(run.outcome)
     return None if highest is None else highest[1]

@@ -10,12 +10,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint, undamaged
-from slipstick.analysis.curve.record import Run, counted
-from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.curve.state_continuation import NO_WORK, Work
-from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.request import Checks, Request
+from slipstick.analysis.road.run import Run
+from slipstick.analysis.road.work import NO_WORK, Work, counted
 from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
 from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch

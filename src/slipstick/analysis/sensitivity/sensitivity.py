@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.curve.record import one_thread
 from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
+from slipstick.analysis.road.run import one_thread
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import terms

@@ -6,37 +6,48 @@ keeps what is wanted. From the state at the end of a period an integration goes 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
+from slipstick.analysis.road.request import AnalysisRequest
+from slipstick.analysis.road.run import Run
 from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper
 from slipstick.analysis.time_domain.initial_state import start_at_rest
 from slipstick.analysis.time_domain.period_sums import Energy, PeriodSums
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
-from slipstick.analysis.time_domain.piecewise_model import (
-    friction_elements,
-    friction_system,
-    integration_faults,
-)
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, integration_faults
 from slipstick.analysis.time_domain.swept import SweptPiecewise, SweptStepper, SweptSystem, fewest_steps
 from slipstick.balance.problem import Problem
-from slipstick.errors import Fault, InputError
-from slipstick.results.run_up import CONTACT_STATES
+from slipstick.errors import Fault, InputError, Outcome
+from slipstick.interrupts import pass_on
+from slipstick.results.postprocessing import Postprocessing
+from slipstick.results.run_up import CONTACT_STATES, VARIABLES
+from slipstick.results.schema import Layout
 from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class Checkpoint:
+class PeriodEnd:
     """The state at the end of a period, from which an integration goes on."""
 
     period: int
     z: Array
     states: Combination
     energy: Energy
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """As numbers, texts and lists of them, and arrays."""
+        energy = vars(self.energy)
+        return {
+            "period": self.period, "states": [int(s) for s in self.states], "z": self.z,
+            "energy": np.array(list(energy.values()), dtype=float), "energy_names": list(energy),
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,12 +61,40 @@ class PeriodDone:
     """Outputs at equidistant times, (n_times, n_outputs)."""
     changes: tuple[tuple[float, int, int, int], ...]
     """Changes of contact state: time, number of the contact, state before and after."""
-    checkpoint: Checkpoint
+    checkpoint: PeriodEnd
+    kind: ClassVar[str] = "period"
+
+    @property
+    def omega(self) -> float:
+        """Speed of the excitation in the middle of the period, rad/s."""
+        return float(self.values["omega"])
+
+    parameter = omega
+
+    @property
+    def note(self) -> dict[str, Any]:
+        """What is kept beside the values, as arrays in one row."""
+        changes = np.array(self.changes, dtype=float).reshape(-1, 4)
+        return {"times": self.times, "series": self.series.ravel(), "changes": changes.ravel()}
+
+
+class PeriodRecorder:
+    """Values of all variables at periods."""
+
+    def __init__(self, problem: Problem) -> None:
+        label = problem.units.label
+        labels = {"dof": tuple(problem.outputs or ()), "contact": tuple(problem.elements)}
+        variables = {name: declared._replace(units=label(declared.units)) for name, declared in VARIABLES.items()}
+        self.layout, self.postprocessing = Layout(labels=labels, variables=variables), Postprocessing()
+
+    def record(self, period: PeriodDone) -> Mapping[str, Any]:
+        """Those of one period."""
+        return period.values
 
 
 @dataclass(frozen=True, kw_only=True)
-class LongRun:
-    """What is integrated.
+class LongRun(AnalysisRequest):
+    """What is integrated, period by period.
 
     Attributes
     ----------
@@ -71,13 +110,27 @@ class LongRun:
         Steps in a period at the highest speed; None: by the fastest motion.
     """
 
-    problem: Problem
-    start: float
-    stop: float
+    analysis: ClassVar[str] = "run_up"
     rate: float
     periods: int
     samples: int
     steps: int | None = None
+
+    def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
+        """That of a period; journals written before have no value and no seconds."""
+        with undamaged():
+            energy = dict(zip(plain["energy_names"], vector(plain["energy"]).tolist(), strict=True))
+            states = self.states(map(int, plain["states"]))
+            end = PeriodEnd(period=int(plain["period"]), z=vector(plain["z"]), states=states, energy=Energy(**energy))
+            return Checkpoint.from_plain({"value": end.period, "seconds": 0.0, **plain, "end": end})
+
+    def run(self) -> PeriodRun:
+        """What integrates it."""
+        return PeriodRun(self)
+
+    def recorder(self) -> PeriodRecorder:
+        """Of periods."""
+        return PeriodRecorder(self.problem)
 
     @property
     def reference(self) -> float:
@@ -100,7 +153,7 @@ class LongRun:
             return system.reached(2 * np.pi * period) / system.omega
         return 2 * np.pi * period / system.omega
 
-    def run(self, begin: Checkpoint | None = None) -> Iterator[PeriodDone]:
+    def after(self, begin: PeriodEnd | None = None) -> Iterator[PeriodDone]:
         """Every period from the start, or after a checkpoint, on."""
         stepper, energy = self.stepper, Energy()
         system = stepper.model.system
@@ -136,7 +189,7 @@ class LongRun:
                     for before, after in [(self._told(c.contact, c.before), self._told(c.contact, c.after))]
                     if before != after
                 ),
-                checkpoint=Checkpoint(
+                checkpoint=PeriodEnd(
                     period=period + 1, z=stepper.z.copy(), states=stepper.states, energy=Energy(**asdict(energy))
                 ),
             )
@@ -214,6 +267,22 @@ class LongRun:
             "slip_fraction": fractions[:, State.SLIP_PLUS :].sum(axis=1),
             "energy_error": sums.energy.error(sums.stored()),
         }  # fmt: skip
+
+
+class PeriodRun(Run[LongRun]):
+    """An integration under way: its points are periods."""
+
+    def points(self) -> Generator[PeriodDone, None, None]:
+        """Every period, from rest or after the last one that is known."""
+        request = self.request
+        for done in request.after(request.checkpoints[-1].own["end"] if request.checkpoints else None):
+            end = done.checkpoint
+            self.progress = end.period / request.periods
+            own = {**done.note, **end.plain}
+            self.checkpoint = Checkpoint(value=end.period, seconds=self.seconds, own=own)
+            yield done
+            pass_on()
+        self.outcome = Outcome.COMPLETED
 
 
 def swept_system(problem: Problem, start: float, rate: float, reference: float) -> SweptSystem:

@@ -9,11 +9,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.checkpoint import Checkpoint, undamaged
-from slipstick.analysis.curve.record import Run
-from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.events import EventFunction
 from slipstick.analysis.peaks.tracking import one_dof
+from slipstick.analysis.road.checkpoint import Checkpoint, undamaged
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.request import Checks, Request
+from slipstick.analysis.road.run import Run
 from slipstick.analysis.wear.motion import AtFrequency, AtPeak, SteadyWear, WornMotion, mean_load
 from slipstick.balance.checks import requested_values, two_frequencies, two_numbers
 from slipstick.balance.physics_checks import problem_warnings
@@ -188,7 +188,7 @@ def wear_request(
     accuracy = checks.take(_between, "tolerance", tolerance, 1e-14, 0.1)
     change = checks.take(_between, "max_change", max_change, 1e-6, 1.0)
     checks.problem = worn or checks.problem
-    common = checks.common(points or (), None, None, listeners)
+    common = checks.common(points or (), listeners=listeners)
     assert worn is not None
     assert ends is not None
     assert how is not None

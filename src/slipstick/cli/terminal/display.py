@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.events import Listener, PointFound, Searching, StrategyTried, Working
+from slipstick.analysis.road.events import Searching, StrategyTried, Working
 from slipstick.cli.terminal.guard import plain, say
 from slipstick.progress import Position, duration
 from slipstick.runs.run import CaseRun, GoingOn, PointKept, RunListener
@@ -214,6 +214,10 @@ class ShownCurve(RunListener):
         broke_off = "the branch broke off: it is followed from the other end too"
         self._onward = run.case.further[run.table].onward if run.table else broke_off
         self._factor, self._unit = run.shown_in
+        begin, end = (value / self._factor for value in run.span)
+        self._share: Callable[[PointKept], float | None] = lambda _: None
+        if run.table:  # what is followed, and from where to where, may not be known at the beginning
+            self._share = lambda event: begin + event.progress * (end - begin)
         self._last: float | None = None
         self._part = 1
 
@@ -246,26 +250,7 @@ class ShownCurve(RunListener):
             self._display.note(f"  {self._onward}, from {where}")
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
-        self._display.at(value, step, states_text(event.values))
-
-
-class ShownAnalysis(Listener):
-    """Shows an analysis of one table of a case: its points, and what is done where it takes long."""
-
-    def __init__(self, display: CurveDisplay) -> None:
-        self._display = display
-
-    def point_found(self, event: PointFound) -> None:
-        """Show where it is."""
-        self._display.at(event.parameter, event.step, "", share=event.progress)
-
-    def searching(self, event: Searching) -> None:
-        """Show how far the search for the first point is."""
-        self._display.search(("first point", *event.parts))
-
-    def working(self, event: Working) -> None:
-        """Show what is done."""
-        self._display.search((event.text,))
+        self._display.at(value, step, states_text(event.values), share=self._share(event))
 
 
 def states_text(record: Mapping[str, Any]) -> str:

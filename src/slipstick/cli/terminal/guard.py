@@ -10,9 +10,13 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
+from typing import ParamSpec, TypeVar
 
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import InputError, SlipstickWarning, TimeIsUp
 from slipstick.runs.failures import internal_sentence, os_sentence
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
 
@@ -74,6 +78,13 @@ def warnings_said() -> Iterator[None]:
         warn_user(sentence)
 
 
+def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
+    """What is computed; its warnings are told from the results."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SlipstickWarning)
+        return compute(*arguments, **more)
+
+
 @contextmanager
 def guarded() -> Iterator[None]:
     """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped."""
@@ -90,8 +101,8 @@ def guarded() -> Iterator[None]:
     except MemoryError:
         complain("error: there is not enough memory for this case; keep fewer harmonics, contacts or output dofs")
         raise typer.Exit(BAD_INPUT) from None
-    except KeyboardInterrupt:
-        complain("interrupted")
+    except KeyboardInterrupt as stop:
+        complain("stopped at the time limit; nothing was found yet" if isinstance(stop, TimeIsUp) else "interrupted")
         raise typer.Exit(STOPPED) from None
     except typer.Exit:
         raise

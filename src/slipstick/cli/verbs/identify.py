@@ -8,12 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.one_table import case_with, quietly, shown
-from slipstick.cli.options import CasePath, Quiet, Report, files, folder_option
+from slipstick.cli.options import CasePath, KeptTimeLimit, Quiet, Report, files, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer, files_in
-from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
+from slipstick.cli.terminal.guard import (
+    DONE,
+    STOPPED,
+    complain,
+    prepare_kernel,
+    quietly,
+    say,
+    termination_as_interrupt,
+    warn_user,
+)
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.run import report_or_warn
+from slipstick.cli.verbs.run import case_with, report_or_warn
 from slipstick.errors import InputError
 from slipstick.runs.folder import FITTED, REPORT
 
@@ -41,16 +49,23 @@ def identify(
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     report: Report = True,
     quiet: Quiet = False,
+    time_limit: KeptTimeLimit = None,
 ) -> int:
     """Fit the parameters of the table "identify" to measured vibration, loops, backbones or time series."""
-    from slipstick.analysis.identification.identification import identify
+    from slipstick.analysis.identification.identify import identify
+    from slipstick.cli.terminal.display import curve_display
     from slipstick.report.writing import write_fit_report
+    from slipstick.runs.run import Clock
 
-    read, table = case_with(case, "identify", 'parameters = { "damper.mu" = 0.3 }')
+    options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
+    read = case_with(case, "identify", 'parameters = { "damper.mu" = 0.3 }', options.tell)
+    table = read.further["identify"]
+    prepare_kernel(complain)
     folder = output or Path(f"{read.name}-identify")
     if (folder / FITTED).exists() and not force:
         raise InputError(f"{folder / FITTED} is there already; give another folder with -o, or --force")
-    with shown(None, quiet=quiet, answer=answer) as listeners:
+    with termination_as_interrupt(), curve_display(0.0, 1.0, "", quiet=quiet) as display:
+        listeners = (lambda event: display.search((event.text,)), Clock(options.until))
         found = quietly(
             identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
             relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, listeners=listeners,

@@ -120,8 +120,7 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
 def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
     from slipstick.case.case import Case
-    from slipstick.cli.one_table import quietly
-    from slipstick.cli.terminal.guard import prepare_kernel
+    from slipstick.cli.terminal.guard import prepare_kernel, quietly
     from slipstick.io.loading import load_dataset
 
     told = load_dataset(path).attrs

@@ -7,17 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.options import (
-    PLAIN,
-    Figures,
-    Formats,
-    NoFigures,
-    Quiet,
-    Report,
-    RunOptions,
-    TimeLimit,
-    run_options,
-)
+from slipstick.cli.options import PLAIN, Figures, Formats, NoFigures, Quiet, Report, RunOptions, TimeLimit, run_options
 from slipstick.cli.terminal.answers import Answer, files_in, results_answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, say, warn_user
 from slipstick.cli.verb import verb
@@ -65,20 +55,11 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         If there is no run in it, its case has changed, or it was begun by another version.
     """
     from slipstick.io.loading import load_table
-    from slipstick.runs.resume import Ended, begun_run, begun_study
-    from slipstick.runs.study import Spread, StudyRun
+    from slipstick.runs.resume import Ended, begun_run
 
     held = analysis_in(folder) if folder.is_dir() else ""
-    if held == "study":
-        case = begun_study(folder, warn_user, options.tell)
-        if not isinstance(case, Ended):
-            return study_computed(StudyRun(case, folder, Spread(workers=workers)), options)
-        _answer(case, options, folder)
-        say(case.message)
-        say(f"nothing is left to do: the study in {folder} is complete")
-        return DONE
-    if held == "run_up":
-        return _run_up(folder, options, workers)
+    if held:
+        return _study_or_run_up(folder, options, workers, study=held == "study")
     place = FolderOfRun(folder)
     try:
         if workers is not None:
@@ -101,19 +82,21 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         place.release()
 
 
-def _run_up(folder: Path, options: RunOptions, workers: int | None) -> int:
-    from slipstick.runs.resume import Ended, begun_run_up
+def _study_or_run_up(folder: Path, options: RunOptions, workers: int | None, *, study: bool) -> int:
+    from slipstick.runs.resume import Ended, begun_run_up, begun_study
+    from slipstick.runs.study import Spread, StudyRun
 
-    given = {"--workers": workers, "--time-limit": options.time_limit, "--figures": options.wanted.names}
-    for name, value in given.items():
+    for name, value in {} if study else {"--workers": workers, "--figures": options.wanted.names}.items():
         if value:
             raise InputError(f"{name}: {folder} holds a run-up, which knows no such option; leave it out")
-    case = begun_run_up(folder, warn_user, options.tell)
+    case = (begun_study if study else begun_run_up)(folder, warn_user, options.tell)
     if not isinstance(case, Ended):
+        if study:
+            return study_computed(StudyRun(case, folder, Spread(workers=workers)), options)
         return run_up_computed(case, folder, options)
     _answer(case, options, folder)
     say(case.message)
-    say(f"nothing is left to do: the run-up in {folder} is complete")
+    say(f"nothing is left to do: the {'study' if study else 'run-up'} in {folder} is complete")
     return DONE
 
 

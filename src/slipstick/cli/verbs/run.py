@@ -86,9 +86,7 @@ def run_case(
     from slipstick.cli.terminal.first_run import start_interpreted
     from slipstick.runs.run import CaseRun
 
-    case = Case.from_file(path, options.tell)
-    if table and table not in case.further:
-        raise InputError(f"{path}: [{table}] is missing; give it, such as {example}")
+    case = case_with(path, table, example, options.tell) if table else Case.from_file(path, options.tell)
     if not table:
         start_interpreted(case, options.tell)
     told = print_warnings(case)
@@ -105,6 +103,16 @@ def run_case(
         raise
     finally:
         folder.release()
+
+
+def case_with(path: Path, table: str, example: str, tell: Callable[[str], None]) -> Case:
+    """A case with a table of that name; InputError, with what could stand there, for one without."""
+    from slipstick.case.case import Case
+
+    case = Case.from_file(path, tell)
+    if table not in case.further:
+        raise InputError(f"{path}: [{table}] is missing; give it, such as {example}")
+    return case
 
 
 def computed(run: CaseRun, options: RunOptions) -> int:
@@ -164,8 +172,9 @@ def _answer(run: CaseRun) -> Answer:
     ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
     said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
     results = results_answer(run.found) if run.points else {"points": 0, "peaks": []}
-    if run.table and run.points:
-        results |= run.case.further[run.table].told(run.case, run.branch)[1]
+    if run.table:
+        table = run.case.further[run.table]
+        results |= table.told(run.case, run.branch)[1] if run.points else table.nothing
     doubled = {"subharmonics": _doubled(run)} if run.doubles else {}
     files = {} if run.nothing else files_in(run.folder.work)
     return {**case_answer(run.case), **ended, **said, **results, **doubled, **files}

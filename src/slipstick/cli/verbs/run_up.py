@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.one_table import case_with, quietly
-from slipstick.cli.options import CasePath, Quiet, Report, RunOptions, folder_option
+from slipstick.cli.options import CasePath, Quiet, Report, RunOptions, TimeLimit, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer, files_in
-from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say, termination_as_interrupt, warn_user
+from slipstick.cli.terminal.guard import (
+    DONE,
+    STOPPED,
+    complain,
+    prepare_kernel,
+    quietly,
+    say,
+    termination_as_interrupt,
+    warn_user,
+)
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.run import report_or_warn
+from slipstick.cli.verbs.run import case_with, report_or_warn
 from slipstick.errors import InputError
 from slipstick.runs.folder import PASSED, REPORT
 from slipstick.units import after_number, unit_of_dof
@@ -33,11 +41,13 @@ def run_up(
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     report: Report = True,
     quiet: Quiet = False,
+    time_limit: TimeLimit = None,
 ) -> int:
     """Integrate a case in time while its speed changes, as its table "run_up" says; called again it goes on."""
-    read, _ = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05")
+    options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
+    read = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05", options.tell)
+    prepare_kernel(complain)
     folder = output or Path(f"{read.name}-run-up")
-    options = RunOptions(figures=figures, report=report, quiet=quiet, answer=answer)
     return computed(read, folder, options)
 
 
@@ -47,6 +57,7 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
     from slipstick.plots.passing import run_up as draw
     from slipstick.report.writing import write_run_up_report
     from slipstick.runs.passing_through import run_up_of_case
+    from slipstick.runs.run import Clock
 
     table, answer = read.further["run_up"], options.answer if options.answer is not None else {}
 
@@ -55,7 +66,7 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
             complain(f"  period {done.checkpoint.period}, {read.frequency_text(float(done.values['omega']))}")
 
     with termination_as_interrupt():
-        run = quietly(run_up_of_case, read, table, folder, show)
+        run = quietly(run_up_of_case, read, table, folder, show, (Clock(options.until),))
     data = run.dataset
     for sentence in str(data.attrs["warnings"]).splitlines():
         warn_user(sentence)

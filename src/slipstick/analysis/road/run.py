@@ -12,23 +12,21 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from slipstick.analysis.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
+from slipstick.analysis.road.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
 from slipstick.branch import Branch
 from slipstick.errors import Outcome, TimeIsUp
 from slipstick.faults import warn
 from slipstick.interrupts import held, pass_on
-from slipstick.results.record import Point
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.solve.continuation.follow import failed
 from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.checkpoint import Checkpoint
-    from slipstick.analysis.curve.request import Request
-    from slipstick.analysis.curve.state_continuation import Work
+    from slipstick.analysis.road.checkpoint import Checkpoint
+    from slipstick.analysis.road.request import AnalysisRequest
 
-R = TypeVar("R", bound="Request")
+R = TypeVar("R", bound="AnalysisRequest")
 
 _KEPT = 5_000_000
 """Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
@@ -51,9 +49,10 @@ def undisturbed() -> Iterator[None]:
         yield
 
 
-def counted(work: Work) -> dict[str, int]:
-    """Work of continuations, as results say it."""
-    return {"evaluations": work.evaluations, "linear_solves": work.solves, "rejected_steps": work.rejected}
+def stopped_too(outcome: Outcome) -> None:
+    """What stopped a run stops the one that it is part of."""
+    if outcome in (Outcome.INTERRUPTED, Outcome.TIME_LIMIT):
+        raise KeyboardInterrupt if outcome is Outcome.INTERRUPTED else TimeIsUp
 
 
 class Run(ABC, Generic[R]):
@@ -85,10 +84,11 @@ class Run(ABC, Generic[R]):
         self._told, self._felt, self._seeking = time.perf_counter(), 0, False
 
     @abstractmethod
-    def points(self) -> Generator[Point, None, None]:
+    def points(self) -> Generator[Any, None, None]:
         """The points in their order; at the end ``outcome`` and ``message`` say how it ended.
 
-        Signals wait: ``pass_on`` lets them in where nothing is half done.
+        Each is a ``Point``, or what the recorder of the analysis makes numbers of. Signals wait: ``pass_on`` lets them
+        in where nothing is half done.
         """
 
     @property
@@ -122,8 +122,8 @@ class Run(ABC, Generic[R]):
     @contextmanager
     def _felt_by(self) -> Iterator[None]:
         """Evaluations are felt by this run, or by the one that it is part of."""
-        pulse = self.request.balance.pulse
-        if pulse.felt is not None:
+        pulse = self.request.pulse
+        if pulse is None or pulse.felt is not None:
             yield
             return
         pulse.felt = self.feel
@@ -145,7 +145,7 @@ class Run(ABC, Generic[R]):
             self.outcome, self.message = failed(error)
             self.error = error
 
-    def follow(self, *sinks: EventFunction, guard: Guard = undisturbed) -> Generator[Point, None, tuple[Outcome, str]]:
+    def follow(self, *sinks: EventFunction, guard: Guard = undisturbed) -> Generator[Any, None, tuple[Outcome, str]]:
         """The points one by one, of which all are told; the generator's value is the outcome and its message.
 
         ``guard`` is entered while a point is sought, and left between points: not needed where it surrounds the whole.
@@ -174,7 +174,7 @@ class Run(ABC, Generic[R]):
             self.tell(self._stopped())
         return self.outcome, self.closing
 
-    def until_ended(self, points: Iterator[Point], guard: Guard = nullcontext) -> Iterator[Point]:
+    def until_ended(self, points: Iterator[Any], guard: Guard = nullcontext) -> Iterator[Any]:
         """Points until they end, or are ended by an interrupt, or by an exception once there are some."""
         with self.kept():
             while True:
@@ -198,7 +198,7 @@ class Run(ABC, Generic[R]):
         attributes = attributes_of(
             request.problem, self.outcome, message, [*request.warnings, *self.recorder.postprocessing.failures],
             analysis=request.analysis, parameter=request.parameter, **self.attributes, seconds=seconds,
-            jacobian=request.balance.backend.name, **requested_attribute(request.requested),
+            **request.numerics, **requested_attribute(request.requested),
         )  # fmt: skip
         return Stopped(
             outcome=self.outcome, message=message or self.outcome.text, points=self.count, seconds=seconds,

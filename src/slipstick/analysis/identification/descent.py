@@ -1,0 +1,190 @@
+"""Least squares from one start, and again with numbers weighted by the noise that was found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.analysis.identification.fit_request import FitRequest
+from slipstick.analysis.identification.noise import Noise, found_noise, given_noise, too_large
+from slipstick.analysis.identification.predicted import Predictor
+from slipstick.errors import InputError
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    pass
+
+
+_TOLERANCE = {"xtol": 1e-13, "ftol": 1e-15, "gtol": 1e-15}
+_TOLERANCE_IN_TIME = {"xtol": 1e-8, "ftol": 1e-10, "gtol": 1e-12}
+"""Of motions that are integrated."""
+_CHOICES = 5
+"""Descents, each with the motions nearest to what was measured at the parameters of the one before."""
+FAR = 0.1
+"""Misfit above which a fit ended far from what was measured."""
+_LEAST_NOISE = 2e-4
+"""Misfit below which weights are not taken from what is left: it is rather what the model and its harmonics lack."""
+_WEIGHTED = 8
+"""Times that numbers are weighted by the noise of the fit before, at most."""
+_SAME_NOISE = 1e-2
+"""Relative change of the noise at which the weights stay."""
+
+
+class End(NamedTuple):
+    """Where a descent ended."""
+
+    p: Array
+    cost: float
+    left: Array
+    """Weighted residuals (m,)."""
+    J: Array
+    """Their derivatives by the parameters (m, n_p)."""
+    at_bound: NDArray[np.bool_]
+    converged: bool
+    predicted: Array
+    evaluations: int
+    predictor: Predictor
+    misfit: float
+    """Root mean square of what is left over that of what was measured."""
+
+
+class Descent:
+    """Least squares from one start."""
+
+    def __init__(
+        self,
+        request: FitRequest,
+        start: Array,
+        predictor: Predictor | None = None,
+        *,
+        most: int | None = None,
+        place: int | None = None,
+    ) -> None:
+        self.place = place
+        self.request, self.start, self.predictor = request, start, predictor or request.predictor()
+        self.most = most or request.most
+        self.unit = np.where(start != 0.0, np.abs(start), 1.0)
+        self.evaluations = 0
+        self.asked: tuple[Array, Array] | None = None
+        self.step: End | None = None
+        """The last one that was accepted, as if it were the end."""
+
+    def run(self) -> End:
+        """To the end, with the motions meant chosen again until they stay.
+
+        Where that ends badly, at the start some motion was perhaps not among those possible: points far from what was
+        measured are given less weight until the others have found the parameters at which it is.
+        """
+        best = self.chosen(self.start)
+        if best.misfit > 2.0 * FAR and not self.request.measured.in_time:
+            far = self.request.predictor()
+            other = Descent(self.request, self.start, far, place=self.place)
+            near = other.chosen(self.start, loss="cauchy")
+            if np.isfinite(near.cost):
+                near = other.chosen(near.p)
+                near = near._replace(evaluations=best.evaluations + near.evaluations)
+                best = min(best, near, key=lambda end: end.cost)
+        return best
+
+    def chosen(self, p: Array, loss: str = "linear") -> End:
+        """To the end from parameters, with the motions meant chosen again until they stay."""
+        best = None
+        for _ in range(_CHOICES):
+            if not self.predictor.begin(p) and best is not None:
+                break
+            end = self.descend(p, loss)
+            if best is not None and loss == "linear" and not end.cost < best.cost * (1.0 - 1e-9):
+                break
+            best, p = end, end.p
+            if not np.isfinite(end.cost):
+                break
+        assert best is not None
+        return best
+
+    def descend(self, start: Array, loss: str) -> End:
+        """To the end from parameters, with the motions meant as they are."""
+        from scipy.optimize import least_squares
+
+        request, unit = self.request, self.unit
+        first = self.left(start / unit)
+        if not np.all(np.isfinite(first)):
+            empty = np.full((first.size, start.size), np.nan)
+            none = np.zeros(start.size, dtype=bool)
+            return End(
+                p=start, cost=np.inf, left=first, J=empty, at_bound=none, converged=False,
+                predicted=request.measured.values, evaluations=self.evaluations, predictor=self.predictor,
+                misfit=np.inf,
+            )  # fmt: skip
+        found = least_squares(
+            self.left, start / unit, jac=self._slopes, bounds=(request.low / unit, request.high / unit),
+            max_nfev=self.most, loss=loss, f_scale=max(float(np.median(np.abs(first))), 1e-9),
+            **(_TOLERANCE_IN_TIME if request.measured.in_time else _TOLERANCE),
+        )  # fmt: skip
+        self._slopes(found.x)
+        assert self.step is not None
+        return self.step._replace(at_bound=found.active_mask != 0, converged=found.status > 0)
+
+    def left(self, z: Array) -> Array:
+        """Predicted less measured over the noise; nan where there is no motion, so that a smaller step is taken."""
+        request = self.request
+        if self.asked is None or not np.array_equal(self.asked[0], z):
+            self.evaluations += 1
+            request.tell(self.place, self.evaluations)
+            try:
+                predicted = self.predictor.values(z * self.unit)
+            except InputError:  # values that the problem cannot have
+                predicted = np.full(request.measured.values.shape, np.nan)
+            self.asked = z.copy(), predicted
+        return request.left(self.asked[1])
+
+    def _slopes(self, z: Array) -> Array:
+        """Derivatives of what is left, which are asked for where a step is accepted."""
+        request, left = self.request, self.left(z)
+        assert self.asked is not None
+        rates = self.predictor.slopes(z * self.unit)[:, request.used]
+        J = np.asarray((rates / request.scale).T * self.unit)
+        p = z * self.unit
+        self.step = End(
+            p=p, cost=float(left @ left), left=left, J=J / self.unit, at_bound=(p <= request.low) | (p >= request.high),
+            converged=False, predicted=self.asked[1], evaluations=self.evaluations, predictor=self.predictor,
+            misfit=request.misfit(left),
+        )  # fmt: skip
+        if not request.kept or request.kept[0][0] is not request or self.step.cost < request.kept[0][1].cost:
+            request.kept[:] = [(request, self.step)]
+        return J
+
+
+def explained(request: FitRequest, end: End) -> bool:
+    """Whether the noise that was given explains all that is left."""
+    freedom = end.left.size - len(request.names)
+    return request.known and freedom > 0 and not too_large(end.cost / freedom, freedom)
+
+
+def weighted(request: FitRequest, end: End) -> tuple[FitRequest, End, Noise | None]:
+    """The fit with numbers weighted by noise that depends on it: a given share of them, or found from what is left."""
+    weights: Noise | None = None
+    if not request.relative and (request.known or not _LEAST_NOISE < end.misfit < FAR):
+        return request, end, None  # each number has its own, or what is left is no noise
+    for _ in range(_WEIGHTED):
+        if request.relative:
+            noise: Noise | None = given_noise(request.measured, end.predicted, request.absolute, request.relative)
+        else:
+            left, J = end.left * request.scale, end.J * request.scale[:, None]
+            noise = found_noise(request.measured, end.predicted, left, J, request.used)
+        if noise is None:
+            break
+        before, weights = request.noise, noise if weights is None or noise.relative > 0.0 else weights
+        if before is not None:
+            ratio = noise.deviations[request.used] / before[request.used]
+            if np.max(np.abs(np.log(ratio))) < _SAME_NOISE:
+                break
+        other = replace(request, noise=noise.deviations, found=not request.relative)
+        descent = Descent(other, end.p, end.predictor)
+        again = descent.descend(end.p, "linear")
+        if not np.isfinite(again.cost):
+            break
+        request, end = other, again._replace(evaluations=end.evaluations + again.evaluations)
+    return request, end, weights

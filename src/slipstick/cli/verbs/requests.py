@@ -1,0 +1,59 @@
+"""The verbs that compute what one table of a case asks for, point by point: all alike."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slipstick.cli.options import CasePath, Force, Quiet, Report, TimeLimit, folder_option, run_options
+from slipstick.cli.terminal.answers import Answer
+from slipstick.cli.verb import verb
+from slipstick.cli.verbs.run import run_case
+
+
+def _verb(table: str, about: str, example: str) -> Callable[..., None]:
+    """The verb of a table, with its help and what could stand in the table where it is missing."""
+
+    def computed(
+        answer: Answer,
+        case: CasePath,
+        output: Annotated[Path | None, folder_option(f"CASE-{table}")] = None,
+        force: Force = False,
+        figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+        report: Report = True,
+        quiet: Quiet = False,
+        time_limit: TimeLimit = None,
+    ) -> int:
+        options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
+        return run_case(case, output, table=table, example=example, force=force, options=options)
+
+    computed.__doc__ = about
+    return verb(computed)
+
+
+track = _verb(
+    "track",
+    'Follow the peak of a case over the parameter of its table "track", without the curves between.',
+    'parameter = "damper.normal_load", from = 10, to = 1000',
+)
+optimal = _verb(
+    "optimal",
+    'Find the value of a parameter, that of its table "optimal", at which the peak is lowest.',
+    'parameter = "damper.normal_load"',
+)
+modes = _verb(
+    "modes",
+    'Follow free vibration in a mode (table "modes") over its amplitude: frequency, damping, peaks of all loads.',
+    "from = 0.01, to = 10.0",
+)
+cycles = _verb(
+    "cycles",
+    'Follow self-excited vibration, such as squeal, over the parameter of the table "cycles".',
+    'parameter = "pad.mu", from = 0.3, to = 0.8',
+)
+wear = _verb(
+    "wear",
+    'Wear the contacts of a case over the cycles of its table "wear"; results.nc is written point by point.',
+    "kappa = { tip = 1e-9 }, to = 1e6, omega = 9.0",
+)
