@@ -311,7 +311,7 @@ def test_a_fault_of_the_program_is_a_sentence_and_a_log(tmp_path: Path, monkeypa
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr("slipstick.case.case.Case.curve", broken)
+    monkeypatch.setattr("slipstick.analysis.curve.follow.CurveRequest.run", broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
     assert result.exit_code == 2
