@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -17,9 +16,8 @@ from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.solve.linear.modes import EigenError, Modes, StageListener, StageProgress
 from slipstick.structure.matrix_checks import matrix_faults, name_of, scaled, smallest_pivot
 from slipstick.structure.receptance import undamped
-from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.request import Accuracy
-from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, SolvedData, cheaper_solved, compute_solved
+from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, ANSWERS, SolvedData, cheaper_solved, compute_solved
 from slipstick.structure.truncation import ReceptanceSize, Truncation, band_error
 from slipstick.typing import AnyArray, Array, Sparse
 
@@ -35,12 +33,8 @@ _HELD, _SLICE = 1024, 32
 """Columns whose solutions are held together; more are solved for in slices."""
 
 _STORED = ("omega", "amplitudes", "static", "second", "residuals")
-"""Arrays of the store that are the fields of their name."""
-
-_ANSWERS = {True: "yes", False: "no", None: "unknown"}
-
 _SEEN = ("seen_modes", "seen_static", "seen_second")
-"""Those that are there where rows are seen."""
+"""Arrays of the store that are the fields of their name; those at rows seen as a skin and strains hold them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,14 +62,33 @@ class ReducedData:
 
     def arrays(self) -> dict[str, Any]:
         """For the store."""
-        seen = {name: getattr(self, name) for name in _SEEN}
         return {
-            **{name: np.asarray(value, dtype=np.float32) for name, value in seen.items() if value is not None},
             **{name: getattr(self, name) for name in _STORED},
+            **{name: np.asarray(value, np.float32) for name in _SEEN if (value := getattr(self, name)) is not None},
             "solver": np.array(self.solver),
-            "complete": np.array(_ANSWERS[self.complete]),
+            "complete": np.array(ANSWERS[self.complete]),
             "error_estimate": np.array(np.nan if self.error_estimate is None else self.error_estimate),
         }
+
+    @classmethod
+    def of(
+        cls, arrays: Mapping[str, Any], n_keep: int, n_loads: int, n_seen: int = 0, n_strains: int = 0
+    ) -> ReducedData | None:
+        """From the store; None where they do not fit, or a KeyError, TypeError or ValueError."""
+        n, modes, estimate = n_keep + n_loads, arrays["omega"].size, float(arrays["error_estimate"])
+        sizes: dict[str, tuple[int, ...]] = {
+            "amplitudes": (n, modes), "static": (n, n), "second": (n, n), "residuals": (modes,), "omega": (modes,),
+        }  # fmt: skip
+        sizes |= {"seen_modes": (n_seen, modes), "seen_static": (n_seen, n)} if n_seen else {}
+        sizes |= {"seen_second": (n_strains, n)} if n_strains else {}
+        if any(arrays[name].shape != size for name, size in sizes.items()):
+            return None
+        return cls(
+            **{name: arrays[name] for name in sizes},
+            solver=str(arrays["solver"]),
+            complete={word: answer for answer, word in ANSWERS.items()}[str(arrays["complete"])],
+            error_estimate=None if np.isnan(estimate) else estimate,
+        )
 
     @property
     def second_residual(self) -> AnyArray:
@@ -122,54 +135,11 @@ class Columns(NamedTuple):
     seen: Sparse | None = None
     n_strains: int = 0
 
-    @property
-    def n_seen(self) -> int:
-        """How many rows are seen."""
-        return 0 if self.seen is None else int(self.seen.shape[1])
-
-
-def stored_data(path: Path, columns: Columns) -> ReducedData | SolvedData | None:
-    """Read from the store; None when there is nothing or it does not fit."""
-    n_keep, n_loads, n_seen = columns.directions.shape[1], columns.loads.shape[1], columns.n_seen
-    arrays = reduction_store.read(path)
-    if arrays is None:
-        return None
-    if "near_indices" in arrays:
-        return SolvedData.of_arrays(arrays, n_keep, n_loads, n_seen, columns.n_strains)
-    try:
-        estimate = float(arrays["error_estimate"])
-        data = ReducedData(
-            **{name: arrays[name] for name in _STORED},  # type: ignore[arg-type]
-            solver=str(arrays["solver"]),
-            complete={word: answer for answer, word in _ANSWERS.items()}[str(arrays["complete"])],
-            error_estimate=None if np.isnan(estimate) else estimate,
-            seen_modes=arrays["seen_modes"] if n_seen else None,
-            seen_static=arrays["seen_static"] if n_seen else None,
-            seen_second=arrays["seen_second"] if columns.n_strains else None,
-        )
-    except (KeyError, ValueError, TypeError):
-        return None
-    n, modes = n_keep + n_loads, data.omega.size
-    fitting = [(data.amplitudes, (n, modes)), (data.static, (n, n)), (data.second, (n, n)), (data.residuals, (modes,))]
-    seen = (
-        (data.seen_modes, (n_seen, modes)),
-        (data.seen_static, (n_seen, n)),
-        (data.seen_second, (columns.n_strains, n)),
-    )
-    fitting += [(array, shape) for array, shape in seen if array is not None]
-    return data if all(array.shape == shape for array, shape in fitting) else None
-
-
-def store_path(
-    folder: Path, K: Sparse, M: Sparse, columns: Columns, want: Accuracy, solver: str | None, residuals: str
-) -> Path:
-    """Where the reduction of exactly these matrices and wishes, made by this code, is kept."""
-    parameters = (
-        asdict(want), solver, residuals, columns.n_strains, reduction_store.code_digest("solve", "structure"),
-    )  # fmt: skip
-    parts = (columns.directions, sparse.csr_array(columns.loads), *(() if columns.seen is None else (columns.seen,)))
-    key = reduction_store.content_key((K, M, *parts), parameters)
-    return folder / f"reduction-{key}.npz"
+    def of(self, arrays: Mapping[str, AnyArray]) -> ReducedData | SolvedData | None:
+        """What was computed of these, as it is stored; None where it does not fit."""
+        n_seen = 0 if self.seen is None else self.seen.shape[1]
+        sizes = self.directions.shape[1], self.loads.shape[1], n_seen, self.n_strains
+        return (SolvedData if "near_indices" in arrays else ReducedData).of(arrays, *sizes)
 
 
 def compute(

@@ -11,7 +11,7 @@ Each mode not taken leaves the error ``a_r a_r^T / omega_r^2 (omega / omega_r)^4
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -25,7 +25,6 @@ from slipstick.faults import warn
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
-from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.compute import (
     Columns,
     ReducedData,
@@ -33,11 +32,10 @@ from slipstick.structure.reduction.compute import (
     direct_receptance,
     modes_below,
     reached,
-    store_path,
-    stored_data,
 )
 from slipstick.structure.reduction.request import Accuracy, Damping, as_csr, checked_request, real_matrices
 from slipstick.structure.reduction.solved import SolvedData
+from slipstick.structure.reduction.store import Store
 from slipstick.structure.residuals import FullModel
 from slipstick.structure.skin import Skin
 from slipstick.structure.solved_modes import SolvedModes
@@ -54,10 +52,12 @@ class Reduction:
     missing, by a count or, of large models, by a search that overlooks one with a probability of 1e-12;
     ``error_estimate``: largest relative error of the receptance over the frequency range asked, load shapes included:
     bounded by what is measured against the full model at its upper end, for a fixed number of modes estimated
-    (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from the store.
+    (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from the store;
+    ``data``: what is stored of it.
     """
 
     structure: ModalStructure
+    data: ReducedData | SolvedData
     directions: Matrix
     n_full: int
     solver: str
@@ -72,12 +72,13 @@ class Reduction:
 class SkinRows:
     """A surface to be seen: nodes (n, 3), triangles (t, 3), and their dofs in the model, sparse (n_full, 3 n).
 
-    ``places`` (n_keep, 3) of the kept directions, nan where they are not known; None: of none.
+    ``rows`` None: of what is read from disk. ``places`` (n_keep, 3) of the kept directions, nan where they are not
+    known; None: of none.
     """
 
     nodes: Array
     triangles: IntArray
-    rows: Matrix
+    rows: Matrix | None = None
     places: Array | None = None
 
 
@@ -183,10 +184,13 @@ def reduce(
 
 @dataclass(frozen=True, kw_only=True)
 class StrainRows:
-    """Places whose strain is wanted, and what takes it out of a motion, sparse (n_full, 6 n_places)."""
+    """Places whose strain is wanted, and what takes it out of a motion, sparse (n_full, 6 n_places).
+
+    ``rows`` None: of what is read from disk.
+    """
 
     places: StrainPlaces
-    rows: Matrix
+    rows: Matrix | None = None
 
 
 def reduce_model(
@@ -208,21 +212,16 @@ def reduce_model(
     directions, loads, want, solver = request.directions, request.loads, request.want, request.solver
     began = perf_counter()
     columns = Columns(directions, loads, *_seen_rows(skin, strains))
-    path = (
-        None
-        if request.cache is None
-        else store_path(Path(request.cache), K, M, columns, want, solver, request.residuals)
-    )
-    data = None if path is None else stored_data(path, columns)
-    reused = data is not None
-    if data is None:
-        data = compute(
-            K, M, columns, dofs=request.dofs, want=want, solver=solver, residuals=request.residuals,
-            listener=request.listener,
-        )  # fmt: skip
-        if path is not None:
-            reduction_store.write(path, data.arrays())
-    else:
+    store = Store(
+        request.cache, "reduction", (K, M, directions, loads, *(() if columns.seen is None else (columns.seen,))),
+        (asdict(want), solver, request.residuals, columns.n_strains), ("solve", "structure"),
+    )  # fmt: skip
+    make = partial(
+        compute, K, M, columns, dofs=request.dofs, want=want, solver=solver, residuals=request.residuals,
+        listener=request.listener,
+    )  # fmt: skip
+    data, reused = store.kept(make, columns.of)
+    if reused:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
     structure: ModalStructure
     if isinstance(data, SolvedData):
@@ -240,6 +239,7 @@ def reduce_model(
         judge_served(structure.truncations(1), structure.omega, want, request.force, below)
     return Reduction(
         structure=structure,
+        data=data,
         directions=directions,
         n_full=K.shape[0],
         solver=data.solver,
@@ -253,7 +253,7 @@ def reduce_model(
 
 def _seen_rows(skin: SkinRows | None, strains: StrainRows | None) -> tuple[Sparse | None, int]:
     """Rows of both (n_full, n), those of the skin first, and how many are strains."""
-    parts = [as_csr(part.rows) for part in (skin, strains) if part is not None]
+    parts = [as_csr(part.rows) for part in (skin, strains) if part is not None and part.rows is not None]
     rows = sparse.csr_array(sparse.hstack(parts)) if parts else None
     return rows, 0 if strains is None else parts[-1].shape[1]
 
@@ -388,7 +388,7 @@ def _skin(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...], r
         modes=modes,
         static=None if solved else static,
         loads=dict(zip(loads, of_loads.T, strict=True)),
-        rows=as_csr(rows.rows) if solved else None,
+        rows=as_csr(rows.rows) if solved and rows.rows is not None else None,
         places=rows.places,
     )
 
@@ -404,7 +404,7 @@ def _strains(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...]
         second=None if solved else second[:, :n_keep],
         loads=dict(zip(loads, of_loads.T, strict=True)),
         second_loads=dict(zip(loads, (second if solved else second[:, n_keep:]).T, strict=True)),
-        rows=as_csr(rows.rows) if solved else None,
+        rows=as_csr(rows.rows) if solved and rows.rows is not None else None,
     )
 
 

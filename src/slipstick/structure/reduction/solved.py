@@ -50,6 +50,9 @@ def cheaper_solved(n_keep: int, factors: int) -> bool:
     return (2.0 * _COLUMNS * _PRODUCTS + 500.0) * solution < matrices
 
 
+ANSWERS = {True: "yes", False: "no", None: "unknown"}
+"""How the store says whether no mode is missing."""
+
 _STORED = (
     "omega", "amplitudes", "load_static", "load_second", "sample", "sample_static", "sample_second", "residuals",
 )  # fmt: skip
@@ -98,39 +101,35 @@ class SolvedData:
         """For the store: the near fields have one pattern; factors are made again."""
         pattern = self.near.entries
         return {
-            **{name: np.asarray(value, np.float32) for name in _SEEN if (value := getattr(self, name)) is not None},
             **{name: getattr(self, name) for name in _STORED},
+            **{name: np.asarray(value, np.float32) for name in _SEEN if (value := getattr(self, name)) is not None},
             "near_indices": pattern.indices, "near_indptr": pattern.indptr,
             "near_entries": np.array([pattern.data, self.near_second.entries.data]),
             "near_share": np.array([self.near.share, self.near_second.share]),
-            "solver": np.array(self.solver), "complete": np.array("unknown" if self.complete is None else "yes"),
+            "solver": np.array(self.solver), "complete": np.array(ANSWERS[self.complete]),
             "error_estimate": np.array(np.nan if self.error_estimate is None else self.error_estimate),
         }  # fmt: skip
 
     @classmethod
-    def of_arrays(
-        cls, arrays: Mapping[str, Any], n_keep: int, n_loads: int, n_seen: int, n_strains: int
+    def of(
+        cls, arrays: Mapping[str, Any], n_keep: int, n_loads: int, n_seen: int = 0, n_strains: int = 0
     ) -> SolvedData | None:
-        """From the store; None where they do not fit."""
-        try:
-            estimate, (near, near_second) = float(arrays["error_estimate"]), _stored_near(arrays)
-            data = cls(
-                **{name: arrays[name] for name in _STORED},
-                **{name: arrays[name] for name in (_SEEN[: 3 if n_strains else 2] if n_seen else ())},
-                near=near, near_second=near_second,
-                solver=str(arrays["solver"]), complete=True if str(arrays["complete"]) == "yes" else None,
-                error_estimate=None if np.isnan(estimate) else estimate,
-            )  # fmt: skip
-        except (KeyError, ValueError, TypeError):
+        """From the store; None where they do not fit, or a KeyError, TypeError or ValueError."""
+        n, modes, s = n_keep + n_loads, arrays["omega"].size, len(arrays["sample"])
+        sizes: dict[str, tuple[int, ...]] = {
+            "omega": (modes,), "amplitudes": (n, modes), "load_static": (n, n_loads), "load_second": (n, n_loads),
+            "sample": (s,), "sample_static": (n_keep, s), "sample_second": (n_keep, s), "residuals": (modes,),
+        }  # fmt: skip
+        sizes |= {"seen_modes": (n_seen, modes), "seen_loads": (n_seen, n_loads)} if n_seen else {}
+        sizes |= {"seen_second": (n_strains, n_loads)} if n_strains else {}
+        estimate, (near, near_second) = float(arrays["error_estimate"]), _stored_near(arrays)
+        if near.entries.shape != (n_keep, n_keep) or any(arrays[name].shape != size for name, size in sizes.items()):
             return None
-        n, modes, s = n_keep + n_loads, data.omega.size, len(data.sample)
-        fitting = [
-            (data.amplitudes, (n, modes)), (data.load_static, (n, n_loads)), (data.load_second, (n, n_loads)),
-            (data.sample_static, (n_keep, s)), (data.sample_second, (n_keep, s)), (data.near.entries, (n_keep, n_keep)),
-        ]  # fmt: skip
-        seen = (data.seen_modes, (n_seen, modes)), (data.seen_loads, (n_seen, n_loads))
-        fitting += [(a, shape) for a, shape in (*seen, (data.seen_second, (n_strains, n_loads))) if a is not None]
-        return data if all(array.shape == shape for array, shape in fitting) else None
+        return cls(
+            **{name: arrays[name] for name in sizes}, near=near, near_second=near_second, solver=str(arrays["solver"]),
+            complete={word: answer for answer, word in ANSWERS.items()}[str(arrays["complete"])],
+            error_estimate=None if np.isnan(estimate) else estimate,
+        )  # fmt: skip
 
 
 def _stored_near(arrays: Mapping[str, Any]) -> list[NearField]:
