@@ -18,7 +18,7 @@ from slipstick.fem.materials import Material
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
 from slipstick.models.reduced_body import FullMatrices, ReducedBody, wanted_elements
 from slipstick.models.surface_model import ContactModel, contact_model, strain_rows
-from slipstick.structure.reduction.compute import ReducedData
+from slipstick.structure.reduction.data import ReducedData
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows, judge_served, modal_structure, reduce_model
 from slipstick.structure.reduction.request import Accuracy, Damping, tools
 from slipstick.structure.reduction.store import Store
@@ -253,11 +253,9 @@ def _computed(setup: BladeModel, listener: StageListener | None, solver: str | N
         listener=listener,
         **request,
     )
-    data = reduction.data
-    assert isinstance(data, ReducedData)
-    seconds = {"mesh, matrices and influence": assembled, **data.seconds}
-    data, skin = replace(data, seconds=seconds), request["skin"]
-    return _Blade(data=data, points=whole.points, skin=skin, strains=strains, n_dofs=reduction.n_full)
+    data = replace(reduction.data, seconds={"mesh, matrices and influence": assembled, **reduction.seconds})
+    skin, n_dofs = request["skin"], reduction.n_full
+    return _Blade(data=data, points=whole.points, skin=skin, strains=strains, n_dofs=n_dofs)
 
 
 def _full(setup: BladeModel) -> FullMatrices:

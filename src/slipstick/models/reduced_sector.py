@@ -42,7 +42,7 @@ from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 from slipstick.models.reduced_body import _contact_nodes, _surface
 from slipstick.models.surface_model import of_import
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
-from slipstick.structure.reduction.compute import Columns, ReducedData
+from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.reduce import judge_served
 from slipstick.structure.reduction.request import Accuracy, tools
 from slipstick.structure.reduction.sector import SectorModes, reduce_phase

@@ -25,16 +25,9 @@ from slipstick.faults import warn
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
-from slipstick.structure.reduction.compute import (
-    Columns,
-    ReducedData,
-    compute,
-    direct_receptance,
-    modes_below,
-    reached,
-)
+from slipstick.structure.reduction.compute import compute, direct_receptance, modes_below, reached
+from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.request import Accuracy, Damping, as_csr, checked_request, real_matrices
-from slipstick.structure.reduction.solved import SolvedData
 from slipstick.structure.reduction.store import Store
 from slipstick.structure.residuals import FullModel
 from slipstick.structure.skin import Skin
@@ -57,7 +50,7 @@ class Reduction:
     """
 
     structure: ModalStructure
-    data: ReducedData | SolvedData
+    data: ReducedData
     directions: Matrix
     n_full: int
     solver: str
@@ -224,7 +217,7 @@ def reduce_model(
     if reused:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
     structure: ModalStructure
-    if isinstance(data, SolvedData):
+    if data.near is not None:
         full = FullModel(K=K, M=M, directions=directions, solver=data.solver)
         structure = solved_structure(data, full, request.kept, request.load_names, request.damping, skin, strains)
     else:
@@ -353,7 +346,7 @@ def modal_structure(
 
 
 def solved_structure(
-    data: SolvedData,
+    data: ReducedData,
     full: FullModel,
     kept: tuple[str, ...],
     loads: tuple[str, ...],
@@ -362,57 +355,58 @@ def solved_structure(
     strains: StrainRows | None = None,
 ) -> SolvedModes:
     """The structure of data whose residuals are applied by solutions with the full model."""
-    n, a = len(kept), data.amplitudes
+    assert data.sample is not None
+    assert data.near is not None
+    n, s, a = len(kept), len(data.sample), data.amplitudes
     if data.factors is not None:
         full.__dict__["factors"] = data.factors
-    second = data.load_second[:n] - (a[:n] / data.omega**4) @ a[n:].T
+    static, second = data.static[:n], data.second_residual[:n]
     shapes = {
-        name: LoadShape(participation=a[n + k], static_response=data.load_static[:n, k], second_response=second[:, k])
+        name: LoadShape(participation=a[n + k], static_response=static[:, s + k], second_response=second[:, s + k])
         for k, name in enumerate(loads)
     }
     return SolvedModes(
-        omega=data.omega, mode_shapes=a[:n], dofs=kept, full=full, near=data.near, near_second=data.near_second,
-        sample=data.sample, sample_static=data.sample_static, sample_second=data.second_columns(),
+        omega=data.omega, mode_shapes=a[:n], dofs=kept, full=full, near=data.near[0], near_second=data.near[1],
+        sample=data.sample, sample_static=static[:, :s], sample_second=second[:, :s],
         loss_factor=damping.loss_factor, damping_ratio=damping.ratios(data.omega), load_shapes=shapes,
         skin=None if skin is None else _skin(data, n, loads, skin),
         strains=None if strains is None else _strains(data, n, loads, strains),
     )  # fmt: skip
 
 
-def _skin(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
-    modes, static, of_loads = (part[: 3 * len(rows.nodes)] for part in _seen_parts(data, n_keep))
-    solved = isinstance(data, SolvedData)
+def _skin(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
+    seen = slice(3 * len(rows.nodes))
+    static, of_loads = _apart(data, data.seen_static, n_keep)
+    assert data.seen_modes is not None
     return Skin(
         nodes=rows.nodes,
         triangles=rows.triangles,
-        modes=modes,
-        static=None if solved else static,
-        loads=dict(zip(loads, of_loads.T, strict=True)),
-        rows=as_csr(rows.rows) if solved and rows.rows is not None else None,
+        modes=data.seen_modes[seen],
+        static=None if static is None else static[seen],
+        loads=dict(zip(loads, of_loads[seen].T, strict=True)),
+        rows=as_csr(rows.rows) if data.near is not None else None,
         places=rows.places,
     )
 
 
-def _strains(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...], rows: StrainRows) -> Strains:
-    modes, static, of_loads = (part[-6 * len(rows.places.labels) :] for part in _seen_parts(data, n_keep))
-    solved, second = isinstance(data, SolvedData), data.seen_second
-    assert second is not None
+def _strains(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: StrainRows) -> Strains:
+    seen = slice(-6 * len(rows.places.labels), None)
+    (static, of_loads), (second, second_loads) = (
+        _apart(data, part, n_keep) for part in (data.seen_static, data.seen_second)
+    )
+    assert data.seen_modes is not None
     return Strains(
         places=rows.places,
-        modes=modes,
-        static=None if solved else static,
-        second=None if solved else second[:, :n_keep],
-        loads=dict(zip(loads, of_loads.T, strict=True)),
-        second_loads=dict(zip(loads, (second if solved else second[:, n_keep:]).T, strict=True)),
-        rows=as_csr(rows.rows) if solved and rows.rows is not None else None,
+        modes=data.seen_modes[seen],
+        static=None if static is None else static[seen],
+        second=second,
+        loads=dict(zip(loads, of_loads[seen].T, strict=True)),
+        second_loads=dict(zip(loads, second_loads.T, strict=True)),
+        rows=as_csr(rows.rows) if data.near is not None else None,
     )
 
 
-def _seen_parts(data: ReducedData | SolvedData, n_keep: int) -> tuple[Array, Array, Array]:
-    """At the rows seen: modes, static responses to kept directions (none where they are solved for) and to loads."""
-    assert data.seen_modes is not None
-    if isinstance(data, SolvedData):
-        assert data.seen_loads is not None
-        return data.seen_modes, data.seen_modes[:, :0], data.seen_loads
-    assert data.seen_static is not None
-    return data.seen_modes, data.seen_static[:, :n_keep], data.seen_static[:, n_keep:]
+def _apart(data: ReducedData, part: Array | None, n_keep: int) -> tuple[Array | None, Array]:
+    """Responses at rows seen to kept directions, None where they are solved for, and to loads."""
+    assert part is not None
+    return (None, part) if data.near is not None else (part[:, :n_keep], part[:, n_keep:])

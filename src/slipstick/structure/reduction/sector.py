@@ -21,7 +21,8 @@ from slipstick.solve.linear.lanczos import BlockLanczos, Factors
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.checks import array_faults, checked_names, number_faults, real
 from slipstick.structure.cyclic import NEXT, CyclicStructure, PhaseModes
-from slipstick.structure.reduction.compute import Columns, ReducedData, written_data
+from slipstick.structure.reduction.compute import probed, reduced_data
+from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.request import Accuracy
 from slipstick.typing import Array, ComplexArray, Sparse
 
@@ -55,7 +56,10 @@ def reduce_phase(
     if iteration.inertia is not None and iteration.inertia.negative:
         count = f"the stiffness has {iteration.inertia.negative} negative eigenvalues for {where}"
         raise InputError(Fault("model", count, remedy="check material, speed and prestress"))
-    data = written_data(iteration, M, columns, want)
+    probe = None
+    if want.modes is None and want.highest is not None:
+        probe = probed(factors.at(want.highest**2), columns.all)
+    data = reduced_data(iteration, M, columns, want, probe=probe)
     if not np.all(data.omega > 0.0):
         raise InputError(Fault("model", f"a mode has no stiffness for {where}", remedy="hold the disc"))
     return data
