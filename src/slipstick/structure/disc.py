@@ -107,8 +107,8 @@ def _between(sector: CyclicStructure, d: int, count: int) -> ComplexArray:
 
 
 def _gas_between(sector: CyclicStructure, d: int, count: int) -> ComplexArray:
-    gas, shapes = sector.influence(d), sector.phase_modes(d).shapes[:, :count]
-    return np.zeros((count, count), dtype=complex) if gas is None else shapes.conj().T @ gas @ shapes
+    gas = sector.gas_between(d, count)
+    return np.zeros((count, count), dtype=complex) if gas is None else gas
 
 
 def _real_pair(blocks: Sequence[ComplexArray]) -> ComplexArray:
