@@ -330,7 +330,7 @@ class Disc(ModalStructure):
         left, right, static, second = self.modal_parts(r, c, shapes)
         parts = _Parts(self, r, c, tuple(shapes), left, right, static - (left / self.omega**2) @ right.T)
         if self.couples:
-            return CoupledDiscReceptance(parts, static)
+            return CoupledDiscReceptance(parts, static, second)
         return DiscReceptance(
             parts, left=left, right=right, stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
             damping=2.0 * self._viscous * self.omega, factor=self.damping, static=static, residual=parts.residual,
@@ -582,11 +582,12 @@ class DiscReceptance(_OfDisc, ModalReceptance):
 class CoupledDiscReceptance(_OfDisc, Receptance):
     """Of a disc whose modes are coupled by damping or the gas: solved at each frequency.
 
-    ``A(w) = left^T (K + i w C - w^2)^-1 right + residual / (1 + i eta)``.
+    ``A(w) = left^T (K + i w C - w^2)^-1 right + residual / (1 + i eta) + w^2 second / (1 + i eta)^2``.
     """
 
-    def __init__(self, parts: _Parts, static: Array) -> None:
+    def __init__(self, parts: _Parts, static: Array, second: Array | None) -> None:
         self.static, self._disc = static, parts
+        self._second = second
         K, C = parts.disc.stiffness_between()
         self._e = 1.0 + 1j * float(parts.disc.loss_factor[0])
         stiffness = _CoupledStiffness(K=K, C=C, squared=parts.disc.omega**2, factor=parts.disc.damping)
@@ -598,7 +599,12 @@ class CoupledDiscReceptance(_OfDisc, Receptance):
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
         value, slope = self._solved.at(orders, omega)
-        return value + self._disc.residual / self._e, slope
+        value = value + self._disc.residual / self._e
+        if self._second is None:
+            return value, slope
+        m, w = _frequencies(orders, omega)
+        growth = w * self._second / self._e**2
+        return value + w * growth, slope + 2.0 * m * growth
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by a parameter, of the shape of ``at``."""
@@ -606,6 +612,8 @@ class CoupledDiscReceptance(_OfDisc, Receptance):
             found = np.asarray(self._solved.by_parameter(name, orders, omega), dtype=complex)
             if name == "loss_factor":
                 found = found - 1j * self._disc.residual / self._e**2
+                if self._second is not None:
+                    found -= 2j * _frequencies(orders, omega)[1] ** 2 * self._second / self._e**3
             return found
         w = np.multiply.outer(np.asarray(omega, dtype=float), np.asarray(orders, dtype=float))
         out = np.zeros((w.size, *self.static.shape), dtype=complex)
@@ -616,6 +624,12 @@ class CoupledDiscReceptance(_OfDisc, Receptance):
             left = np.linalg.solve(Z.T, self._disc.left.T.astype(complex)).T @ B
             out[i] = -self._e * (left * sizes) @ (B.T @ np.linalg.solve(Z, self._disc.right.T.astype(complex)))
         return out.reshape(*w.shape, *self.static.shape)
+
+
+def _frequencies(orders: ArrayLike, omega: ArrayLike) -> tuple[Array, Array]:
+    """Orders (k, 1, 1) and ``orders * omega`` (..., k, 1, 1)."""
+    m = np.asarray(orders, dtype=float)[:, None, None]
+    return m, np.asarray(omega, dtype=float)[..., None, None, None] * m
 
 
 @dataclass(frozen=True, kw_only=True)
