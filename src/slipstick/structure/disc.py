@@ -349,13 +349,16 @@ class Disc(ModalStructure):
         C = np.zeros((n, n)) if self._tuned.damping is None else self._turned.T @ self._tuned.damping @ self._turned
         return K, C
 
-    def blade_forms(self, name: str) -> Iterable[tuple[float, Array]]:
-        """What a parameter adds to the stiffness: factors and motion of blades by the modes of the disc (n_dofs, n)."""
+    def blade_forms(self, name: str, along: Array) -> Iterable[tuple[float, Array]]:
+        """What a parameter adds to the stiffness: factors, and motion of blades along directions by the disc's modes.
+
+        Directions (n, k) and motion (k, n_modes).
+        """
         if name == MISTUNING:
             own: Iterable[tuple[float, int]] = zip(self.deviations.tolist(), range(self.sectors), strict=True)
         else:
             own = [(self.mistuning, int(name.removeprefix(_STIFFNESS)))]
-        return [(factor, self._moved[s] @ self._turned) for factor, s in own if factor]
+        return [(factor, along.T @ self._moved[s] @ self._turned) for factor, s in own if factor]
 
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
@@ -509,10 +512,9 @@ class _Parts:
         size, axes = np.linalg.eigh(self.disc.blade)
         kept = np.abs(size) > 1e-14 * np.abs(size).max(initial=0.0)
         return [
-            (factor * float(own), axes[:, i] @ motion)
-            for factor, motion in self.disc.blade_forms(name)
-            for i, own in enumerate(size)
-            if kept[i]
+            (factor * float(own), moved)
+            for factor, motion in self.disc.blade_forms(name, axes[:, kept])
+            for own, moved in zip(size[kept], motion, strict=True)
         ]
 
     def static_rate(self, name: str) -> Array:
@@ -576,7 +578,7 @@ class DiscReceptance(_OfDisc, ModalReceptance):
         sizes, moved = np.array([size for size, _ in forms]), np.array([b for _, b in forms])
         e = 1.0 + 1j * self._disc.disc.loss_factor[0]
         between = np.append(1.0, np.full(len(found.weight) - 1, e))
-        return replace(found, coupling=-(moved.T * sizes) @ moved, coupling_weight=between)
+        return replace(found, coupling=(moved.T, -sizes), coupling_weight=between)
 
 
 class CoupledDiscReceptance(_OfDisc, Receptance):

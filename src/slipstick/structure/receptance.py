@@ -71,8 +71,8 @@ class Factors:
     columns, columns_slope
         Factors (n_columns, k) on the columns where they depend on the frequency, and their derivative by omega.
     coupling, coupling_weight
-        Where modes are coupled along a parameter, also ``weight_m coupling coupling_weight_m weight_m`` in the
-        derivative: real (n_modes, n_modes) and complex (k,).
+        Where modes are coupled along a parameter, also ``weight_m B diag(s) B^T coupling_weight_m weight_m`` in the
+        derivative: real B (n_modes, r) and s (r,), and complex (k,).
     """
 
     left: Array
@@ -84,7 +84,7 @@ class Factors:
     part_slope: ComplexArray
     columns: Array | None = None
     columns_slope: Array | None = None
-    coupling: Array | None = None
+    coupling: tuple[Array, Array] | None = None
     coupling_weight: ComplexArray | None = None
 
 
