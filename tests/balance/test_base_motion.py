@@ -10,6 +10,7 @@ from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
+from slipstick.balance.base_motion import BaseReceptance
 from slipstick.balance.jacobian_backends import BACKENDS
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -149,6 +150,28 @@ def test_derivative_by_its_parameters(name: str) -> None:
 
     wanted = (residual(value + step) - residual(value - step)) / (2 * step)
     assert system.evaluate(x, value).parameter_derivative == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
+
+
+def test_sums_over_modes_serve_a_support_too() -> None:
+    """All orders of one and of many frequencies at once, and order 0, are what ``at`` gives one by one."""
+    rng = np.random.default_rng(3)
+    modes = ss.ModalStructure(
+        omega=[1.0, 2.0, 4.0], mode_shapes=rng.normal(size=(4, 3)), dofs=["a", "b", "c", "d"], damping_ratio=0.02
+    )
+    plain, orders, omega = modes.project(np.eye(4), np.eye(4)), np.array([1, 3]), np.array([0.7, 1.9])
+    moved = BaseReceptance(plain, [None, None, "displacement", "acceleration"])
+    value, slope = moved.at(orders, omega)
+    many = np.empty((2, 2, 4, 4, 3), dtype=complex)
+    moved.conjugates_of(orders, omega, many)
+    for i, w in enumerate(omega):
+        for found in (moved.conjugates(orders, float(w)), many[i]):
+            np.testing.assert_allclose(found[0, :, :, 1:].conj(), value[i].transpose(2, 1, 0), rtol=1e-12)
+            np.testing.assert_allclose(found[1, :, :, 1:].conj(), slope[i].transpose(2, 1, 0), rtol=1e-11)
+            np.testing.assert_allclose(found[0, :, :, 0], moved.static.T, rtol=1e-12)
+            np.testing.assert_array_equal(found[1, :, :, 0], 0.0)
+    forces = plain.at(orders, omega)[0] * [1.0, 1.0, 0.0, -1.0]
+    forces[..., 2] = plain.at(orders, omega)[0][..., 2] * (omega[:, None] * orders)[..., None] ** 2
+    np.testing.assert_allclose(value, forces, rtol=1e-12)
 
 
 def test_names_and_units() -> None:

@@ -101,6 +101,19 @@ def test_receptance_is_that_of_the_ring(proportional: bool, gas: bool) -> None:
     np.testing.assert_allclose(receptance.static, rows.T @ np.linalg.solve(K, rows), rtol=1e-10)
 
 
+def test_gas_that_vanishes_leaves_what_the_families_left_out_add() -> None:
+    """Solved for between the modes or summed over them, the residual grows with the square of the frequency."""
+    plain = a_sector(6, proportional=True)
+    gas = plain.with_aerodynamics(np.full(6, 1e-12j), np.diag([1.0, 0.0, 0.4]))
+    rows, omega = np.random.default_rng(2).normal(size=(18, 3)), np.array([3.0, 7.3])
+    solved, summed = (s.mistuned(families=2).project(rows, rows) for s in (gas, plain))
+    assert type(solved) is not type(summed)
+    for found, exact in zip(solved.at(np.array([1, 2]), omega), summed.at(np.array([1, 2]), omega), strict=True):
+        np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-12)
+    found, exact = (each.by_parameter("loss_factor", np.array([1, 2]), omega) for each in (solved, summed))
+    np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-12)
+
+
 @pytest.mark.parametrize("proportional", [True, False])
 @pytest.mark.parametrize("name", ["stiffness@2", "mistuning", "loss_factor", "damping", "omega"])
 def test_derivatives_of_the_receptance_are_those_of_differences(name: str, proportional: bool) -> None:

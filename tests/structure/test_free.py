@@ -51,6 +51,36 @@ def test_the_receptance_is_that_of_the_matrices() -> None:
             assert slope[i].real == pytest.approx(ends, rel=1e-4, abs=1e-4 * np.abs(ends).max())
 
 
+def test_all_that_a_balance_asks_is_the_same_receptance() -> None:
+    """Compiled sums, products, the sum taken apart, and derivatives by central differences."""
+    receptance = reduced(modes=20, loss_factor=0.01, damping_ratio=0.02).project(np.eye(3), np.eye(3))
+    orders, omega = np.array([1, 2, 5]), np.array([0.7, 1.9])
+    value, slope = receptance.at(orders, omega)
+    many = np.empty((2, 2, 3, 3, 4), dtype=complex)
+    receptance.conjugates_of(orders, omega, many)
+    for i, w in enumerate(omega):
+        for found in (receptance.conjugates(orders, float(w)), many[i]):
+            np.testing.assert_allclose(found[0, :, :, 1:].conj().T, value[i].transpose(0, 1, 2), rtol=1e-12)
+            np.testing.assert_allclose(found[1, :, :, 1:].conj().T, slope[i], rtol=1e-12)
+            np.testing.assert_allclose(found[0, :, :, 0].T, receptance.static, rtol=1e-12)
+    forces = np.random.default_rng(1).normal(size=(2, 3, 6))
+    hat = forces[:, :, 0::2] - 1j * forces[:, :, 1::2]
+    moved = receptance.answer(orders, omega, forces)
+    exact_moved = np.einsum("nkij,njk->nik", value, hat)
+    np.testing.assert_allclose(moved[:, :, 0::2] - 1j * moved[:, :, 1::2], exact_moved, rtol=1e-10)
+    apart = receptance.factors(orders, 0.7)
+    at_rest = (apart.left * apart.weight[0]) @ apart.right.T + apart.part_weight[0, 0] * apart.parts.matrices[0]  # type: ignore[attr-defined]
+    np.testing.assert_allclose(at_rest, receptance.static, rtol=1e-9)
+    for name, own in (("loss_factor", 0.01), ("damping", 1.0), ("mode2.omega", reduced().natural_frequencies[1])):
+        h = 1e-6 * max(own, 0.1)
+        ends = [receptance.changed(**{name: own + step}) for step in (h, -h)]
+        rate = (ends[0].at(orders, omega)[0] - ends[1].at(orders, omega)[0]) / (2.0 * h)
+        found = receptance.by_parameter(name, orders, omega)
+        np.testing.assert_allclose(found, rate, rtol=1e-5, atol=1e-7 * np.abs(rate).max())
+        static = (ends[0].static - ends[1].static) / (2.0 * h)
+        np.testing.assert_allclose(receptance.static_by_parameter(name), static, rtol=1e-5, atol=1e-9)
+
+
 def test_statics_are_those_of_inertia_relief() -> None:
     """By the sum over all elastic modes, and between two dofs by the springs between them."""
     K, M = chain()

@@ -149,8 +149,24 @@ class BaseReceptance(Receptance):
         return self._plain.of_order(order, frequency, wave_number)
 
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
-        """As of every receptance, of all entries."""
-        return super(BaseReceptance, self.written()).conjugates(orders, omega)
+        """As of the receptance of forces, with factors on the columns."""
+        out = self._plain.conjugates(orders, omega)
+        self._times_factors(out, orders, omega)
+        return out
+
+    def conjugates_of(self, orders: Array, omega: Array, out: ComplexArray) -> None:
+        """As of the receptance of forces, with factors on the columns."""
+        self._plain.conjugates_of(orders, omega, out)
+        self._times_factors(out, orders, omega)
+
+    def _times_factors(self, out: ComplexArray, orders: Array, omega: ArrayLike) -> None:
+        """Conjugates and their slopes (..., 2, n_columns, n_rows, 1 + k) times the factors on the columns."""
+        m, (value, slope) = np.append(0.0, orders), np.moveaxis(out, -4, 0)
+        both = _factors(self._motions, np.multiply.outer(omega, m))
+        factor, rate = (part.swapaxes(-1, -2)[..., None, :] for part in both)
+        slope *= factor
+        slope += value * (m * rate)
+        value *= factor
 
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
         """As of the receptance of forces, with the forces that the motions are."""

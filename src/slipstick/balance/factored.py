@@ -69,7 +69,8 @@ class FactoredCompliance:
             return 0.0
         weight, pairs = f.weight.conj().T, np.ascontiguousarray(G).view(float)
         modal = (f.right[: len(G)].T @ pairs).view(complex) * weight * f.coupling_weight.conj()
-        coupled = (f.coupling @ modal.view(float)).view(complex) * weight
+        motion, sizes = f.coupling
+        coupled = (motion @ (sizes[:, None] * (motion.T @ modal.view(float)))).view(complex) * weight
         return coefficients((f.left @ coupled.view(float)).view(complex))
 
     def by_modes(self, G: ComplexArray) -> ComplexArray:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,7 @@ from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.model import ImportedModel
 from slipstick.solve.linear.factorisation import SingularMatrixError, factorise
-from slipstick.structure.reduction import store
+from slipstick.structure.reduction.store import Store
 from slipstick.typing import Array, Frequency, IntArray, Sparse
 
 _LARGE_STRAIN = 1e-2
@@ -235,6 +236,10 @@ class Centrifugal:
     strain: float
     mass: float
 
+    def arrays(self) -> dict[str, Any]:
+        """To be stored."""
+        return {name: getattr(self.stiffness, name) for name in _PARTS} | {name: getattr(self, name) for name in _STATE}
+
 
 def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
     """What turning at a speed, rad/s, about an axis does.
@@ -401,38 +406,29 @@ def kept_centrifugal(model: ImportedModel, speed: float, axis: Axis, folder: Pat
     """``centrifugal``, read from the folder where it was computed before: found again by the content of its origin."""
     if folder is None or model.mesh is None or not model.materials:
         return centrifugal(model, speed, axis)
-    path = folder / f"speed-{_key(model, speed, axis)}.npz"
-    kept = _read(path, model.n_dofs, model.mesh.n_nodes)
-    if kept is not None:
-        return kept
-    made = centrifugal(model, speed, axis)
-    arrays = {name: getattr(made.stiffness, name) for name in _PARTS}
-    store.write(path, arrays | {name: np.asarray(getattr(made, name)) for name in _STATE})
-    return made
+    about = [speed, *(np.asarray(vector).tolist() for vector in (axis.point, axis.direction)), list(model.mesh.blocks)]
+    store = Store(folder, "speed", _origin(model), about, ("solve", "fem"))
+    return store.kept(partial(centrifugal, model, speed, axis), partial(_stored, model))[0]
 
 
-def _read(path: Path, size: int, n_nodes: int) -> Centrifugal | None:
-    """None where there is none, or what is there is no such state."""
-    arrays = store.read(path)
-    if arrays is None or set(arrays) != {*_PARTS, *_STATE} or arrays["displacement"].shape != (n_nodes, 3):
-        return None
-    try:
-        stiffness = csr_array(tuple(arrays[name] for name in _PARTS), shape=(size, size))
-        stiffness.check_format(full_check=True)
-        strain, mass = (float(arrays[name]) for name in ("strain", "mass"))
-    except (ValueError, TypeError):
-        return None
-    return Centrifugal(stiffness=stiffness, displacement=arrays["displacement"], strain=strain, mass=mass)
-
-
-def _key(model: ImportedModel, speed: float, axis: Axis) -> str:
-    """Changes with the model, its mesh and materials, the rotation, and the code."""
+def _stored(model: ImportedModel, arrays: Mapping[str, Any]) -> Centrifugal | None:
+    """None where the arrays are those of another model."""
+    size = model.n_dofs
+    stiffness = csr_array(tuple(arrays[name] for name in _PARTS), shape=(size, size))
+    stiffness.check_format(full_check=True)
+    displacement, strain, mass = (arrays[name] for name in _STATE)
     assert model.mesh is not None
-    numbers = [model.mesh.nodes, *(block for _, block in model.mesh.items())]
+    if displacement.shape != model.mesh.nodes.shape:
+        return None
+    return Centrifugal(stiffness=stiffness, displacement=displacement, strain=float(strain), mass=float(mass))
+
+
+def _origin(model: ImportedModel) -> Iterator[Any]:
+    """Matrices that tell the model, its mesh and its materials."""
+    assert model.mesh is not None
+    yield from (model.K, np.stack([model.dof_nodes, model.dof_components]), model.mesh.labels, model.mesh.nodes)
+    if model.dependence is not None:
+        yield from (model.dependence, model.dependent)
+    yield from model.mesh.blocks.values()
     for of in (lambda m: m.lame, lambda m: m.shear_modulus, lambda m: m.density):
-        numbers += [values[None] for values in element_values(model.mesh, model.materials, of).values() if len(values)]
-    rows = np.stack([model.dof_nodes, model.dof_components])
-    dependence = () if model.dependence is None else (model.dependence, csr_array(model.dependent))
-    matrices = (model.K, csr_array(rows), csr_array(model.mesh.labels[None]), *dependence, *map(csr_array, numbers))
-    about = [np.asarray(vector).tolist() for vector in (axis.point, axis.direction)]
-    return store.content_key(matrices, [speed, about, list(model.mesh.blocks), store.code_digest("solve", "fem")])
+        yield from filter(len, element_values(model.mesh, model.materials, of).values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -19,12 +19,11 @@ from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
 from slipstick.models.reduced_body import ReducedBody, wanted_elements
-from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.reduction import store as reduction_store
-from slipstick.structure.reduction.reduce import StrainRows, reduce_model
-from slipstick.structure.reduction.request import tools
-from slipstick.structure.skin import Skin
-from slipstick.structure.strains import StrainPlaces, Strains
+from slipstick.structure.reduction.data import ReducedData
+from slipstick.structure.reduction.reduce import SkinRows, StrainRows, judge_served, modal_structure, reduce_model
+from slipstick.structure.reduction.request import Accuracy, Damping, tools
+from slipstick.structure.reduction.store import Store
+from slipstick.structure.strains import StrainPlaces
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -35,13 +34,9 @@ BLADE_STEEL = Material(young=200e9, poisson=0.3, density=7750.0, conductivity=25
 INCONEL_718 = Material(young=208e9, poisson=0.29, density=8200.0, conductivity=16.2)
 """Aged nickel alloy 718, modulus at 21 C, conductivity at 316 C; SI units."""
 
-_STRUCTURE = ("omega", "mode_shapes", "static_compliance", "second_residual")
 _POINTS = ("positions", "normals", "areas", "influence")
-_SKIN = ("skin_nodes", "skin_triangles", "skin_modes", "skin_static", "skin_pressure")
+_SKIN = ("nodes", "triangles")
 _PLACES = ("labels", "positions", "young", "poisson", "nodes")
-_ROWS = ("cells", "modes", "static", "second", "pressure", "second_pressure")
-_STRAINS = tuple(f"strain_{name}" for name in (*_PLACES, *_ROWS))
-_LOAD = ("participation", "static_response", "second_response")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,114 +173,86 @@ def reduced_blade(
     )
     _check_tools(loss_factor, cache, listener, solver)
     began = perf_counter()
-    path = None if cache is None else Path(cache) / f"blade-{_key(setup, solver)}.npz"
-    stored = None if path is None else reduction_store.read(path)
-    wanted = {*_STRUCTURE, *_POINTS, *_LOAD, *_SKIN, *(_STRAINS if setup.stress else ()), "n_dofs", "solver"}
-    if stored is not None and set(stored) >= wanted:
-        return _body(setup, stored, loss_factor, {"reading the stored blade": perf_counter() - began}, reused=True)
-    arrays, seconds = _computed(setup, listener, solver)
-    if path is not None:
-        reduction_store.write(path, arrays)
-    return _body(setup, arrays, loss_factor, seconds, reused=False)
-
-
-def _key(setup: BladeModel, solver: str | None) -> str:
-    """Changes with every option and with the code that makes the blade."""
-    made_by = reduction_store.code_digest("solve", "structure", "fem", "models")
-    return reduction_store.content_key([], [made_by, asdict(setup), solver])
-
-
-def _computed(
-    setup: BladeModel, listener: StageListener | None, solver: str | None
-) -> tuple[dict[str, Any], dict[str, float]]:
-    began = perf_counter()
-    whole = finite_element_blade(setup)
-    assembled = perf_counter() - began
-    reduction = reduce_model(
-        whole.model.K,
-        whole.model.M,
-        modes=setup.modes,
-        reach=setup.up_to or 0.0,
-        strains=_strain_rows(setup, whole),
-        residuals="written",
-        solver=solver,
-        listener=listener,
-        **whole.request,
+    content = (asdict(setup), solver)
+    store = Store(cache, "blade", (), content, ("solve", "structure", "fem", "models"))
+    made, reused = store.kept(partial(_computed, setup, listener, solver), partial(_Blade.of, setup))
+    structure = modal_structure(
+        made.data, made.points.dofs, ("pressure",), Damping(loss_factor=loss_factor), made.skin, made.strains
     )
-    structure, points = reduction.structure, whole.points
-    load = structure.shapes["pressure"]
-    arrays = {
-        **{name: getattr(structure, name) for name in _STRUCTURE},
-        **{name: getattr(points, name) for name in _POINTS},
-        **{name: np.asarray(getattr(load, name)) for name in _LOAD},
-        **_skin_arrays(structure.skin),
-        **({} if structure.strains is None else _strain_arrays(structure.strains)),
-        "n_dofs": np.array(reduction.n_full),
-        "solver": np.array(reduction.solver),
-    }
-    return arrays, {"mesh, matrices and influence": assembled, **reduction.seconds}
-
-
-def _body(
-    setup: BladeModel, arrays: Mapping[str, Any], loss_factor: float, seconds: Mapping[str, float], *, reused: bool
-) -> ReducedBody:
-    points = ContactPoints(**{name: arrays[name] for name in _POINTS})
-    structure = ModalStructure(
-        **{name: arrays[name] for name in _STRUCTURE},
-        dofs=points.dofs,
-        loss_factor=loss_factor,
-        load_shapes={"pressure": LoadShape(**{name: arrays[name] for name in _LOAD})},
-        skin=_skin(arrays, points),
-        strains=_strains(setup, arrays) if setup.stress else None,
-    )
+    if reused:
+        want = Accuracy(modes=setup.modes, reach=setup.up_to or 0.0)
+        judge_served(structure.truncations(1), structure.omega, want, force=False, below=lambda omega: None)
     return ReducedBody(
         structure=structure,
-        points=points,
-        n_dofs=int(arrays["n_dofs"]),
-        solver=str(arrays["solver"]),
-        seconds=seconds,
+        points=made.points,
+        n_dofs=made.n_dofs,
+        solver=made.data.solver,
+        seconds={"reading the stored blade": perf_counter() - began} if reused else made.data.seconds,
         reused=reused,
         source="parametric blade, SI units",
         full=partial(finite_element_blade, setup),
     )
 
 
-def _skin_arrays(skin: Skin | None) -> dict[str, Any]:
-    assert skin is not None
-    shown = {name: getattr(skin, name) for name in ("nodes", "triangles", "modes", "static")}
-    return {f"skin_{name}": value for name, value in (shown | {"pressure": skin.loads["pressure"]}).items()}
+@dataclass(frozen=True, kw_only=True)
+class _Blade:
+    """What is stored of a blade: all but its damping."""
+
+    data: ReducedData
+    points: ContactPoints
+    skin: SkinRows
+    strains: StrainRows | None
+    n_dofs: int
+
+    def arrays(self) -> dict[str, Any]:
+        """To be stored."""
+        made = self.data.arrays() | {f"point_{name}": getattr(self.points, name) for name in _POINTS}
+        made |= {f"skin_{name}": getattr(self.skin, name) for name in _SKIN}
+        if self.strains is not None:
+            places = self.strains.places
+            made |= {f"strain_{name}": getattr(places, name) for name in _PLACES} | {
+                "strain_cells": places.cells["hex8"]
+            }
+        return {**made, "n_dofs": np.array(self.n_dofs)}
+
+    @classmethod
+    def of(cls, setup: BladeModel, arrays: Mapping[str, Any]) -> _Blade | None:
+        """From the store; None where they do not fit, or a KeyError."""
+        points = ContactPoints(**{name: arrays[f"point_{name}"] for name in _POINTS})
+        skin = {name: arrays[f"skin_{name}"] for name in _SKIN}
+        strains, n_strains = None, 0
+        if setup.stress:
+            known = {name: arrays[f"strain_{name}"] for name in _PLACES}
+            places = StrainPlaces(at=setup.stress_at, cells={"hex8": arrays["strain_cells"]}, **known)
+            strains, n_strains = StrainRows(places=places), 6 * len(places.labels)
+        n_seen = 3 * len(skin["nodes"]) + n_strains
+        data = ReducedData.of(arrays, len(points.dofs), 1, n_seen, n_strains)
+        if data is None:
+            return None
+        shown = SkinRows(**skin, places=np.repeat(points.positions, 3, axis=0))
+        return cls(data=data, points=points, skin=shown, strains=strains, n_dofs=int(arrays["n_dofs"]))
 
 
-def _skin(arrays: Mapping[str, Any], points: ContactPoints) -> Skin:
-    nodes, triangles, modes, static, pressure = (arrays[name] for name in _SKIN)
-    return Skin(
-        nodes=nodes, triangles=triangles, modes=modes, static=static, loads={"pressure": pressure},
-        places=np.repeat(points.positions, 3, axis=0),
-    )  # fmt: skip
-
-
-def _strain_rows(setup: BladeModel, whole: Kept) -> StrainRows | None:
-    if setup.stress is None:
-        return None
-    return strain_rows(whole.model, setup.stress, setup.stress_at)
-
-
-def _strain_arrays(strains: Strains) -> dict[str, Any]:
-    places = strains.places
-    known = {name: getattr(places, name) for name in _PLACES} | {"cells": places.cells["hex8"]}
-    known |= {"modes": strains.modes, "static": strains.static, "second": strains.second}
-    known |= {"pressure": strains.loads["pressure"], "second_pressure": strains.second_loads["pressure"]}
-    return {f"strain_{name}": value for name, value in known.items()}
-
-
-def _strains(setup: BladeModel, arrays: Mapping[str, Any]) -> Strains:
-    known = {name: arrays[f"strain_{name}"] for name in (*_PLACES, *_ROWS)}
-    places = {name: known[name] for name in _PLACES}
-    return Strains(
-        places=StrainPlaces(at=setup.stress_at, cells={"hex8": known["cells"]}, **places),
-        modes=known["modes"],
-        static=known["static"],
-        second=known["second"],
-        loads={"pressure": known["pressure"]},
-        second_loads={"pressure": known["second_pressure"]},
+def _computed(setup: BladeModel, listener: StageListener | None, solver: str | None) -> _Blade:
+    began = perf_counter()
+    whole = finite_element_blade(setup)
+    assembled = perf_counter() - began
+    request = whole.request
+    strains = None
+    if setup.stress is not None:
+        strains = strain_rows(whole.model, setup.stress, setup.stress_at)
+    reduction = reduce_model(
+        whole.model.K,
+        whole.model.M,
+        modes=setup.modes,
+        reach=setup.up_to or 0.0,
+        strains=strains,
+        residuals="written",
+        solver=solver,
+        listener=listener,
+        **request,
     )
+    data = replace(reduction.data, seconds={"mesh, matrices and influence": assembled, **reduction.seconds})
+    skin, n_dofs, points = request["skin"], reduction.n_full, whole.points
+    assert points is not None
+    return _Blade(data=data, points=points, skin=skin, strains=strains, n_dofs=n_dofs)

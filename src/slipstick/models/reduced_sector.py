@@ -34,11 +34,11 @@ from slipstick.fem.model import ImportedModel
 from slipstick.fem.rotation import sector_at_speed
 from slipstick.models.reduced import ReducedModel, require_names, taken, two_surfaces, unused
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
-from slipstick.structure.reduction import store
-from slipstick.structure.reduction.compute import Columns, ReducedData, stored_data
+from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.reduce import judge_served
 from slipstick.structure.reduction.request import Accuracy
 from slipstick.structure.reduction.sector import SectorModes, reduce_phase
+from slipstick.structure.reduction.store import Store
 from slipstick.typing import Array, ComplexArray, Frequency, IntArray, Reals, Sparse
 
 if TYPE_CHECKING:
@@ -211,8 +211,9 @@ class Phases:
         self.joined, self.directions, self.want = joined, csc_array(directions), want
         self.K, self.M = joined.coupled(K), joined.coupled(M)
         self._factors = SectorFactors(self.K, self.M, np.unique(joined.axial[joined.axial >= 0]))
-        self._cache, self._listener, self._force = cache, listener, force
-        self._name: str | None = None
+        self._listener, self._force = listener, force
+        parts = (*self.K, *self.M, self.directions, joined.axial, joined.turn)
+        self._store = Store(cache, "sector", parts, [joined.sectors, want], ("solve", "structure", "fem"))
         self.seconds: dict[str, float] = {}
         self.complete: dict[int, bool | None] = {}
         self.solver = ""
@@ -233,14 +234,8 @@ class Phases:
     def __call__(self, k: int) -> ReducedData:
         """The reduction of the phase ``2 pi k / N``, computed or read."""
         began = perf_counter()
-        path = None if self._cache is None else self._cache / f"sector-{self.name}-{k}.npz"
-        unread = Columns(self.directions, np.zeros((self.directions.shape[0], 0)))
-        made = None if path is None else stored_data(path, unread)
-        if made is None:
-            made = self._reduced(k)
-            if path is not None:
-                store.write(path, made.arrays())
-        assert isinstance(made, ReducedData)
+        of = partial(ReducedData.of, n_keep=self.directions.shape[1], n_loads=0)
+        made, _ = self._store.kept(partial(self._reduced, k), of, f"-{k}")
         self._judge(k, made)
         self.seconds[f"nodal diameter {k}"] = perf_counter() - began
         return made
@@ -270,15 +265,6 @@ class Phases:
         made = self._reduced(k, rows)
         self._judge(k, made)
         return made, np.asarray(made.seen_modes, dtype=complex)
-
-    @property
-    def name(self) -> str:
-        """Changes with the matrices, what is kept, and the code."""
-        if self._name is None:
-            about = [self.joined.sectors, self.want, store.code_digest("solve", "structure", "fem")]
-            parts = (*self.K, *self.M, self.directions, csr_array(self.joined.axial), csr_array(self.joined.turn))
-            self._name = store.content_key(parts, about)
-        return self._name
 
     def modes_below(self, k: int, omega: float) -> int | None:
         """How many modes lie below a frequency."""

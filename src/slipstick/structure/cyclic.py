@@ -76,6 +76,11 @@ class PhaseModes:
     damping: ComplexArray | Array
     second: ComplexArray | None = None
 
+    @property
+    def residual(self) -> ComplexArray:
+        """Static compliance of the modes left out, (n_dofs, n_dofs)."""
+        return np.asarray(self.static - (self.shapes / self.omega**2) @ self.shapes.conj().T)
+
     def left_by(self, families: int | None = None) -> ComplexArray | None:
         """``second`` of the first families alone, with what the other modes add to it; None: nothing is left out."""
         others = self.shapes[:, families:] if families is not None else self.shapes[:, :0]
@@ -172,7 +177,7 @@ class CyclicStructure:
                 self._pairs[name] = pair
         self._shapes = shape_forces(load_shapes, n, faults)
         faults += damping_faults(loss_factor, damping)
-        self.aerodynamic, wrong = _influences(aerodynamic, n)
+        self.aerodynamic, wrong = influences(aerodynamic, n)
         faults += wrong
         if faults:
             raise InputError(faults)
@@ -210,6 +215,27 @@ class CyclicStructure:
         turns = {j: np.exp(-2j * np.pi * j * k / self.sectors) for j in self.aerodynamic}
         return np.asarray(sum(turns[j] * L for j, L in self.aerodynamic.items()), dtype=complex)
 
+    def gas_between(self, k: int, families: int | None = None) -> ComplexArray | None:
+        """What the gas adds to the stiffness between the modes of a phase, all or the first families, of any kind.
+
+        Modes that are left out give way to it as at rest; None without any gas.
+        """
+        gas, shapes = self.influence(k), self.phase_modes(k).shapes[:, :families]
+        if gas is None:
+            return None
+        given_way = self.given_way(k)
+        return np.asarray(shapes.conj().T @ (gas if given_way is None else given_way @ gas) @ shapes)
+
+    def given_way(self, k: int) -> ComplexArray | None:
+        """``(1 + G R)^-1`` (n_dofs, n_dofs): of forces on the dofs, what is left with the gas G on the residual R.
+
+        R is the compliance at rest of the modes left out of a phase; None: there is no gas, or nothing is left out.
+        """
+        gas, modes = self.influence(k), self.phase_modes(k)
+        if gas is None or modes.second is None:
+            return None
+        return np.asarray(np.linalg.inv(np.eye(len(gas)) + gas @ modes.residual))
+
     def blade_rows(self, k: int) -> ComplexArray | None:
         """Motion of the blade by the modes of a phase, (n, n_modes), in which its stiffness is 1; None: not known."""
         del k
@@ -242,7 +268,9 @@ class CyclicStructure:
             raise InputError(faults)
         assert given is not None
         influence, matrix = np.fft.ifft(given), real(shape)  # sum_d c_d e^(2 pi i j d / N) / N
-        return type(self)(**{**self.arguments, "aerodynamic": {j: influence[j] * matrix for j in range(N)}})
+        new = copy(self)
+        new.aerodynamic = {j: influence[j] * matrix.astype(complex) for j in range(N)}
+        return new
 
     def phase_modes(self, k: int) -> PhaseModes:
         """Modes for the phase ``2 pi k / N`` from sector to sector; those of -k are the conjugates.
@@ -456,13 +484,11 @@ class TravellingWave(Structure):
     @property
     def damping_ratios(self) -> Array:
         """Damping ratio of each of the ``natural_frequencies``: viscous, of the gas, with half the loss factor."""
-        modes, gas = self.sector.phase_modes(self.phase_number(1)), self.sector.influence(self.phase_number(1))
+        modes, gas = self.sector.phase_modes(self.phase_number(1)), self.sector.gas_between(self.phase_number(1))
         viscous = modes.damping if modes.damping.ndim == 1 else np.diag(modes.damping).real
         ratios = 0.5 * (self.sector.loss_factor + self.sector.damping * viscous / modes.omega)
         if gas is not None:
-            ratios = (
-                ratios + 0.5 * np.einsum("ir,ij,jr->r", modes.shapes.conj(), gas, modes.shapes).imag / modes.omega**2
-            )
+            ratios = ratios + 0.5 * np.diag(gas).imag / modes.omega**2
         return np.asarray(ratios, dtype=float)
 
     def resonances(self, orders: Array) -> Array:
@@ -472,10 +498,10 @@ class TravellingWave(Structure):
 
     def growing(self, d: int) -> ComplexArray:
         """Poles of positive frequency of the sector without contacts, phase ``2 pi d / N``, that grow, rad/s."""
-        modes, gas = self.sector.phase_modes(d), self.sector.influence(d)
+        modes, gas = self.sector.phase_modes(d), self.sector.gas_between(d)
         K = np.diag(modes.omega**2 * (1.0 + 1j * self.sector.loss_factor))
         if gas is not None:
-            K = K + modes.shapes.conj().T @ gas @ modes.shapes
+            K = K + gas
         C = self.sector.damping * (np.diag(modes.damping) if modes.damping.ndim == 1 else modes.damping)
         n = len(K)
         poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]]))
@@ -561,9 +587,11 @@ class WaveReceptance(Receptance, Waves):
             rows, columns = self._rows[0] + turn * self._rows[1], self._columns[0] + np.conj(turn) * self._columns[1]
             left, right = rows.T @ modes.shapes, columns.T @ modes.shapes.conj()
             residual = rows.T @ modes.static @ columns - (left / modes.omega**2) @ right.T
-            gas = self._wave.sector.influence(d)
-            if gas is not None:
-                gas = modes.shapes.conj().T @ gas @ modes.shapes
+            sector, gas = self._wave.sector, self._wave.sector.gas_between(d)
+            if (given_way := sector.given_way(d)) is not None:  # forces of the gas move what the modes leave out too
+                moved = rows.T @ modes.residual @ given_way
+                left, residual = left - moved @ sector.influence(d) @ modes.shapes, moved @ columns
+                right = (modes.shapes.conj().T @ given_way @ columns).T
             second = 0.0 if modes.second is None else rows.T @ modes.second @ columns
             self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual, gas, second)
         return self._terms[d]
@@ -718,8 +746,8 @@ def _padded(terms: _PhaseTerms, count: int) -> _PhaseTerms:
     )  # fmt: skip
 
 
-def _influences(given: Any, n: int) -> tuple[dict[int, ComplexArray], list[Fault]]:
-    """Influence coefficients by offset, complex (n, n)."""
+def influences(given: Any, n: int) -> tuple[dict[int, ComplexArray], list[Fault]]:
+    """Influence coefficients by offset, complex (n, n), and what is wrong with them."""
     found: dict[int, ComplexArray] = {}
     faults: list[Fault] = []
     expected = f"complex matrices ({n}, {n}) by how many sectors further the blade moves, such as {{0: L0, 1: L1}}"

@@ -107,8 +107,8 @@ def _between(sector: CyclicStructure, d: int, count: int) -> ComplexArray:
 
 
 def _gas_between(sector: CyclicStructure, d: int, count: int) -> ComplexArray:
-    gas, shapes = sector.influence(d), sector.phase_modes(d).shapes[:, :count]
-    return np.zeros((count, count), dtype=complex) if gas is None else shapes.conj().T @ gas @ shapes
+    gas = sector.gas_between(d, count)
+    return np.zeros((count, count), dtype=complex) if gas is None else gas
 
 
 def _real_pair(blocks: Sequence[ComplexArray]) -> ComplexArray:
@@ -330,7 +330,7 @@ class Disc(ModalStructure):
         left, right, static, second = self.modal_parts(r, c, shapes)
         parts = _Parts(self, r, c, tuple(shapes), left, right, static - (left / self.omega**2) @ right.T)
         if self.couples:
-            return CoupledDiscReceptance(parts, static)
+            return CoupledDiscReceptance(parts, static, second)
         return DiscReceptance(
             parts, left=left, right=right, stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
             damping=2.0 * self._viscous * self.omega, factor=self.damping, static=static, residual=parts.residual,
@@ -349,13 +349,16 @@ class Disc(ModalStructure):
         C = np.zeros((n, n)) if self._tuned.damping is None else self._turned.T @ self._tuned.damping @ self._turned
         return K, C
 
-    def blade_forms(self, name: str) -> Iterable[tuple[float, Array]]:
-        """What a parameter adds to the stiffness: factors and motion of blades by the modes of the disc (n_dofs, n)."""
+    def blade_forms(self, name: str, along: Array) -> Iterable[tuple[float, Array]]:
+        """What a parameter adds to the stiffness: factors, and motion of blades along directions by the disc's modes.
+
+        Directions (n, k) and motion (k, n_modes).
+        """
         if name == MISTUNING:
             own: Iterable[tuple[float, int]] = zip(self.deviations.tolist(), range(self.sectors), strict=True)
         else:
             own = [(self.mistuning, int(name.removeprefix(_STIFFNESS)))]
-        return [(factor, self._moved[s] @ self._turned) for factor, s in own if factor]
+        return [(factor, along.T @ self._moved[s] @ self._turned) for factor, s in own if factor]
 
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
@@ -509,10 +512,9 @@ class _Parts:
         size, axes = np.linalg.eigh(self.disc.blade)
         kept = np.abs(size) > 1e-14 * np.abs(size).max(initial=0.0)
         return [
-            (factor * float(own), axes[:, i] @ motion)
-            for factor, motion in self.disc.blade_forms(name)
-            for i, own in enumerate(size)
-            if kept[i]
+            (factor * float(own), moved)
+            for factor, motion in self.disc.blade_forms(name, axes[:, kept])
+            for own, moved in zip(size[kept], motion, strict=True)
         ]
 
     def static_rate(self, name: str) -> Array:
@@ -576,17 +578,18 @@ class DiscReceptance(_OfDisc, ModalReceptance):
         sizes, moved = np.array([size for size, _ in forms]), np.array([b for _, b in forms])
         e = 1.0 + 1j * self._disc.disc.loss_factor[0]
         between = np.append(1.0, np.full(len(found.weight) - 1, e))
-        return replace(found, coupling=-(moved.T * sizes) @ moved, coupling_weight=between)
+        return replace(found, coupling=(moved.T, -sizes), coupling_weight=between)
 
 
 class CoupledDiscReceptance(_OfDisc, Receptance):
     """Of a disc whose modes are coupled by damping or the gas: solved at each frequency.
 
-    ``A(w) = left^T (K + i w C - w^2)^-1 right + residual / (1 + i eta)``.
+    ``A(w) = left^T (K + i w C - w^2)^-1 right + residual / (1 + i eta) + w^2 second / (1 + i eta)^2``.
     """
 
-    def __init__(self, parts: _Parts, static: Array) -> None:
+    def __init__(self, parts: _Parts, static: Array, second: Array | None) -> None:
         self.static, self._disc = static, parts
+        self._second = second
         K, C = parts.disc.stiffness_between()
         self._e = 1.0 + 1j * float(parts.disc.loss_factor[0])
         stiffness = _CoupledStiffness(K=K, C=C, squared=parts.disc.omega**2, factor=parts.disc.damping)
@@ -598,7 +601,12 @@ class CoupledDiscReceptance(_OfDisc, Receptance):
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
         value, slope = self._solved.at(orders, omega)
-        return value + self._disc.residual / self._e, slope
+        value = value + self._disc.residual / self._e
+        if self._second is None:
+            return value, slope
+        m, w = _frequencies(orders, omega)
+        growth = w * self._second / self._e**2
+        return value + w * growth, slope + 2.0 * m * growth
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by a parameter, of the shape of ``at``."""
@@ -606,6 +614,8 @@ class CoupledDiscReceptance(_OfDisc, Receptance):
             found = np.asarray(self._solved.by_parameter(name, orders, omega), dtype=complex)
             if name == "loss_factor":
                 found = found - 1j * self._disc.residual / self._e**2
+                if self._second is not None:
+                    found -= 2j * _frequencies(orders, omega)[1] ** 2 * self._second / self._e**3
             return found
         w = np.multiply.outer(np.asarray(omega, dtype=float), np.asarray(orders, dtype=float))
         out = np.zeros((w.size, *self.static.shape), dtype=complex)
@@ -616,6 +626,12 @@ class CoupledDiscReceptance(_OfDisc, Receptance):
             left = np.linalg.solve(Z.T, self._disc.left.T.astype(complex)).T @ B
             out[i] = -self._e * (left * sizes) @ (B.T @ np.linalg.solve(Z, self._disc.right.T.astype(complex)))
         return out.reshape(*w.shape, *self.static.shape)
+
+
+def _frequencies(orders: ArrayLike, omega: ArrayLike) -> tuple[Array, Array]:
+    """Orders (k, 1, 1) and ``orders * omega`` (..., k, 1, 1)."""
+    m = np.asarray(orders, dtype=float)[:, None, None]
+    return m, np.asarray(omega, dtype=float)[..., None, None, None] * m
 
 
 @dataclass(frozen=True, kw_only=True)

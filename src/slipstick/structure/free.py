@@ -22,10 +22,10 @@ from slipstick.structure.checks import directions
 from slipstick.structure.matrix_checks import matrix_faults
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.protocol import Structure, TimeEquations
-from slipstick.structure.receptance import Receptance
+from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.reduction.request import real_matrices
 from slipstick.structure.truncation import Truncation
-from slipstick.typing import Array, ComplexArray, Matrix, Reals
+from slipstick.typing import Array, Matrix, Reals
 from slipstick.units import Units
 
 MOST_RIGID = 6
@@ -124,11 +124,12 @@ class FreeStructure(Structure):
         most = np.linalg.norm(self.rigid_shapes, axis=0)[:, None] * np.linalg.norm(columns, axis=0)
         return np.where(np.abs(pushed) > _BALANCED * most, pushed, 0.0)
 
-    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> ModalReceptance:
         """Receptance between directions; its static part is elastic alone."""
-        elastic = self.elastic.project(rows, columns, shapes)
+        elastic = self.elastic.project(rows, columns, shapes).written()
+        assert isinstance(elastic, ModalReceptance)
         r, c = (np.asarray(part, dtype=float) for part in (rows, columns))
-        return FreeReceptance(elastic, (r.T @ self.rigid_shapes) @ (self.rigid_shapes.T @ c))
+        return elastic.with_rigid(r.T @ self.rigid_shapes, c.T @ self.rigid_shapes)
 
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
@@ -148,29 +149,6 @@ class FreeStructure(Structure):
 
     def __repr__(self) -> str:
         return f"FreeStructure({self.rigid_shapes.shape[1]} rigid-body modes, {self.elastic!r})"
-
-
-class FreeReceptance(Receptance):
-    """A receptance of elastic modes, less ``rigid / w^2``, with the matrix ``rigid`` (n_rows, n_columns)."""
-
-    def __init__(self, elastic: Any, rigid: Array) -> None:
-        self._elastic, self._rigid = elastic, rigid
-        self.static: Array = elastic.static
-
-    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """As of every receptance."""
-        value, slope = self._elastic.at(orders, omega)
-        fundamental = np.asarray(omega, dtype=float)[..., None, None, None]
-        square = (np.asarray(orders, dtype=float)[:, None, None] * fundamental) ** 2
-        return value - self._rigid / square, slope + 2.0 * self._rigid / (square * fundamental)
-
-    def changed(self, **values: float) -> FreeReceptance:
-        """With other values of parameters."""
-        return FreeReceptance(self._elastic.changed(**values), self._rigid)
-
-    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
-        """Derivative by a parameter, of which rigid-body motion knows nothing."""
-        return np.asarray(self._elastic.by_parameter(name, orders, omega), dtype=complex)
 
 
 def free_structure(

@@ -71,8 +71,8 @@ class Factors:
     columns, columns_slope
         Factors (n_columns, k) on the columns where they depend on the frequency, and their derivative by omega.
     coupling, coupling_weight
-        Where modes are coupled along a parameter, also ``weight_m coupling coupling_weight_m weight_m`` in the
-        derivative: real (n_modes, n_modes) and complex (k,).
+        Where modes are coupled along a parameter, also ``weight_m B diag(s) B^T coupling_weight_m weight_m`` in the
+        derivative: real B (n_modes, r) and s (r,), and complex (k,).
     """
 
     left: Array
@@ -84,7 +84,7 @@ class Factors:
     part_slope: ComplexArray
     columns: Array | None = None
     columns_slope: Array | None = None
-    coupling: Array | None = None
+    coupling: tuple[Array, Array] | None = None
     coupling_weight: ComplexArray | None = None
 
 
@@ -311,17 +311,40 @@ class ModalReceptance(SummedReceptance):
         self._damping = self._factor * self._viscous
         self._left, self._right = left, right
         self._left_out = residual, second
+        self._elastic = slice(left.shape[1])
         self._set_stiffness(np.asarray(stiffness, dtype=complex))
+
+    def with_rigid(self, left: Array, right: Array) -> ModalReceptance:
+        """With rigid-body modes at the rows (n_rows, n_rigid) and columns (n_columns, n_rigid), of no stiffness.
+
+        At rest they answer nothing: ``static`` is that of the elastic modes.
+        """
+        new, none = copy(self), np.zeros(left.shape[1])
+        new._left, new._right = np.hstack([self._left, left]), np.hstack([self._right, right])
+        new._stiffness, new._viscous = np.append(self._stiffness, none), np.append(self._viscous, none)
+        new._damping = new._factor * new._viscous
+        for name in ("_products", "_many", "_at_rest"):
+            new.__dict__.pop(name, None)
+        return new
 
     def _set_stiffness(self, stiffness: AnyArray) -> None:
         """Stiffness of the modes kept, and what their loss factor makes of the modes left out."""
         self._stiffness, self._e = stiffness, None
         left_out = [(power, matrix) for power, matrix in enumerate(self._left_out) if matrix is not None]
         if left_out:
-            loss = stiffness.imag / stiffness.real
+            elastic = stiffness[self._elastic]
+            loss = elastic.imag / elastic.real
             if np.all(np.abs(loss - loss[0]) <= _ROUNDING * abs(loss[0])):
                 self._e = 1.0 + 1j * float(loss[0])
-        self.__dict__.pop("_rest", None)
+        for name in ("_rest", "_at_rest"):
+            self.__dict__.pop(name, None)
+
+    @cached_property
+    def _at_rest(self) -> ComplexArray:
+        """What each mode weighs at rest, (n_modes,)."""
+        out = np.zeros_like(self._stiffness)
+        out[self._elastic] = 1.0 / self._stiffness[self._elastic].real
+        return out
 
     @cached_property
     def _rest(self) -> ComplexArray:
@@ -396,17 +419,20 @@ class ModalReceptance(SummedReceptance):
 
     def _set_modes(self, values: Mapping[tuple[int, str], float]) -> None:
         """Frequency and viscous damping of modes; the static compliance follows, what is left out stays."""
-        old, loss = np.sqrt(self._stiffness.real), self._stiffness.imag / self._stiffness.real
-        omega, ratio = old.copy(), self._viscous.imag / (2.0 * old)
+        stiffness, viscous, elastic = self._stiffness.copy(), self._viscous.copy(), self._elastic
+        old, loss = np.sqrt(stiffness[elastic].real), stiffness[elastic].imag / stiffness[elastic].real
+        omega, ratio = old.copy(), viscous[elastic].imag / (2.0 * old)
         for (r, quantity), value in values.items():
             (omega if quantity == "omega" else ratio)[r] = value
         self.static = self._static_with(omega, old)
-        self._viscous = 2j * ratio * omega
-        self._set_stiffness(omega**2 * (1.0 + 1j * loss))
+        stiffness[elastic], viscous[elastic] = omega**2 * (1.0 + 1j * loss), 2j * ratio * omega
+        self._viscous = viscous
+        self._set_stiffness(stiffness)
 
     def _static_with(self, omega: Array, old: Array) -> Array:
         """Static compliance with other frequencies of the modes."""
-        return self.static + (self._left * (1.0 / omega**2 - 1.0 / old**2)) @ self._right.T
+        left, right = self._left[:, self._elastic], self._right[:, self._elastic]
+        return self.static + (left * (1.0 / omega**2 - 1.0 / old**2)) @ right.T
 
     def static_by_parameter(self, name: str) -> Array:
         """Derivative of ``static`` by a parameter, (n_rows, n_columns)."""
@@ -439,7 +465,7 @@ class ModalReceptance(SummedReceptance):
         return Factors(
             left=self._left,
             right=self._right,
-            weight=np.vstack([1.0 / self._stiffness.real + 0j, D]),
+            weight=np.vstack([self._at_rest, D]),
             slope=np.vstack([still, slope]),
             parts=self._parts,
             part_weight=np.hstack([static, powers]),

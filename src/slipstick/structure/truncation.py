@@ -206,7 +206,10 @@ def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Any]:
     return arrays
 
 
-def band_error(size: ReceptanceSize, omega: Array, n_keep: int, *, top: float, missing: Array, second: Array) -> float:
+def band_error(
+    size: ReceptanceSize, omega: Array, n_keep: int, *, top: float, missing: AnyArray, second: AnyArray,
+    sample: IntArray | None = None,
+) -> float:  # fmt: skip
     """Largest relative error of a reduction below ``top`` (rad/s), between directions and from each load to them.
 
     From one direct solution at the top. With all modes up to ``w_n`` kept, the error of the receptance is
@@ -220,36 +223,32 @@ def band_error(size: ReceptanceSize, omega: Array, n_keep: int, *, top: float, m
     Beside a resonance the measured figure grows without end; (10.3) is then the better bound.
 
     ``missing`` is what the receptance lacks at the top, ``second`` the second residual, both between directions and
-    loads after them (n, n); ``omega`` the modes kept. Infinite where these end below the top.
+    loads after them (n, n), or of a ``sample`` of directions and of loads (n, n_sample + n_loads); ``omega`` the modes
+    kept. Infinite where these end below the top.
     """
-    forms = [(_norms(form, n_keep), _most(form, n_keep)) for form in (missing, second)]
-    return band_error_of(size, omega, top=top, missing=forms[0], second=forms[1])
-
-
-def band_error_of(
-    size: ReceptanceSize, omega: Array, *, top: float, missing: tuple[Array, Array], second: tuple[Array, Array]
-) -> float:
-    """The same from norms: of each form between directions and from each load, and what can hide behind its terms."""
     last = float(omega.max())
     if last <= top:
         return float("inf")
+    here = np.arange(n_keep) if sample is None else sample
+    (lacks, hidden), known = _sizes(missing, n_keep, here), np.maximum(*_sizes(second, n_keep, here))
     w = band(omega, 0.0, top)
     part = (top**2 - w**2) / (last**2 - w**2)
-    measured = (w / top)[:, None] ** 4 * (missing[0] + part[:, None] * missing[1])
-    known = (w**4 / (last**2 - w**2))[:, None] * np.maximum(*second)
-    below = np.minimum(measured, known) / size.at(w)
-    return float(max(below.max(), (missing[0] / size.at(top)).max()))
+    measured = (w / top)[:, None] ** 4 * (lacks + part[:, None] * hidden)
+    bound = (w**4 / (last**2 - w**2))[:, None] * known
+    below = np.minimum(measured, bound) / size.at(w)
+    return float(max(below.max(), (lacks / size.at(top)).max()))
 
 
-def _norms(form: Array, n: int) -> Array:
-    """Of the block between directions, then of each load's column."""
-    return np.concatenate([[np.linalg.norm(form[:n, :n])], np.linalg.norm(form[:n, n:], axis=0)])
+def _sizes(form: AnyArray, n: int, sample: IntArray) -> tuple[Array, Array]:
+    """Norms of the block between directions and of each load's column, and what can hide behind cancelling terms.
 
-
-def _most(form: Array, n: int) -> Array:
-    """What can hide behind cancelling terms: nothing between directions, ``sqrt(tr F  F_pp)`` for a load."""
-    loads = np.sqrt(np.maximum(np.diag(form)[n:], 0.0) * max(float(np.trace(form[:n, :n])), 0.0))
-    return np.concatenate([[0.0], loads])
+    Nothing hides between directions, ``sqrt(tr F  F_pp)`` for a load.
+    """
+    s = len(sample)
+    norms = [np.sqrt(n / s) * np.linalg.norm(form[:n, :s]), *np.linalg.norm(form[:n, s:], axis=0)]
+    trace = n / s * float(form[sample, np.arange(s)].sum().real)
+    own = np.maximum(np.diag(form[n:, s:]).real, 0.0)
+    return np.array(norms), np.concatenate([[0.0], np.sqrt(own * max(trace, 0.0))])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
-from slipstick.structure.reduction.store import content_key, folders_digest, read, write
+from slipstick.structure.reduction.store import Store, content_key, folders_digest, read, write
 
 A = csr_array(np.diag([1.0, 2.0, 3.0]))
 
@@ -44,3 +44,40 @@ def test_changed_code_has_another_digest(tmp_path):
     assert folders_digest([tmp_path]) == before
     (tmp_path / "a.py").write_text("x = 2\n")
     assert folders_digest([tmp_path]) != before
+
+
+class Kept:
+    """A number that is stored."""
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+    def arrays(self) -> dict:
+        return {"value": np.array(self.value)}
+
+    @classmethod
+    def of(cls, arrays) -> "Kept | None":
+        return cls(float(arrays["value"])) if arrays["value"].ndim == 0 else None
+
+
+def store(folder, *, matrix=A, about=3, rooms=("trig",), kind="number"):
+    return Store(folder, kind, (matrix, np.arange(3.0)), [about], rooms)
+
+
+def test_what_is_kept_is_found_by_its_content_its_part_and_the_code(tmp_path):
+    made, reused = store(tmp_path).kept(lambda: Kept(1.0), Kept.of)
+    again, found = store(tmp_path, matrix=A.copy()).kept(lambda: Kept(2.0), Kept.of)
+    assert (made.value, reused, again.value, found) == (1.0, False, 1.0, True)
+    others = {"matrix": 2.0 * A, "about": 4, "rooms": ("trig", "solve"), "kind": "other"}
+    for name, other in others.items():
+        assert not store(tmp_path, **{name: other}).kept(lambda: Kept(2.0), Kept.of)[1], name
+    assert not store(tmp_path).kept(lambda: Kept(2.0), Kept.of, "-1")[1]
+    assert len(list(tmp_path.iterdir())) == 6
+    assert not store(None).kept(lambda: Kept(2.0), Kept.of)[1]
+
+
+@pytest.mark.parametrize("stored", [{}, {"value": np.zeros(2)}, {"value": np.array("text")}])
+def test_what_is_of_another_form_is_made_again(tmp_path, stored):
+    """A cache of before, or of something else: nothing is asked, and the next time it is found."""
+    write(tmp_path / f"number-{store(tmp_path).key}.npz", stored)
+    assert [store(tmp_path).kept(lambda: Kept(5.0), Kept.of)[1] for _ in range(2)] == [False, True]

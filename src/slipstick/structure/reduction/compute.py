@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from slipstick.errors import InputError
-from slipstick.solve.linear.factorisation import SingularMatrixError, factorise, shifted
+from slipstick.solve.linear.factorisation import Factorisation, SingularMatrixError, factorise, shifted
 from slipstick.solve.linear.lanczos import BlockLanczos
-from slipstick.solve.linear.modes import EigenError, Modes, StageListener, StageProgress
+from slipstick.solve.linear.modes import EigenError, StageListener, StageProgress
 from slipstick.structure.matrix_checks import matrix_faults, name_of, scaled, smallest_pivot
-from slipstick.structure.receptance import undamped
-from slipstick.structure.reduction import store as reduction_store
+from slipstick.structure.reduction.data import Columns, ReducedData
+from slipstick.structure.reduction.near_field import sampled
 from slipstick.structure.reduction.request import Accuracy
-from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, SolvedData, cheaper_solved, compute_solved
-from slipstick.structure.truncation import ReceptanceSize, Truncation, band_error
-from slipstick.typing import AnyArray, Array, Sparse
+from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, cheaper_solved, near_residuals
+from slipstick.typing import AnyArray, Array, IntArray, Sparse
 
 MOST_BY_DEFAULT = 128
 MOST_MODES = 512
@@ -34,143 +31,6 @@ _TOGETHER = 256
 _HELD, _SLICE = 1024, 32
 """Columns whose solutions are held together; more are solved for in slices."""
 
-_STORED = ("omega", "amplitudes", "static", "second", "residuals")
-"""Arrays of the store that are the fields of their name."""
-
-_ANSWERS = {True: "yes", False: "no", None: "unknown"}
-
-_SEEN = ("seen_modes", "seen_static", "seen_second")
-"""Those that are there where rows are seen."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReducedData:
-    """What is computed and stored: everything but names and damping. Loads are the columns after the kept ones."""
-
-    omega: Array
-    amplitudes: AnyArray
-    """``[B, P]^H phi``, (n_keep + n_loads, n_modes)."""
-    static: AnyArray
-    """``[B, P]^H K^-1 [B, P]``."""
-    second: AnyArray
-    """``[B, P]^H K^-1 M K^-1 [B, P]``, not yet less its modal part."""
-    residuals: Array
-    solver: str
-    complete: bool | None = None
-    error_estimate: float | None = None
-    seen_modes: AnyArray | None = None
-    """Modes at the rows seen, (n_seen, n_modes)."""
-    seen_static: Array | None = None
-    """``K^-1 [B, P]`` at the rows seen."""
-    seen_second: Array | None = None
-    """``K^-1 M K^-1 [B, P]`` at the last rows seen, those of strains, less its modal part."""
-    seconds: Mapping[str, float] = field(default_factory=dict)
-
-    def arrays(self) -> dict[str, Any]:
-        """For the store."""
-        seen = {name: getattr(self, name) for name in _SEEN}
-        return {
-            **{name: np.asarray(value, dtype=np.float32) for name, value in seen.items() if value is not None},
-            **{name: getattr(self, name) for name in _STORED},
-            "solver": np.array(self.solver),
-            "complete": np.array(_ANSWERS[self.complete]),
-            "error_estimate": np.array(np.nan if self.error_estimate is None else self.error_estimate),
-        }
-
-    @property
-    def second_residual(self) -> AnyArray:
-        """``second`` less its modal part, symmetric or Hermitian."""
-        a = self.amplitudes
-        left = self.second - (a / self.omega**4) @ a.conj().T
-        return np.asarray(0.5 * (left + left.conj().T))
-
-    def receptance(self, omega: float) -> Array:
-        """Undamped, between the kept directions and loads, both residual terms included."""
-        modal = undamped(self.omega, self.amplitudes, self.static, self.second_residual)
-        return np.asarray(modal.at([1], omega)[0][0].real)
-
-    def band_error(self, n_keep: int, top: float, exact: Array) -> float:
-        """Largest relative error of the receptance up to ``top`` (rad/s), where the full model has ``exact``."""
-        a = self.amplitudes
-        residual = self.static[:n_keep] - (a[:n_keep] / self.omega**2) @ a.T
-        size = ReceptanceSize(self.omega, a[:n_keep], residual[:, :n_keep], a[n_keep:], residual[:, n_keep:])
-        missing = exact - self.receptance(top)
-        return band_error(size, self.omega, n_keep, top=top, missing=missing, second=self.second_residual)
-
-    def left_out(self, n_keep: int) -> Truncation:
-        """What the modes leave out, as the residuals tell it."""
-        a, second, kept, loads = self.amplitudes, self.second_residual, slice(n_keep), slice(n_keep, None)
-        return Truncation(
-            omega=self.omega, mode_shapes=a[kept], static_compliance=self.static[kept, kept],
-            second_residual=second[kept, kept], participation=a[loads].conj(),
-            load_response=self.static[kept, loads], second_load_response=second[kept, loads],
-        )  # fmt: skip
-
-    def estimate(self, n_keep: int, top: float) -> float:
-        """Largest relative error of the receptance up to ``top`` (rad/s)."""
-        return float(self.left_out(n_keep).error(top * np.linspace(0.02, 1.0, 50)).max())
-
-
-class Columns(NamedTuple):
-    """What is asked of a model: kept directions (n, n_keep), loads (n, n_loads), rows seen besides (n, n_seen).
-
-    Of the last ``n_strains`` of these, strains, the second residual is kept too: there what modes leave out counts.
-    """
-
-    directions: Sparse
-    loads: Array
-    seen: Sparse | None = None
-    n_strains: int = 0
-
-    @property
-    def n_seen(self) -> int:
-        """How many rows are seen."""
-        return 0 if self.seen is None else int(self.seen.shape[1])
-
-
-def stored_data(path: Path, columns: Columns) -> ReducedData | SolvedData | None:
-    """Read from the store; None when there is nothing or it does not fit."""
-    n_keep, n_loads, n_seen = columns.directions.shape[1], columns.loads.shape[1], columns.n_seen
-    arrays = reduction_store.read(path)
-    if arrays is None:
-        return None
-    if "near_indices" in arrays:
-        return SolvedData.of_arrays(arrays, n_keep, n_loads, n_seen, columns.n_strains)
-    try:
-        estimate = float(arrays["error_estimate"])
-        data = ReducedData(
-            **{name: arrays[name] for name in _STORED},  # type: ignore[arg-type]
-            solver=str(arrays["solver"]),
-            complete={word: answer for answer, word in _ANSWERS.items()}[str(arrays["complete"])],
-            error_estimate=None if np.isnan(estimate) else estimate,
-            seen_modes=arrays["seen_modes"] if n_seen else None,
-            seen_static=arrays["seen_static"] if n_seen else None,
-            seen_second=arrays["seen_second"] if columns.n_strains else None,
-        )
-    except (KeyError, ValueError, TypeError):
-        return None
-    n, modes = n_keep + n_loads, data.omega.size
-    fitting = [(data.amplitudes, (n, modes)), (data.static, (n, n)), (data.second, (n, n)), (data.residuals, (modes,))]
-    seen = (
-        (data.seen_modes, (n_seen, modes)),
-        (data.seen_static, (n_seen, n)),
-        (data.seen_second, (columns.n_strains, n)),
-    )
-    fitting += [(array, shape) for array, shape in seen if array is not None]
-    return data if all(array.shape == shape for array, shape in fitting) else None
-
-
-def store_path(
-    folder: Path, K: Sparse, M: Sparse, columns: Columns, want: Accuracy, solver: str | None, residuals: str
-) -> Path:
-    """Where the reduction of exactly these matrices and wishes, made by this code, is kept."""
-    parameters = (
-        asdict(want), solver, residuals, columns.n_strains, reduction_store.code_digest("solve", "structure"),
-    )  # fmt: skip
-    parts = (columns.directions, sparse.csr_array(columns.loads), *(() if columns.seen is None else (columns.seen,)))
-    key = reduction_store.content_key((K, M, *parts), parameters)
-    return folder / f"reduction-{key}.npz"
-
 
 def compute(
     K: Sparse,
@@ -182,95 +42,96 @@ def compute(
     solver: str | None,
     residuals: str = "auto",
     listener: StageListener | None,
-) -> ReducedData | SolvedData:
-    """All of :class:`ReducedData`, or of :class:`SolvedData` with what it is solved by; the matrices are checked first.
+) -> ReducedData:
+    """All of :class:`ReducedData`; the matrices are checked first.
 
     ``residuals`` is the kind: "written", "solved", or "auto", the one that costs less.
     """
     faults = matrix_faults(K, M, dofs)
     if faults:
         raise InputError(faults)
-    clock, (directions, loads, *_) = _Clock(listener), columns
-    n_keep, iteration = directions.shape[1], None
+    clock, n_keep, iteration, written = _Clock(listener), columns.directions.shape[1], None, True
     if residuals == "solved" or (residuals == "auto" and n_keep > ALWAYS_WRITTEN):
         clock.start("factorisation")
         iteration = _iteration(K, M, solver, dofs, listener, None)
         assert iteration.solve.factors is not None
-        if residuals == "solved" or cheaper_solved(n_keep, iteration.solve.factors.memory):
-            limits = MOST_BY_DEFAULT, MOST_MODES, BAND_BY_DEFAULT
-            solved = compute_solved(
-                iteration, M, directions, loads, want, limits, clock.start, columns.seen, columns.n_strains
-            )
-            _require_positive(solved)
-            return replace(solved, seconds=clock.stop(), factors=iteration.solve.factors)
-    B = sparse.csc_array(sparse.hstack([directions, sparse.csc_array(loads)]))
+        written = residuals != "solved" and not cheaper_solved(n_keep, iteration.solve.factors.memory)
     probe = None
-    if want.modes is None and want.highest is not None:
+    if written and want.modes is None and want.highest is not None:
         clock.start("direct solution at the highest frequency")
-        probe = direct_receptance(K, M, B, want.highest, solver)
+        probe = direct_receptance(K, M, columns.all, want.highest, solver)
     if iteration is None:
         clock.start("factorisation")
         iteration = _iteration(K, M, solver, dofs, listener, None if probe is None else probe.ordering)
-    data = written_data(iteration, M, columns, want, probe=probe, stage=clock.start)
-    _require_positive(data)
+    data = reduced_data(iteration, M, columns, want, probe=probe, written=written, stage=clock.start)
+    if not (data.omega > 0.0).all():
+        raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
     return replace(data, seconds=clock.stop())
 
 
-def written_data(
+def reduced_data(
     iteration: BlockLanczos,
     M: Sparse,
     columns: Columns,
     want: Accuracy,
     *,
     probe: Probe | None = None,
+    written: bool = True,
     stage: Callable[[str], None] = lambda name: None,
 ) -> ReducedData:
-    """Modes and residuals written out, of symmetric or Hermitian matrices whose factors ``iteration`` holds."""
-    n_keep = columns.directions.shape[1]
-    B = sparse.csc_array(sparse.hstack([columns.directions, sparse.csc_array(columns.loads)]))
-    stage("static solutions")
-    static, second, seen, seen_second = _static_solutions(iteration, M, B, columns)
+    """Modes and residuals of symmetric or Hermitian matrices whose factors ``iteration`` holds.
+
+    Residuals are ``written`` out, or prepared to be solved for, of real matrices. With a range the error is measured
+    against the full model at its upper end, ``probe``, made here where it is not given.
+    """
+    B, n_keep = columns.all, columns.directions.shape[1]
+    sample = None if written else sampled(n_keep)
+    stage("static solutions" if written else "static solutions of some directions")
+    partial = _static_solutions(iteration, M, B, columns, sample)
     stage("modes")
-    partial = ReducedData(
-        omega=np.empty(0),
-        amplitudes=np.empty((B.shape[1], 0)),
-        static=0.5 * (static + static.conj().T),
-        second=0.5 * (second + second.conj().T),
-        residuals=np.empty(0),
-        solver=iteration.solver,
-        seen_static=seen,
-    )
-    if want.modes is not None:
-        modes = iteration.modes(min(want.modes, iteration.n), last=True)
-        data = _with_modes(partial, modes, B)
-    elif probe is None:
-        data, modes = _grow_by_estimate(iteration, partial, B, n_keep, want)
-    else:
-        data, modes = _grow(iteration, partial, B, n_keep, want, probe)
+    if not written and want.modes is None and want.highest is not None:
+        probe = direct_receptance(iteration.K, M, B, want.highest, iteration.solver, B[:, partial.chosen])
+    n_modes, error = wanted_modes(iteration, B, partial, n_keep, want, probe)
+    modes = iteration.modes(n_modes, last=written)
+    data = replace(
+        partial, omega=modes.omega, amplitudes=B.conj().T @ modes.shapes, residuals=modes.residuals,
+        complete=modes.complete, error_estimate=error,
+    )  # fmt: skip
     if columns.seen is not None:
         data = replace(data, seen_modes=np.asarray(columns.seen.conj().T @ modes.shapes))
         assert data.seen_modes is not None
-        if seen_second is not None:
-            modal = (data.seen_modes[-columns.n_strains :] / data.omega**4) @ data.amplitudes.conj().T
-            data = replace(data, seen_second=seen_second - modal)
-    return data
+        if data.seen_second is not None:
+            a = data.amplitudes if written else data.amplitudes[n_keep:]
+            modal = (data.seen_modes[-columns.n_strains :] / data.omega**4) @ a.conj().T
+            data = replace(data, seen_second=data.seen_second - modal)
+    if written:
+        return data
+    iteration.basis = None  # type: ignore[assignment]
+    del modes
+    stage("near field of what the modes leave out")
+    near = near_residuals(iteration, M, columns.directions, data)
+    return replace(data, near=near, factors=iteration.solve.factors)
 
 
 def _static_solutions(
-    iteration: BlockLanczos, M: Sparse, B: Sparse, columns: Columns
-) -> tuple[AnyArray, AnyArray, AnyArray | None, AnyArray | None]:
-    """``B^H U``, ``U^H M U`` for ``U = K^-1 B``, ``U`` at the rows seen and ``K^-1 M U`` at those of strains.
+    iteration: BlockLanczos, M: Sparse, B: Sparse, columns: Columns, sample: IntArray | None
+) -> ReducedData:
+    """``B^H U``, ``B^H K^-1 M U`` for ``U = K^-1 B``, ``U`` at the rows seen and ``K^-1 M U`` at those of strains.
 
-    Of many columns U is not held: slices of them are solved for once more, ``B^H K^-1 M U``.
+    Of many columns, and of a sample of them and the loads, U is not held: slices of them are solved for once more.
     """
-    rows = columns.seen
+    n, n_keep, rows = B.shape[1], columns.directions.shape[1], columns.seen
+    partial = ReducedData(
+        omega=np.empty(0), amplitudes=np.empty((n, 0)), residuals=np.empty(0), solver=iteration.solver, sample=sample,
+        static=np.empty((n, n if sample is None else len(sample) + n - n_keep)), second=np.empty(0),
+    )  # fmt: skip
     strains = None if rows is None or not columns.n_strains else rows.tocsc()[:, -columns.n_strains :]
-    adjoint = B.conj().T
-    held, width = B.shape[1] <= _HELD, _TOGETHER if B.shape[1] <= _HELD else _SLICE
-    U: AnyArray = np.empty((0, 0))
+    adjoint, right = B.conj().T, B[:, partial.chosen]
+    held = sample is None and n <= _HELD
+    width, U = _TOGETHER if held else _SLICE, np.empty((0, 0))
     parts = list[tuple[AnyArray | None, ...]]()
-    for first in range(0, B.shape[1], width):
-        u = iteration.solve(B[:, first : first + width].toarray())
+    for first in range(0, right.shape[1], width):
+        u = iteration.solve(right[:, first : first + width].toarray())
         if held:
             U = u if u.shape == B.shape else np.empty(B.shape, dtype=u.dtype) if not first else U
             U[:, first : first + width] = u
@@ -285,69 +146,56 @@ def _static_solutions(
         None if each[0] is None else np.hstack(each) for each in zip(*parts, strict=True)
     )
     if held:
-        second = np.hstack([U.conj().T @ (M @ U[:, i : i + width]) for i in range(0, B.shape[1], width)])
+        second = np.hstack([U.conj().T @ (M @ U[:, i : i + width]) for i in range(0, n, width)])
     assert static is not None
     assert second is not None
-    return static, second, seen, seen_second
+    if sample is None:
+        static, second = 0.5 * (static + static.conj().T), 0.5 * (second + second.conj().T)
+    else:
+        seen, seen_second = (None if part is None else part[:, len(sample) :] for part in (seen, seen_second))
+    return replace(partial, static=static, second=second, seen_static=seen, seen_second=seen_second)
 
 
-def _grow(
-    iteration: BlockLanczos,
-    partial: ReducedData,
-    B: Sparse,
-    n_keep: int,
-    want: Accuracy,
-    probe: Probe,
-) -> tuple[ReducedData, Modes]:
-    """Take more modes until the receptance up to the highest frequency is right to half the error allowed."""
-    assert want.highest is not None
-    n_modes, limit = max(8, (probe.below or 0) + 4), min(MOST_MODES, iteration.n)
-    while True:
-        n_modes = min(n_modes, limit)
-        last = n_modes == limit
-        data = _with_modes(partial, iteration.modes(n_modes, count=False), B)
-        error = data.band_error(n_keep, want.highest, probe.exact)
-        if error <= (1.0 if last else 0.5) * want.relative or n_modes == iteration.n:
-            break
-        if last:
-            raise EigenError(
-                f"{n_modes} modes leave a relative error of {error:.1e} up to {want.highest:g} rad/s where "
-                f"{want.relative:.1e} was asked; ask for less accuracy or a lower highest frequency"
-            )
-        n_modes = max(n_modes + 8, int(n_modes * min(2.0, (error / (0.5 * want.relative)) ** (1 / 3) + 0.05)))
-    modes = iteration.modes(n_modes, last=True)
-    return replace(_with_modes(partial, modes, B), error_estimate=error), modes
+def wanted_modes(
+    iteration: BlockLanczos, B: Sparse, partial: ReducedData, n_keep: int, want: Accuracy, probe: Probe | None
+) -> tuple[int, float | None]:
+    """How many modes, and the error of the receptance up to the highest frequency where it is measured.
 
-
-def _grow_by_estimate(
-    iteration: BlockLanczos, partial: ReducedData, B: Sparse, n_keep: int, want: Accuracy
-) -> tuple[ReducedData, Modes]:
-    """Take more modes until what is left out is estimated to be as little as wanted, at most ``MOST_BY_DEFAULT``.
-
-    The estimate stands above the error (THEORY.md (10.3)) and costs no solution of the full model.
+    A number that is asked for; or, with a range, as many as make the error measured by ``probe`` half of what is
+    allowed; else as many as make the estimate as little as wanted, which stands above the error (THEORY.md (10.3)) and
+    costs no solution of the full model, at most ``MOST_BY_DEFAULT``.
     """
-    limit = min(MOST_BY_DEFAULT, iteration.n)
-    n_modes = min(16, limit)
-    while n_modes < limit:
+    if want.modes is not None:
+        return min(want.modes, iteration.n), None
+    limit, error = min(MOST_BY_DEFAULT if probe is None else MOST_MODES, iteration.n), 0.0
+    n_modes = min(16 if probe is None else max(8, (probe.below or 0) + 4), limit)
+    while probe is not None or n_modes < limit:
         omega, amplitudes = iteration.participations(n_modes, B)
-        data = replace(partial, omega=omega, amplitudes=amplitudes)
-        if data.estimate(n_keep, reached(omega, want)) <= want.relative:
-            break
-        n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), limit)
-    modes = iteration.modes(n_modes, last=True)
-    return _with_modes(partial, modes, B), modes
+        data, last = replace(partial, omega=omega, amplitudes=amplitudes), n_modes == limit
+        if probe is None:
+            if data.estimate(n_keep, reached(omega, want)) <= want.relative:
+                break
+        else:
+            assert want.highest is not None
+            error = data.band_error(n_keep, want.highest, probe.exact)
+            if error <= (1.0 if last else 0.5) * want.relative or n_modes == iteration.n:
+                return n_modes, error
+            if last:
+                raise EigenError(
+                    f"{n_modes} modes leave a relative error of {error:.1e} up to {want.highest:g} rad/s where "
+                    f"{want.relative:.1e} was asked; ask for less accuracy or a lower highest frequency"
+                )
+        if probe is None or partial.sample is not None:  # with many directions modes cost more than the steps to fewer
+            more = n_modes // 4
+        else:
+            more = int(n_modes * min(1.0, (error / (0.5 * want.relative)) ** (1 / 3) - 0.95))
+        n_modes = min(n_modes + max(8, more), limit)
+    return n_modes, None
 
 
 def reached(omega: Array, want: Accuracy) -> float:
     """Up to which frequency (rad/s) the modes are to serve, where their number is left to the estimate."""
     return max(BAND_BY_DEFAULT * float(omega[0]), want.reach)
-
-
-def _with_modes(partial: ReducedData, modes: Modes, B: Sparse) -> ReducedData:
-    amplitudes = B.conj().T @ modes.shapes
-    return replace(
-        partial, omega=modes.omega, amplitudes=amplitudes, residuals=modes.residuals, complete=modes.complete
-    )
 
 
 def _iteration(
@@ -390,29 +238,31 @@ def _singular_sentence(error: SingularMatrixError, dofs: Sequence[str] | None) -
     )
 
 
-def _require_positive(data: ReducedData | SolvedData) -> None:
-    if not (data.omega > 0.0).all():
-        raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
-
-
 class Probe(NamedTuple):
     """The full model at one frequency."""
 
-    exact: Array
-    """Undamped receptance between the directions."""
+    exact: AnyArray
+    """Undamped receptance between the directions, or from some of them to all."""
     below: int | None
     """Number of modes below the frequency, where the solver tells."""
     ordering: Any
     """Of the factors."""
 
 
-def direct_receptance(K: Sparse, M: Sparse, directions: Sparse, omega: float, solver: str | None) -> Probe:
-    """The full model between directions at a frequency (rad/s), by one factorisation."""
+def direct_receptance(
+    K: Sparse, M: Sparse, directions: Sparse, omega: float, solver: str | None, forces: Sparse | None = None
+) -> Probe:
+    """The full model between directions, or from ``forces`` to them, at a frequency (rad/s), by one factorisation."""
     try:
         factors = factorise(shifted(K, M, omega**2), solver=solver)
     except SingularMatrixError as error:
         raise InputError(f"{omega:g} rad/s is a natural frequency to working accuracy; choose one beside it") from error
-    exact = directions.T @ factors.solve(directions.toarray())
+    return probed(factors, directions, forces)
+
+
+def probed(factors: Factorisation, directions: Sparse, forces: Sparse | None = None) -> Probe:
+    """The same by factors of ``K - omega^2 M``."""
+    exact = directions.conj().T @ factors.solve((directions if forces is None else forces).toarray())
     below = None if factors.inertia is None else factors.inertia.negative
     return Probe(np.asarray(exact), below, factors.ordering)
 

@@ -11,7 +11,7 @@ Each mode not taken leaves the error ``a_r a_r^T / omega_r^2 (omega / omega_r)^4
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -25,19 +25,10 @@ from slipstick.faults import warn
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
-from slipstick.structure.reduction import store as reduction_store
-from slipstick.structure.reduction.compute import (
-    Columns,
-    ReducedData,
-    compute,
-    direct_receptance,
-    modes_below,
-    reached,
-    store_path,
-    stored_data,
-)
+from slipstick.structure.reduction.compute import compute, direct_receptance, modes_below, reached
+from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.request import Accuracy, Damping, as_csr, checked_request, real_matrices
-from slipstick.structure.reduction.solved import SolvedData
+from slipstick.structure.reduction.store import Store
 from slipstick.structure.residuals import FullModel
 from slipstick.structure.skin import Skin
 from slipstick.structure.solved_modes import SolvedModes
@@ -54,10 +45,12 @@ class Reduction:
     missing, by a count or, of large models, by a search that overlooks one with a probability of 1e-12;
     ``error_estimate``: largest relative error of the receptance over the frequency range asked, load shapes included:
     bounded by what is measured against the full model at its upper end, for a fixed number of modes estimated
-    (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from the store.
+    (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from the store;
+    ``data``: what is stored of it.
     """
 
     structure: ModalStructure
+    data: ReducedData
     directions: Matrix
     n_full: int
     solver: str
@@ -72,12 +65,13 @@ class Reduction:
 class SkinRows:
     """A surface to be seen: nodes (n, 3), triangles (t, 3), and their dofs in the model, sparse (n_full, 3 n).
 
-    ``places`` (n_keep, 3) of the kept directions, nan where they are not known; None: of none.
+    ``rows`` None: of what is read from disk. ``places`` (n_keep, 3) of the kept directions, nan where they are not
+    known; None: of none.
     """
 
     nodes: Array
     triangles: IntArray
-    rows: Matrix
+    rows: Matrix | None = None
     places: Array | None = None
 
 
@@ -183,10 +177,13 @@ def reduce(
 
 @dataclass(frozen=True, kw_only=True)
 class StrainRows:
-    """Places whose strain is wanted, and what takes it out of a motion, sparse (n_full, 6 n_places)."""
+    """Places whose strain is wanted, and what takes it out of a motion, sparse (n_full, 6 n_places).
+
+    ``rows`` None: of what is read from disk.
+    """
 
     places: StrainPlaces
-    rows: Matrix
+    rows: Matrix | None = None
 
 
 def reduce_model(
@@ -208,24 +205,19 @@ def reduce_model(
     directions, loads, want, solver = request.directions, request.loads, request.want, request.solver
     began = perf_counter()
     columns = Columns(directions, loads, *_seen_rows(skin, strains))
-    path = (
-        None
-        if request.cache is None
-        else store_path(Path(request.cache), K, M, columns, want, solver, request.residuals)
-    )
-    data = None if path is None else stored_data(path, columns)
-    reused = data is not None
-    if data is None:
-        data = compute(
-            K, M, columns, dofs=request.dofs, want=want, solver=solver, residuals=request.residuals,
-            listener=request.listener,
-        )  # fmt: skip
-        if path is not None:
-            reduction_store.write(path, data.arrays())
-    else:
+    store = Store(
+        request.cache, "reduction", (K, M, directions, loads, *(() if columns.seen is None else (columns.seen,))),
+        (asdict(want), solver, request.residuals, columns.n_strains), ("solve", "structure"),
+    )  # fmt: skip
+    make = partial(
+        compute, K, M, columns, dofs=request.dofs, want=want, solver=solver, residuals=request.residuals,
+        listener=request.listener,
+    )  # fmt: skip
+    data, reused = store.kept(make, columns.of)
+    if reused:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
     structure: ModalStructure
-    if isinstance(data, SolvedData):
+    if data.near is not None:
         full = FullModel(K=K, M=M, directions=directions, solver=data.solver)
         structure = solved_structure(data, full, request.kept, request.load_names, request.damping, skin, strains)
     else:
@@ -240,6 +232,7 @@ def reduce_model(
         judge_served(structure.truncations(1), structure.omega, want, request.force, below)
     return Reduction(
         structure=structure,
+        data=data,
         directions=directions,
         n_full=K.shape[0],
         solver=data.solver,
@@ -253,7 +246,7 @@ def reduce_model(
 
 def _seen_rows(skin: SkinRows | None, strains: StrainRows | None) -> tuple[Sparse | None, int]:
     """Rows of both (n_full, n), those of the skin first, and how many are strains."""
-    parts = [as_csr(part.rows) for part in (skin, strains) if part is not None]
+    parts = [as_csr(part.rows) for part in (skin, strains) if part is not None and part.rows is not None]
     rows = sparse.csr_array(sparse.hstack(parts)) if parts else None
     return rows, 0 if strains is None else parts[-1].shape[1]
 
@@ -353,7 +346,7 @@ def modal_structure(
 
 
 def solved_structure(
-    data: SolvedData,
+    data: ReducedData,
     full: FullModel,
     kept: tuple[str, ...],
     loads: tuple[str, ...],
@@ -362,57 +355,58 @@ def solved_structure(
     strains: StrainRows | None = None,
 ) -> SolvedModes:
     """The structure of data whose residuals are applied by solutions with the full model."""
-    n, a = len(kept), data.amplitudes
+    assert data.sample is not None
+    assert data.near is not None
+    n, s, a = len(kept), len(data.sample), data.amplitudes
     if data.factors is not None:
         full.__dict__["factors"] = data.factors
-    second = data.load_second[:n] - (a[:n] / data.omega**4) @ a[n:].T
+    static, second = data.static[:n], data.second_residual[:n]
     shapes = {
-        name: LoadShape(participation=a[n + k], static_response=data.load_static[:n, k], second_response=second[:, k])
+        name: LoadShape(participation=a[n + k], static_response=static[:, s + k], second_response=second[:, s + k])
         for k, name in enumerate(loads)
     }
     return SolvedModes(
-        omega=data.omega, mode_shapes=a[:n], dofs=kept, full=full, near=data.near, near_second=data.near_second,
-        sample=data.sample, sample_static=data.sample_static, sample_second=data.second_columns(),
+        omega=data.omega, mode_shapes=a[:n], dofs=kept, full=full, near=data.near[0], near_second=data.near[1],
+        sample=data.sample, sample_static=static[:, :s], sample_second=second[:, :s],
         loss_factor=damping.loss_factor, damping_ratio=damping.ratios(data.omega), load_shapes=shapes,
         skin=None if skin is None else _skin(data, n, loads, skin),
         strains=None if strains is None else _strains(data, n, loads, strains),
     )  # fmt: skip
 
 
-def _skin(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
-    modes, static, of_loads = (part[: 3 * len(rows.nodes)] for part in _seen_parts(data, n_keep))
-    solved = isinstance(data, SolvedData)
+def _skin(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
+    seen = slice(3 * len(rows.nodes))
+    static, of_loads = _apart(data, data.seen_static, n_keep)
+    assert data.seen_modes is not None
     return Skin(
         nodes=rows.nodes,
         triangles=rows.triangles,
-        modes=modes,
-        static=None if solved else static,
-        loads=dict(zip(loads, of_loads.T, strict=True)),
-        rows=as_csr(rows.rows) if solved else None,
+        modes=data.seen_modes[seen],
+        static=None if static is None else static[seen],
+        loads=dict(zip(loads, of_loads[seen].T, strict=True)),
+        rows=as_csr(rows.rows) if data.near is not None else None,
         places=rows.places,
     )
 
 
-def _strains(data: ReducedData | SolvedData, n_keep: int, loads: tuple[str, ...], rows: StrainRows) -> Strains:
-    modes, static, of_loads = (part[-6 * len(rows.places.labels) :] for part in _seen_parts(data, n_keep))
-    solved, second = isinstance(data, SolvedData), data.seen_second
-    assert second is not None
+def _strains(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: StrainRows) -> Strains:
+    seen = slice(-6 * len(rows.places.labels), None)
+    (static, of_loads), (second, second_loads) = (
+        _apart(data, part, n_keep) for part in (data.seen_static, data.seen_second)
+    )
+    assert data.seen_modes is not None
     return Strains(
         places=rows.places,
-        modes=modes,
-        static=None if solved else static,
-        second=None if solved else second[:, :n_keep],
-        loads=dict(zip(loads, of_loads.T, strict=True)),
-        second_loads=dict(zip(loads, (second if solved else second[:, n_keep:]).T, strict=True)),
-        rows=as_csr(rows.rows) if solved else None,
+        modes=data.seen_modes[seen],
+        static=None if static is None else static[seen],
+        second=second,
+        loads=dict(zip(loads, of_loads[seen].T, strict=True)),
+        second_loads=dict(zip(loads, second_loads.T, strict=True)),
+        rows=as_csr(rows.rows) if data.near is not None else None,
     )
 
 
-def _seen_parts(data: ReducedData | SolvedData, n_keep: int) -> tuple[Array, Array, Array]:
-    """At the rows seen: modes, static responses to kept directions (none where they are solved for) and to loads."""
-    assert data.seen_modes is not None
-    if isinstance(data, SolvedData):
-        assert data.seen_loads is not None
-        return data.seen_modes, data.seen_modes[:, :0], data.seen_loads
-    assert data.seen_static is not None
-    return data.seen_modes, data.seen_static[:, :n_keep], data.seen_static[:, n_keep:]
+def _apart(data: ReducedData, part: Array | None, n_keep: int) -> tuple[Array | None, Array]:
+    """Responses at rows seen to kept directions, None where they are solved for, and to loads."""
+    assert part is not None
+    return (None, part) if data.near is not None else (part[:, :n_keep], part[:, n_keep:])

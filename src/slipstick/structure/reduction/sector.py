@@ -20,8 +20,9 @@ from slipstick.solve.linear.factorisation import SingularMatrixError
 from slipstick.solve.linear.lanczos import BlockLanczos, Factors
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.checks import array_faults, checked_names, number_faults, real
-from slipstick.structure.cyclic import NEXT, CyclicStructure, PhaseModes
-from slipstick.structure.reduction.compute import Columns, ReducedData, written_data
+from slipstick.structure.cyclic import NEXT, CyclicStructure, PhaseModes, influences
+from slipstick.structure.reduction.compute import probed, reduced_data
+from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.request import Accuracy
 from slipstick.typing import Array, ComplexArray, Sparse
 
@@ -55,7 +56,10 @@ def reduce_phase(
     if iteration.inertia is not None and iteration.inertia.negative:
         count = f"the stiffness has {iteration.inertia.negative} negative eigenvalues for {where}"
         raise InputError(Fault("model", count, remedy="check material, speed and prestress"))
-    data = written_data(iteration, M, columns, want)
+    probe = None
+    if want.modes is None and want.highest is not None:
+        probe = probed(factors.at(want.highest**2), columns.all)
+    data = reduced_data(iteration, M, columns, want, probe=probe)
     if not np.all(data.omega > 0.0):
         raise InputError(Fault("model", f"a mode has no stiffness for {where}", remedy="hold the disc"))
     return data
@@ -82,6 +86,8 @@ class SectorModes(CyclicStructure):
         Ratio to critical damping of all modes.
     damping
         Factor on it, >= 0: the parameter "damping".
+    aerodynamic
+        Influence coefficients of the gas between the dofs kept, see ``CyclicStructure``.
     compute
         Gives the modes of a phase that is not known; None: these are all.
     """
@@ -96,6 +102,7 @@ class SectorModes(CyclicStructure):
         loss_factor: float = 0.0,
         damping_ratio: float = 0.0,
         damping: float = 1.0,
+        aerodynamic: Mapping[int, ArrayLike] | None = None,
         compute: Callable[[int], ReducedData] | None = None,
     ) -> None:
         self.dofs, faults = checked_names(dofs)
@@ -112,12 +119,13 @@ class SectorModes(CyclicStructure):
         for word, value in (("loss_factor", loss_factor), ("damping", damping), ("damping_ratio", damping_ratio)):
             negative = word != "damping_ratio"
             faults += number_faults(word, value) or array_faults(word, real(value), (), non_negative=negative)
+        self.aerodynamic, wrong = influences(aerodynamic, n)
+        faults += wrong
         if faults:
             raise InputError(faults)
         self.loss_factor, self.damping, self.damping_ratio = (
             float(real(value)) for value in (loss_factor, damping, damping_ratio)
         )
-        self.aerodynamic = {}
         self._pairs = {"C": None} if self.damping_ratio else {}  # type: ignore[dict-item]
         self._compute = compute
         self._blade: dict[int, ComplexArray]
@@ -180,6 +188,7 @@ class SectorModes(CyclicStructure):
         return {
             "dofs": self.dofs, "sectors": self.sectors, "phases": phases, "load_shapes": self.load_shapes,
             "loss_factor": self.loss_factor, "damping_ratio": self.damping_ratio, "damping": self.damping,
+            "aerodynamic": {j: np.array([L.real, L.imag]) for j, L in self.aerodynamic.items()},
         }  # fmt: skip
 
     def with_blades(self, phases: Mapping[int, ReducedData], blade: Mapping[int, ComplexArray]) -> SectorModes:

@@ -1,14 +1,16 @@
-"""Reductions on disk, found again by the content of what they were made from."""
+"""What took long to compute, on disk: found again by the content of what it was made from, and told as it was made."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
+from scipy import sparse
 
 from slipstick import __version__
 from slipstick.errors import InputError
@@ -17,9 +19,70 @@ from slipstick.structure.npz import read_any
 from slipstick.typing import AnyArray
 
 
+class Storable(Protocol):
+    """What is kept as arrays."""
+
+    def arrays(self) -> dict[str, Any]:
+        """Numbers and texts by name."""
+
+
+T = TypeVar("T", bound=Storable)
+
+
+class Store:
+    """A folder in which computed arrays are kept.
+
+    Parameters
+    ----------
+    folder
+        None: nothing is kept.
+    kind
+        First word of the files' names.
+    matrices, about
+        What they are made from: matrices (n, m), sparse or dense, and whatever a text tells apart.
+    rooms
+        Of the package whose code makes them; what other code stored is made again.
+    """
+
+    def __init__(
+        self, folder: str | Path | None, kind: str, matrices: Iterable[Any], about: Iterable[Any], rooms: Iterable[str]
+    ) -> None:
+        self._folder, self._kind = None if folder is None else Path(folder), kind
+        self._content = matrices, about, rooms
+
+    @cached_property
+    def key(self) -> str:
+        """Changes with all that the content is made from."""
+        matrices, about, rooms = self._content
+        return content_key(matrices, [*about, code_digest(*rooms)])
+
+    def kept(
+        self, make: Callable[[], T], of: Callable[[Mapping[str, AnyArray]], T | None], part: str = ""
+    ) -> tuple[T, bool]:
+        """What was kept, and True; else what is made now, and False.
+
+        ``of`` gives what arrays are, None or a KeyError, TypeError or ValueError where they are something else;
+        ``part`` of the content has a file of its own. Raises InputError if the folder cannot be written.
+        """
+        if self._folder is None:
+            return make(), False
+        path = self._folder / f"{self._kind}-{self.key}{part}.npz"
+        arrays = read(path)
+        try:
+            known = None if arrays is None else of(arrays)
+        except (KeyError, TypeError, ValueError):
+            known = None
+        if known is not None:
+            return known, True
+        made = make()
+        write(path, made.arrays())
+        return made, False
+
+
 def content_key(matrices: Iterable[Any], parameters: Iterable[Any]) -> str:
-    """Hash of sparse matrices (by their arrays) and of parameters (by their text)."""
-    arrays = [array for A in matrices for array in (np.array(A.shape), A.indptr, A.indices, A.data)]
+    """Hash of matrices (by the arrays of their sparse form) and of parameters (by their text)."""
+    stored = (A if sparse.issparse(A) else sparse.csr_array(np.atleast_2d(A)) for A in matrices)
+    arrays = [array for A in stored for array in (np.array(A.shape), A.indptr, A.indices, A.data)]
     with ThreadPoolExecutor(2) as pool:  # hashing leaves the interpreter lock
         digests = list(pool.map(_digest, arrays))
     text = repr((digests, list(parameters)))
