@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -96,16 +97,8 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     return Reading(
         title=sections.top.table.title, body=described.body, problem=problem,
         response=sections.response.table, frequency_unit=display_unit(raw["response"], units),
-        warnings=(*_phases(sections, parts.loads), *parts.noticed),
+        warnings=(*parts.phases, *parts.noticed),
     )  # fmt: skip
-
-
-def _phases(sections: Sections, loads: Sequence[Load]) -> Iterator[str]:
-    """Phases that look like degrees."""
-    from slipstick.balance.loads import phase_warnings
-
-    for row, load in zip(sections.loads, loads, strict=True):
-        yield from phase_warnings(load.target, row.table.phase)
 
 
 class _Builder:
@@ -115,7 +108,11 @@ class _Builder:
         self._sections, self._described = sections, described
         self.noticed: tuple[str, ...] = ()
         gathering = Gathering()
-        made = [build_load(row) for row in sections.loads]
+        with warnings.catch_warnings(record=True) as phases:
+            warnings.simplefilter("always")
+            made = [build_load(row) for row in sections.loads]
+        self.phases = [str(warning.message) for warning in phases]
+        """Those that look like degrees, in words."""
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
         gathering.faults += [fault for _, faults in made for fault in faults]
         reduced = None if described.body is None else described.body.reduced or described.body.sector

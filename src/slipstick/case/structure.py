@@ -8,9 +8,9 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from slipstick.case.script_text import KeysToWrite
+from slipstick.case.script_text import Call
 from slipstick.case.table import Table
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError, SlipstickError, SlipstickWarning
@@ -87,12 +87,12 @@ class StructureKind:
     """One ``kind`` of ``[structure]``; :data:`slipstick.case.sections.STRUCTURES` lists them.
 
     ``table``: its keys. ``build``: what it makes of them, as far as they are right; the faults it finds go to the
-    gathering. ``script``: the lines of Python that make ``structure`` (``body`` too where there is one) in a folder.
+    gathering. ``script``: the lines of Python that make ``structure`` (``body`` too where there is one) of a table.
     """
 
     table: type[Table]
     build: Callable[[ReadTable, Path, Tell, Gathering], Described]
-    script: Callable[[KeysToWrite, Path], list[str]]
+    script: Callable[[Any, Path], list[str]]
 
 
 def within(fault: Fault, keys: Sequence[str]) -> Fault:
@@ -103,7 +103,7 @@ def within(fault: Fault, keys: Sequence[str]) -> Fault:
 
 
 def reducing_kind(
-    table: type[Table], make: Callable[..., Body], script: Callable[[KeysToWrite, Path], list[str]]
+    table: type[Table], make: Callable[..., Body], script: Callable[[Any, Path], list[str]]
 ) -> StructureKind:
     """A finite element kind, which takes time to make: nothing is made of a table with faults."""
     keys = tuple(table.model_fields)
@@ -144,16 +144,16 @@ def stages(tell: Tell) -> Callable[[StageProgress], None]:
     return hear
 
 
-def reduced(tell: Tell, make: Callable[[Callable[[StageProgress], None]], ReducedBody], *, force: bool) -> Body:
+def reduced(tell: Tell, body: Call, folder: Path, *, force: bool) -> Body:
     """A reduction; one that does not succeed is a fault of the case. Its error is judged with the whole case."""
     began = time.perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
-            body = make(stages(tell))
+            made = body.but(cache=reduction_folder(folder), listener=stages(tell)).made()
     except InputError:
         raise
     except SlipstickError as error:
         raise InputError(Fault(statement=str(error))) from None
-    tell(f"  {body.structure.omega.size} modes")
-    return Body(structure=body.structure, reduced=body, force=force, seconds=time.perf_counter() - began)
+    tell(f"  {made.structure.omega.size} modes")
+    return Body(structure=made.structure, reduced=made, force=force, seconds=time.perf_counter() - began)

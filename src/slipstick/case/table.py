@@ -62,7 +62,12 @@ class Table(BaseModel):
     @property
     def stated(self) -> dict[str, Any]:
         """The keys that the file gives, by the names of their fields and in the order of these."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
+        return self.given(*type(self).model_fields)
+
+    def given(self, *names: str) -> dict[str, Any]:
+        """Those of some keys that the file gives, in this order."""
+        values = {name: getattr(self, name) for name in names if name in self.model_fields_set}
+        return {name: value.stated if isinstance(value, Table) else value for name, value in values.items()}
 
 
 def is_number(value: object) -> TypeGuard[float]:

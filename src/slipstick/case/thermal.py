@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.case.script_text import call, file_code, here, literal
+from slipstick.case.script_text import Call, call, file_code, here, literal
 from slipstick.case.source import inside
 from slipstick.case.table import MatrixGiven, NotNegative, Table, is_number, unexpected
 from slipstick.case.validation import ReadTable
@@ -19,7 +19,6 @@ from slipstick.faults import suggestion
 if TYPE_CHECKING:
     from slipstick.case.contact import CaseContact, ContactTable
     from slipstick.fem.contact_points import ContactPoints
-    from slipstick.state.thermal.friction_curve import FrictionCurve
     from slipstick.state.thermal.model import ThermalModel
     from slipstick.typing import Array
 
@@ -215,18 +214,18 @@ def thermal_model(
     at = [names.index(name) for name in order]
     resistance[np.ix_(at, at)] = matrix
     return ThermalModel(
-        curve={contact.name: curve for contact in contacts if (curve := _curve(contact.row.table)) is not None},
+        curve={contact.name: curve.made() for contact in contacts if (curve := _curve(contact.row.table)) is not None},
         background={name: common if value is None else value for name, value in backgrounds.items()},
         resistance=resistance,
         contacts=names,
     )
 
 
-def _curve(contact: ContactTable) -> FrictionCurve | None:
-    from slipstick.state.thermal.friction_curve import FrictionCurve
-
+def _curve(contact: ContactTable) -> Call | None:
+    """What of a contact depends on temperature, if anything does."""
     tables, kinds = _tables_of(contact)
-    return FrictionCurve(interpolation=kinds, **tables) if tables else None
+    others = {"interpolation": kinds} if set(kinds.values()) - {"pchip"} else {}
+    return Call("ss.FrictionCurve", named={**tables, **others}) if tables else None
 
 
 def thermal_script(
@@ -236,11 +235,13 @@ def thermal_script(
     curves: dict[str, str] = {}
     lines: list[str] = []
     for table in tables:
-        curve = _curve_text(table)
-        if curve is not None and curve not in curves.values():
+        made = _curve(table)
+        if made is None:
+            continue
+        curve = made.written()
+        if curve not in curves.values():
             lines.append(f"curve{f'_{len(lines) + 1}' if lines else ''} = {curve}")
-        if curve is not None:
-            curves[table.name] = curve
+        curves[table.name] = curve
     named = {line.partition(" = ")[2]: line.partition(" = ")[0] for line in lines}
     if len(curves) == len(tables) and len(lines) == 1:
         arguments = {"curve": "curve"}
@@ -257,14 +258,6 @@ def _by_name(table: ContactTable, value: str, variables: Mapping[str, str]) -> s
     if table.name in variables:
         return f"**{{pair.name: {value} for pair in {variables[table.name]}}}"
     return f"{literal(table.name)}: {value}"
-
-
-def _curve_text(table: ContactTable) -> str | None:
-    tables, kinds = _tables_of(table)
-    values = {name: literal(rows) for name, rows in tables.items()}
-    if set(kinds.values()) - {"pchip"}:
-        values["interpolation"] = literal(kinds)
-    return call("ss.FrictionCurve", **values) if tables else None
 
 
 def _background_text(tables: Sequence[ContactTable], top: ThermalTable | None, variables: Mapping[str, str]) -> str:
@@ -347,6 +340,6 @@ def _matrix_text(value: object, folder: Path) -> str:
         return call("np.array", literal(value))
     known = [key for key in _ARRAYS if value.lower().endswith(".npz") and key in array_shapes(folder / value)]
     if known:
-        return f"np.load({here(value)})[{literal(known[0])}]"
+        return f"np.load({here(value).text})[{literal(known[0])}]"
     code = file_code(value, folder)
     return code if code.startswith("np.") else f"{code}.toarray()"
