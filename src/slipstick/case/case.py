@@ -33,7 +33,7 @@ from slipstick.case.sections import Sections, in_case, read_sections, read_struc
 from slipstick.case.source import parse, read_text
 from slipstick.case.structure import Body, Described, Tell, silent
 from slipstick.case.study import check_study, study_plan
-from slipstick.case.table import RawTable
+from slipstick.case.table import RawTable, at
 from slipstick.case.thermal import OF_STRUCTURE, shared_influence, thermal_model
 from slipstick.case.top import UnitsTable
 from slipstick.errors import Fault, InputError
@@ -177,11 +177,9 @@ class _Builder:
         response = self._sections.response
         if response is None or response.table.parameter is None:
             return
-        try:
+        with at("response", "parameter"):
             for end in (response.table.start, response.table.stop):
                 problem.at_parameter(response.table.parameter, float(end))
-        except InputError as error:
-            raise InputError([fault.inside("response", "parameter") for fault in error.faults]) from None
 
     def reduction_faults(self, problem: Problem) -> list[Fault]:
         """Whether the structure is reduced too far for what is asked of it."""

@@ -23,15 +23,12 @@ from slipstick.case.fe import (
 )
 from slipstick.case.rotor import AxisTable
 from slipstick.case.script_text import Call, Code, here
-from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Body, Tell, reducing_kind, reduction_folder, stages
-from slipstick.case.table import Frequency, Positive, RawTable, unexpected
+from slipstick.case.table import Frequency, Positive, RawTable, at, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
-    from slipstick.models.reduced_sector import ReducedSector
-    from slipstick.structure.disc import Disc
 
 _OF_FILE = ("quadratic", "fixed", "low", "high", "axis", "tolerance")
 _REDUCED = (
@@ -151,7 +148,8 @@ def _disc(table: DiscFeTable, folder: Path, tell: Tell) -> Body:
             disc = None
             if table.mistuning is not None:
                 tell(f"structure: the modes of all {sector.sectors // 2 + 1} nodal diameters ...")
-                disc = _mistuned(sector, table.mistuning)
+                with at("mistuning"):
+                    disc = sector.mistuned(**table.mistuning.stated)
             else:
                 for d in {wave.phase_number(0), wave.phase_number(1)}:
                     sector.structure.phase_modes(d)
@@ -167,13 +165,6 @@ def _body(table: DiscFeTable, model: Code) -> Call:
     return Call("ss.reduced_sector", (model,), {**sectors, **table.given(*_REDUCED)})
 
 
-def _mistuned(sector: ReducedSector, table: SetMistuningTable) -> Disc:
-    try:
-        return sector.mistuned(**table.stated)
-    except InputError as error:
-        raise InputError([fault.inside("mistuning") for fault in error.faults]) from None
-
-
 def _model(table: DiscFeTable, folder: Path, tell: Tell) -> ImportedModel:
     from slipstick.models.parametric_sector import bladed_sector, sector_shape
 
@@ -185,13 +176,7 @@ def _model(table: DiscFeTable, folder: Path, tell: Tell) -> ImportedModel:
             return bladed_sector(sector_shape(table.size, **own), **material)
         except InputError as error:
             raise InputError([_at_size(fault) for fault in error.faults]) from None
-    assert table.file is not None
-    try:
-        path = inside(folder, table.file)
-    except InputError as error:
-        raise InputError([fault.inside("file") for fault in error.faults]) from None
-    tell(f"structure: reading {table.file} ...")
-    return imported_model(table, path)
+    return imported_model(table, folder, tell)
 
 
 def _at_size(fault: Fault) -> Fault:

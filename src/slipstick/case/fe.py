@@ -20,6 +20,7 @@ from slipstick.case.table import (
     Positive,
     RawTable,
     Table,
+    at,
     is_number,
     is_whole,
     toml,
@@ -223,9 +224,7 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     InputError
         For files, materials, sets, surfaces and dofs that are not there, and models that are not held.
     """
-    path = _path(table.file, folder)
-    tell(f"structure: reading {table.file} ...")
-    model = turning(imported_model(table, path), table.rotation, folder, tell)
+    model = turning(imported_model(table, folder, tell), table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
@@ -237,20 +236,16 @@ def _body(table: FeTable, model: Code) -> Call:
     return Call("ss.reduced_body", (model,), table.given(*_REDUCED))
 
 
-def _path(name: str, folder: Path) -> Path:
-    try:
-        return inside(folder, name)
-    except InputError as error:
-        raise InputError([fault.inside("file") for fault in error.faults]) from None
-
-
-def imported_model(table: Any, path: Path) -> ImportedModel:
+def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
     from slipstick.fem.materials import REQUIRED
     from slipstick.importers.formats import holds
     from slipstick.importers.read_model import read_model
     from slipstick.importers.roles import ImportOptions
 
+    with at("file"):
+        path = inside(folder, table.file)
+    tell(f"structure: reading {table.file} ...")
     if holds(path, "mesh"):
         material = None if table.material is None else material_call(table.material).made()
         return read_model(

@@ -449,7 +449,7 @@ class IdentifyTable(RequestTable):
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameters with their starts, bounds."""
         for name, value in self.parameters.items():
-            yield from (fault.inside("parameters") for fault in _value_faults(problem, name, value))
+            yield from _parameter_faults(problem, name, value, key="parameters")
         for name, (low, high) in self.bounds.items():
             if name not in self.parameters:
                 yield Fault("bounds", f"{shown(name)} is not in parameters", remedy=suggestion(name, self.parameters))
@@ -477,15 +477,7 @@ def _peak_text(case: Case, data: ResultTable, dof: str, peak: Mapping[str, float
     return f"amplitude {peak['amplitude']:.6g}{unit} of {dof} at {case.frequency_text(peak['omega'])}"
 
 
-def _value_faults(problem: Problem, name: str, value: float) -> list[Fault]:
-    try:
-        problem.at_parameter(name, value)
-    except InputError as error:
-        return list(error.faults)
-    return []
-
-
-def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Iterator[Fault]:
+def _parameter_faults(problem: Problem, name: str, *values: float | None, key: str = "parameter") -> Iterator[Fault]:
     """A parameter that the problem does not have, or cannot give these values."""
     try:
         problem.parameter_target(name)
@@ -493,7 +485,7 @@ def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Ite
             if value is not None:
                 problem.at_parameter(name, value)
     except InputError as error:
-        yield from (fault.inside("parameter") for fault in error.faults)
+        yield from (fault.inside(key) for fault in error.faults)
 
 
 def _at_faults(table: TrackTable | CyclesTable) -> Iterator[Fault]:

@@ -10,8 +10,8 @@ from pydantic import Field, PlainValidator
 from slipstick.case.script_text import Call, Code, here
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Tell, reduction_folder
-from slipstick.case.table import Frequency, Harmonic, Periodic, RawTable, Table, Vector, is_number, unexpected
-from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.case.table import Frequency, Harmonic, Periodic, RawTable, Table, Vector, at, is_number, unexpected
+from slipstick.errors import IS_MISSING, Fault
 from slipstick.faults import Gathering
 from slipstick.quantities import harmonic_orders, read_frequency
 
@@ -168,14 +168,12 @@ def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tel
     if table is None:
         return model
     tell(f"structure: stiffness at {table.speed:g} rad/s{'' if table.models else f', or reading it from {CACHE}'} ...")
-    try:
+    with at("rotation"):
         if table.models is None:
             cache = reduction_folder(folder)
             return turned_model(model, table.speed, **table.given("axis", "coriolis"), cache=cache)
         others = {s: load_model(inside(folder, name), quiet=True) for s, name in table.models.items()}
         return turned_model(model, table.speed, others=others, coriolis=table.coriolis)
-    except InputError as error:
-        raise InputError([fault.inside("rotation") for fault in error.faults]) from None
 
 
 def rotation_script(table: RotationTable | None) -> list[str]:

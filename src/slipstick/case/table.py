@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from datetime import date, time
 from typing import Annotated, Any, TypeGuard
 
@@ -44,6 +45,15 @@ def toml(value: object) -> str:
 def unexpected(expected: str) -> InputError:
     """The exception for a value of which only what was expected is to be said; what was found is known outside."""
     return InputError(Fault(expected=expected))
+
+
+@contextmanager
+def at(*where: str) -> Iterator[None]:
+    """The faults of what stands in such a block lie there."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError([fault.inside(*where) for fault in error.faults]) from None
 
 
 class Table(BaseModel):

@@ -11,7 +11,7 @@ from pydantic import Field, PlainValidator
 
 from slipstick.case.script_text import Call, call, file_code, here, literal
 from slipstick.case.source import inside
-from slipstick.case.table import MatrixGiven, NotNegative, Table, is_number, unexpected
+from slipstick.case.table import MatrixGiven, NotNegative, Table, at, is_number, unexpected
 from slipstick.case.validation import ReadTable
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import suggestion
@@ -182,15 +182,13 @@ def _read(name: str, folder: Path) -> Array:
     from slipstick.structure.checks import dense
     from slipstick.structure.npz import array_shapes, read_arrays
 
-    try:
+    with at("thermal", "influence"):
         path = inside(folder, name)
         if path.suffix.lower() == ".npz":
             known = [key for key in _ARRAYS if key in array_shapes(path)]
             if known:
                 return read_arrays(path, {known[0]: 2})[known[0]]
         matrix = read_matrix(path)
-    except InputError as error:
-        raise InputError([fault.inside("thermal", "influence") for fault in error.faults]) from None
     return np.asarray(dense(matrix), dtype=float)
 
 
