@@ -155,7 +155,7 @@ def _call(table: BeamRotorTable, parts: dict[str, Code]) -> Call:
 
 
 def _each(gathering: Gathering, key: str, calls: list[Call]) -> list[Any]:
-    """What a list of tables makes; one at fault is told at its place in the list."""
+    """The objects of a list of tables; a fault of one names its place in the list."""
     made = []
     for i, call in enumerate(calls):
         own = Gathering()

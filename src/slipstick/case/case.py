@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """What a case without faults says."""
+    """A case without faults, read."""
 
     title: str
     body: Body
@@ -64,7 +64,7 @@ class Reading:
     response: ResponseTable
     frequency_unit: str
     warnings: tuple[str, ...]
-    """What is suspicious in the text itself."""
+    """Suspicious values in the text itself, one sentence each."""
 
 
 def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
@@ -73,7 +73,7 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     Raises
     ------
     InputError
-        With every fault: each check runs as soon as what it needs is right, whatever else is wrong.
+        With every fault: a check runs as soon as its own input is right, whatever else is wrong.
     """
     sections, faults = read_sections(raw)
     described, wrong = read_structure(reaching(raw), folder, tell) if "structure" in raw else (Described(), [])
@@ -209,11 +209,11 @@ class Case:
     frequency_unit: str = "rad/s"
     """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
     further: Mapping[str, Any] = field(default_factory=dict)
-    """What the tables of verbs of their own ask for, ``[track]``, ``[wear]`` and so on, by name."""
+    """The tables that have a command of their own, ``[track]``, ``[wear]`` and so on, by name."""
     plan: StudyPlan | None = None
-    """What ``[study]`` asks for."""
+    """The cases of ``[study]``."""
     noticed: tuple[str, ...] = ()
-    """What is approximated or looks wrong in the model and in the text itself, one sentence each."""
+    """Approximations and suspicious values of the model and of the text, one sentence each."""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
@@ -275,7 +275,7 @@ class Case:
         )
 
     def study_job(self) -> Job:
-        """What a study does for every case."""
+        """The computation that a study repeats for every case."""
         from slipstick.studies.solving import Job
 
         return Job(
@@ -322,7 +322,7 @@ class Case:
 
     @property
     def request(self) -> str:
-        """What is followed, in words: from where to where, and at which frequency."""
+        """The range that is followed, in words, and the frequency where that is fixed."""
         start, stop = self.span
         if self.parameter is None:
             return f"{self.frequency_text(start)} to {self.frequency_text(stop)}"
@@ -360,7 +360,7 @@ class Case:
         return response_options(**options)
 
     def warnings(self) -> list[str]:
-        """What can be computed but is suspicious, one sentence each."""
+        """Suspicious but computable input, one sentence each."""
         from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 
         static = self.balance.receptance.static
@@ -382,7 +382,7 @@ class Case:
         return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
     def curve(self, *, listeners: Iterable[EventFunction] = ()) -> CurveRequest:
-        """What ``[response]`` asks for, to be followed."""
+        """The curve of ``[response]``, to be followed."""
         from slipstick.analysis.curve.follow import frequency_request, parameter_request
 
         asked = self.response
@@ -392,14 +392,14 @@ class Case:
         return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *arguments)
 
     def asks(self, table: str = "") -> Request:
-        """What a table of that name asks for, or ``[response]`` without a name, to be computed."""
+        """The analysis of the table of that name, or of ``[response]`` without a name."""
         if not table:
             return self.curve()
         request: Request = self.further[table].request(self)
         return request
 
     def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:
-        """Follow what ``[response]`` asks for."""
+        """Follow the curve of ``[response]``."""
         branch = self.curve(listeners=listeners).branch()
         branch.subharmonics = self.subharmonics(branch)
         said = dict.fromkeys([*self.noticed, *branch.warnings])
@@ -418,7 +418,7 @@ class Case:
 
     @property
     def names(self) -> dict[str, str]:
-        """What results say of the case they are of."""
+        """Attributes of results that name their case."""
         return {
             "title": self.title,
             "case": self.text,

@@ -50,7 +50,7 @@ PLANAR = "planar"
 AUTO = "auto"
 _IN_PLANE = (PLANAR, AUTO)
 _NEUTRAL = {"kt": 1.0, "mu": 0.0, "kn": 1.0, "normal_load": 1.0}
-"""In place of what is at fault, where a contact is only looked at and not computed with."""
+"""Values in place of faulty ones, in a contact that is checked but never computed with."""
 
 
 class RubbingTable(Table):
@@ -121,7 +121,7 @@ class ContactTable(Table):
 
     @property
     def neutral(self) -> Mapping[str, Any]:
-        """What its law is made of where it is at fault."""
+        """Parameters of its law where its own are at fault."""
         if isinstance(self.mu, dict) and self.over_velocity:
             return {**_NEUTRAL, "mu": None, **velocity_arguments(self.mu)}
         return _NEUTRAL
@@ -444,7 +444,7 @@ def _single(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> 
 
 
 def _pair(table: Any, law: Any, rubbing: Any) -> Call:
-    """A contact between dofs; a direction along one dof by its name."""
+    """A contact between dofs; a direction along a single dof is the name of that dof."""
     named = {"name": table.name, "contact": law}
     if table.given("ports"):
         named["ports"] = {port: _direction(cosines) for port, cosines in table.ports.model_dump().items()}
@@ -461,7 +461,7 @@ def _direction(cosines: Mapping[str, float]) -> str | Mapping[str, float]:
 def _on_surface(
     row: ReadTable, thermal: ReadTable | None, body: ReducedBody | ReducedSector | None, gathering: Gathering
 ) -> list[CaseContact]:
-    """Contacts "NAME 1", "NAME 2", ... of one block; with what is at fault left out, to see whether the rest is right.
+    """Contacts "NAME 1", "NAME 2", ... of one block; faulty keys are left out, so that the others are checked too.
 
     Raises
     ------

@@ -127,7 +127,7 @@ def material_call(table: MaterialTable) -> Call:
 
 
 class ReductionTable(Table):
-    """What both finite element kinds take."""
+    """Keys of every finite element kind."""
 
     radius: Positive | None = Field(
         default=None, description="a number > 0, the radius of the contact patches (length)"
@@ -146,7 +146,7 @@ class ReductionTable(Table):
 
 
 class StressTable(ReductionTable):
-    """What takes stresses at chosen elements too."""
+    """Keys of kinds that have stresses at chosen elements too."""
 
     stress: Elements | None = Field(default=None, description=_ELEMENTS)
     stress_at: Literal["elements", "nodes"] = Field(
@@ -155,7 +155,7 @@ class StressTable(ReductionTable):
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
-        """Where is said of what is there."""
+        """The place of stresses needs elements."""
         faults = super().cross_check(raw)
         if "stress_at" in raw and "stress" not in raw:
             faults.append(Fault("stress_at", "is given without stress", remedy='give stress = "all", or elements'))
@@ -286,7 +286,7 @@ FE = reducing_kind(FeTable, _fe, _fe_script)
 _KINDS = ("fe", "blade")
 _SAID = ("modes", "accuracy", "up_to")
 _HARMONICS = 5.0
-"""Of what is excited, those that friction makes: beyond, they count less than 1/25."""
+"""Harmonics that friction makes of an excited one; those beyond count less than 1/25."""
 _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """A range moved a little has the same reduction, which need not be made again."""
 

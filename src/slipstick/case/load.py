@@ -59,7 +59,7 @@ class LoadTable(Table):
 
 
 def build_load(row: ReadTable) -> tuple[Load | None, list[Fault]]:
-    """The load of a table; of one with faults, what it acts on, and None where that cannot be told."""
+    """The load of a table; of a table with faults a load without force, or None where its place is unknown."""
     acts = row.table.given("dof", "shape", "base", "motion", "harmonic")
     load = row.table.call if row.complete else Call("ss.Load", named=acts)
     try:

@@ -28,7 +28,7 @@ _TURNING = {"gyroscopic": "gyroscopic", "circulatory": "circulatory"}
 
 
 class KeptTable(Table):
-    """What structures with matrices of any kind take to be made smaller."""
+    """Keys that make a structure with matrices smaller."""
 
     keep: list[str] | None = Field(default=None, min_length=1, description='a list of dofs to keep such as ["n2x"]')
     modes: int | None = Field(

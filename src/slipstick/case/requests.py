@@ -43,12 +43,12 @@ _OMEGA = "the range in which the highest peak is meant, two frequencies; by defa
 
 
 class RequestTable(Table):
-    """What such a table has beside its keys."""
+    """A table that has a command of its own."""
 
     verb: ClassVar[str]
     """The function of the library that computes it."""
     onward: ClassVar[str] = "another part begins"
-    """What is said where another part of the branch begins."""
+    """The message where another part of the branch begins."""
 
     @classmethod
     def impossible(cls, problem: Problem) -> list[Fault]:
@@ -56,11 +56,11 @@ class RequestTable(Table):
         return []
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
-        """What does not fit the problem; ``swept``: ``[response]`` is over a parameter, not versus frequency."""
+        """Faults against the problem; ``swept``: ``[response]`` is over a parameter, not versus frequency."""
         raise NotImplementedError
 
     def request(self, case: Case) -> Request:
-        """What is computed."""
+        """The analysis to be computed."""
         raise NotImplementedError
 
     def asked(self, case: Case) -> str:
@@ -68,15 +68,15 @@ class RequestTable(Table):
         raise NotImplementedError
 
     def shown_in(self, case: Case) -> str:
-        """The unit of what is followed, as it stands after a number."""
+        """The unit of the followed quantity, as it stands after a number."""
         raise NotImplementedError
 
     def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
-        """What was found, in sentences, and what a program is told besides."""
+        """The findings in sentences, and the same as data for ``--json``."""
         raise NotImplementedError
 
     def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
-        """What draws its figures, by name."""
+        """Functions that draw its figures, by name."""
         raise NotImplementedError
 
 
@@ -109,7 +109,7 @@ class TrackTable(RequestTable):
         return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.dof, self.at, None)
 
     def asked(self, case: Case) -> str:
-        """Which peak, over what."""
+        """The peak and its parameter."""
         return f"the peak over {self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
 
     def shown_in(self, case: Case) -> str:
@@ -254,7 +254,7 @@ class CyclesTable(RequestTable):
         return cycles_request(case.problem(), self.parameter, (self.start, self.stop), self.at, None)
 
     def asked(self, case: Case) -> str:
-        """Over what."""
+        """The parameter and its range."""
         over = f"{self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
         return f"self-excited vibration over {over}"
 
@@ -409,7 +409,7 @@ class RunUpTable(RequestTable):
         return list(integration_faults(problem))
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
-        """Rate or periods, dof, range, what is known at one speed alone."""
+        """Rate or periods, dof, range, structures that are known at one speed alone."""
         from slipstick.analysis.time_domain.long_run import sweep_faults
 
         yield from _dof_faults(problem, self.dof)
@@ -429,7 +429,7 @@ class RunUpTable(RequestTable):
 
 
 class IdentifyTable(RequestTable):
-    """``[identify]``: parameters that fit what was measured."""
+    """``[identify]``: parameters fitted to measurements."""
 
     verb: ClassVar[str] = "identify"
 

@@ -1,4 +1,4 @@
-"""``[response]``: what is followed, from where to where, at which points, with which steps."""
+"""``[response]``: the curve that is followed: its range, its exact points, its steps."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Spacing:
 
 
 def _spacing_or_list(value: object) -> list[Any] | Spacing:
-    """What ``at`` of a case gives; InputError for anything else."""
+    """The value of ``at``; InputError for anything else."""
     if isinstance(value, list):
         return value
     if not isinstance(value, Mapping) or "count" not in value or set(value) - {"count", "spacing"}:
@@ -59,7 +59,7 @@ Length = Annotated[Annotated[float, Field(gt=0)] | None, Field(description="a nu
 
 
 class StepKeys(BaseModel):
-    """Named as in ``slipstick.analysis.curve.request.ResponseOptions``; what is not given stays as it is there."""
+    """Named as in ``slipstick.analysis.curve.request.ResponseOptions``; missing keys keep their default there."""
 
     max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
         default=None, description="a whole number from 2 to 1000000"
@@ -96,7 +96,7 @@ def _step_faults(raw: RawTable) -> list[Fault]:
 
 
 class ResponseTable(StepKeys, Table):
-    """``[response]``: what is followed, from where to where."""
+    """``[response]``: the curve that is followed."""
 
     start: Any = Field(alias="from", description="a number")
     stop: Any = Field(alias="to", description="a number")

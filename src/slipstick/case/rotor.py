@@ -1,4 +1,4 @@
-"""What turns: ``axis`` and ``rotor`` of contacts on a surface, ``rotation`` of a structure."""
+"""Rotation: ``axis`` and ``rotor`` of contacts on a surface, ``rotation`` of a structure."""
 
 from __future__ import annotations
 
@@ -12,11 +12,9 @@ from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Tell, reduction_folder
 from slipstick.case.table import Frequency, Harmonic, Periodic, RawTable, Table, Vector, at, is_number, unexpected
 from slipstick.errors import IS_MISSING, Fault
-from slipstick.faults import Gathering
 from slipstick.quantities import harmonic_orders, read_frequency
 
 if TYPE_CHECKING:
-    from slipstick.contact.rubbing import RubbingMotion
     from slipstick.fem.imported import ImportedModel
     from slipstick.typing import Array
 
@@ -78,7 +76,7 @@ class RotorTable(Table):
 
 
 def rotor_faults(raw: RawTable) -> list[Fault]:
-    """What does not go together in a block of contacts."""
+    """Keys of a block of contacts that contradict each other."""
     words = [key for key in ("direction", "normal") if raw.get(key) in WORDS]
     needing = [key for key in (*words, "rotor") if key in raw]
     faults = []
@@ -105,12 +103,9 @@ def rotor_motion(table: RotorTable) -> Code:
     def call(radius: Any, angles: Any) -> Call:
         return Call("ss.casing_motion", (profile,), {"radius": radius, "angles": angles, **more})
 
-    def motion(radius: Array, angles: Array) -> RubbingMotion:
-        gathering = Gathering()
-        moved: RubbingMotion | None = gathering.inside(("rotor",), call(radius, angles).made)
-        gathering.end()
-        assert moved is not None
-        return moved
+    def motion(radius: Array, angles: Array) -> Any:
+        with at("rotor"):
+            return call(radius, angles).made()
 
     return Code(f"lambda radius, angles: {call(Code('radius'), Code('angles')).written()}", motion)
 
@@ -161,7 +156,7 @@ def rotation_faults(raw: RawTable) -> list[Fault]:
 
 
 def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tell: Tell) -> ImportedModel:
-    """The model at the speed of its ``rotation`` table; what is suspicious is in its warnings."""
+    """The model at the speed of its ``rotation`` table; its warnings name suspicious values."""
     from slipstick.fem.rotation import turned_model
     from slipstick.io.model_file import load_model
 

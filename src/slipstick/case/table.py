@@ -1,4 +1,4 @@
-"""What every table of a case file is made of: its base class, the values it may hold, how a value looks in the file."""
+"""The base class of every table of a case file, the values it may hold, and how a value looks in the file."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def toml(value: object) -> str:
 
 
 def unexpected(expected: str) -> InputError:
-    """The exception for a value of which only what was expected is to be said; what was found is known outside."""
+    """The exception for a wrong value; it states the expected one, and the caller adds the value found."""
     return InputError(Fault(expected=expected))
 
 
 @contextmanager
 def at(*where: str) -> Iterator[None]:
-    """The faults of what stands in such a block lie there."""
+    """Put this path in front of faults that a block raises."""
     try:
         yield
     except InputError as error:

@@ -81,7 +81,7 @@ def is_table(value: object) -> bool:
 
 
 def cold_value(value: float | dict[str, Any], background: float | None) -> float:
-    """A number of the file, or what its table says at the background temperature (at its first row without one)."""
+    """A number of the file, or the value of its table at the background temperature (at its first row without one)."""
     if not isinstance(value, dict):
         return value
     from slipstick.state.thermal.friction_curve import FrictionCurve
@@ -220,7 +220,7 @@ def thermal_model(
 
 
 def _curve(contact: ContactTable) -> Call | None:
-    """What of a contact depends on temperature, if anything does."""
+    """The parameters of a contact over temperature; None where none depends on it."""
     tables, kinds = _tables_of(contact)
     others = {"interpolation": kinds} if set(kinds.values()) - {"pchip"} else {}
     return Call("ss.FrictionCurve", named={**tables, **others}) if tables else None
@@ -276,7 +276,7 @@ def _resistance_text(
     folder: Path,
     lines: list[str],
 ) -> dict[str, str]:
-    """Keywords ``resistance`` and ``contacts``; what they need goes to ``lines``."""
+    """Keywords ``resistance`` and ``contacts``; the lines they need are added to ``lines``."""
     alone = {t.name: t.thermal.resistance or 0.0 for t in tables if t.thermal is not None}
     if top is None:
         lines.append("names = [name for pair in contacts for name in pair.elements]")
@@ -311,7 +311,7 @@ def _conducted_text(
     alone: Mapping[str, float],
     lines: list[str],
 ) -> tuple[str, str, dict[str, float]]:
-    """``influence = "structure"``: the matrix, the names it heats or nothing for all, and what is beside it.
+    """``influence = "structure"``: the matrix, the heated names (none: all), and the contacts beside it.
 
     Contacts on the surface are named by their points; the matrix holds their own resistances.
     """

@@ -22,7 +22,7 @@ def is_over_velocity(mu: object) -> bool:
 
 
 def velocity_arguments(mu: Mapping[str, Any]) -> dict[str, Any]:
-    """What ``ss.models.StribeckContact`` takes for it."""
+    """Arguments of ``ss.models.StribeckContact`` for it."""
     if TABLE in mu:
         return {"mu": [tuple(row) for row in mu[TABLE]]}
     return {key: mu[key] for key in _CURVE if key in mu}
