@@ -25,7 +25,18 @@ MOST_HARMONICS = 500
 
 
 class WithUnit(float):
-    """A number that was written with its unit: whether that was meant need not be asked."""
+    """A number that was written with its unit: whether that was meant need not be asked; ``text`` is what was written.
+
+    >>> read_frequency("2 Hz").text
+    '2 Hz'
+    """
+
+    text: str
+
+    def __new__(cls, value: float, text: str = "") -> WithUnit:  # noqa: D102
+        number = super().__new__(cls, value)
+        number.text = text
+        return number
 
 
 def read_frequency(value: object) -> float:
@@ -54,7 +65,8 @@ def read_angle(value: object) -> float:
     1.5708
     """
     angle = _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
-    return math.fmod(angle, 2.0 * math.pi) if isinstance(value, str) and "rad" not in value.lower() else angle
+    turns = isinstance(value, str) and "rad" not in value.lower()
+    return WithUnit(math.fmod(angle, 2.0 * math.pi), str(value)) if turns else angle
 
 
 def read_duration(value: object) -> float:
@@ -82,7 +94,7 @@ def _unexpected(expected: str) -> InputError:
 
 
 def _quantity(value: object, factors: dict[str, float], expected: str) -> float:
-    written = isinstance(value, str | WithUnit)
+    text = value if isinstance(value, str) else value.text if isinstance(value, WithUnit) else None
     if isinstance(value, int | float) and not isinstance(value, bool):
         number, factor = float(value), 1.0
     else:
@@ -93,7 +105,7 @@ def _quantity(value: object, factors: dict[str, float], expected: str) -> float:
         number, factor = float(match[1]), known
     if not math.isfinite(number * factor):
         raise _unexpected(f"a finite number: {expected}")
-    return WithUnit(number * factor) if written else number * factor
+    return number * factor if text is None else WithUnit(number * factor, text)
 
 
 def harmonic_orders(value: object) -> list[int]:

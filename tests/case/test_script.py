@@ -13,14 +13,13 @@ import scipy.sparse
 from helpers.cases import BLOCKS
 
 import slipstick as ss
-from slipstick.case.load import LoadTable
 from slipstick.case.script import python_script
-from slipstick.case.script_text import KeysToWrite, literal, quantity_text
+from slipstick.case.script_text import Call, literal, quantity_text
 from slipstick.cli.examples import examples
-from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_file import save_model
+from slipstick.quantities import read_angle, read_frequency
 
 CASES = [name for name, example in examples().items() if example.is_case]
 OSCILLATOR = examples()["oscillator"].path.read_text(encoding="utf-8")
@@ -195,13 +194,6 @@ def test_own_resistances_beside_an_influence_matrix(tmp_path: Path) -> None:
     text = text.replace(text[text.index("[[contact]]") : text.index("[response]")], first + second + heat)
     (tmp_path / "case.toml").write_text(text.replace("to = 15.0", "to = 4.0"))
     same(tmp_path / "case.toml")
-
-
-def test_a_key_without_a_counterpart_is_told() -> None:
-    given = KeysToWrite({"dof": "x", "cos": 1.0}, LoadTable)
-    given.take("dof")
-    with pytest.raises(InputError, match=r"\[\[load\]\] cos: has no counterpart in a script yet"):
-        given.end("[[load]]")
 
 
 @pytest.mark.parametrize("value, text", [
@@ -422,3 +414,31 @@ def test_a_model_file_of_a_body_that_is_not_held(tmp_path: Path) -> None:
     assert found.dofs == tuple(ends)
     for structure in (found, script):
         np.testing.assert_array_equal(structure.natural_frequencies, own.natural_frequencies)
+
+
+def test_a_blade_without_a_size_is_the_small_one(tmp_path: Path) -> None:
+    text = examples()["blade"].path.read_text(encoding="utf-8").replace('size = "small"', "")
+    assert 'ss.reduced_blade(\n        "small",' in python_script(text, "blade.toml", tmp_path)
+
+
+def test_a_stop_may_say_that_it_has_no_stiffness_along_itself(tmp_path: Path) -> None:
+    changes = [('tangential = "x" ', 'normal = "x" '), ("kt = 100.0", "kt = 0.0"), ("mu = 0.3", "kn = 50.0")]
+    path = copied("oscillator", tmp_path, *changes, ("rubbing = { velocity = 10.0 }", ""))
+    assert written(path).problem().contacts == ss.load_case(path).contacts
+
+
+def test_what_a_contact_does_not_say_is_not_said_for_it(tmp_path: Path) -> None:
+    """The law of a case is that of its script; without kn, wear warns of it."""
+    path = copied("oscillator", tmp_path)
+    (law,) = (pair.contact for pair in ss.load_case(path).contacts)
+    assert repr(law) == "FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)"
+    path.write_text(path.read_text(encoding="utf-8") + "[wear]\nkappa = 1e-6\nto = 10.0\nomega = 9.0\n")
+    assert any("kn is not given and taken as 1" in said for said in ss.Case.from_file(path).warnings())
+
+
+def test_numbers_with_units_are_written_with_them() -> None:
+    speed = read_frequency("12800 rpm")
+    assert literal({"speed": speed}) == '{"speed": 12800.0 * RPM}'
+    call = Call("ss.Load", named={"dof": "x", "amplitude": 2.0, "phase": read_angle("-450 deg")})
+    assert call.written() == 'ss.Load(dof="x", amplitude=2.0, phase=-450.0 * DEG)'
+    assert call.made() == ss.Load(dof="x", amplitude=2.0, phase=-np.pi / 2)

@@ -1,1 +1,1 @@
-"""The case file: its format, what it says made public objects, its faults in its own words."""
+"""The case file: its format, the public objects made of it, and the messages about its faults."""

@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from slipstick.case.fe import MaterialTable, material_of, material_text
+from slipstick.case.fe import MaterialTable, material_call
 from slipstick.case.matrices import KeptTable, kept, kept_script
-from slipstick.case.script_text import KeysToWrite, call, listed_text, literal, quantity_text
+from slipstick.case.script_text import Call, Code, listed_text
 from slipstick.case.structure import Body, Described, StructureKind, Tell
 from slipstick.case.table import Frequency, NotNegative, Positive, RawTable, Table
 from slipstick.case.validation import ReadTable
@@ -111,81 +111,68 @@ class BeamRotorTable(KeptTable):
 
 
 def _rotor(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
-    from slipstick.models.rotor import Bearing, Disc, Shaft, beam_rotor
-
     table, names = row.table, None
     if row.right("shaft"):
         count = 1 + sum(piece.elements for piece in table.shaft)
         names = [f"n{k}{way}" for k in range(count) for way in ("x", "y", "rx", "ry")]
     if not row.complete:
         return Described(dofs=names, made=True)
-    material = gathering.inside((), material_of, table.material)
-    shaft = _each(gathering, "shaft", table.shaft, lambda own: Shaft(**own.stated))
-    if material is None or shaft is None:
+    before = len(gathering.faults)
+    material = gathering.inside((), lambda: material_call(table.material).made())
+    if material is not None:
+        values = {"material": material}
+        values |= {key: _each(gathering, key, calls) for key, calls in _parts(table, material).items()}
+    if len(gathering.faults) > before:
         return Described(dofs=names, made=True)
-
-    def disc(own: RigidDiscTable) -> Disc:
-        given = own.stated
-        return Disc.of(material=material, **given) if "width" in given else Disc(**given)
-
-    discs, bearings = (
-        _each(gathering, "discs", table.discs, disc),
-        _each(gathering, "bearings", table.bearings, lambda own: Bearing(**own.stated)),
-    )
-    if discs is None or bearings is None:
-        return Described(dofs=names, made=True)
-    structure = gathering.inside(
-        (), lambda: kept(row, beam_rotor(
-            shaft, material=material, discs=discs, bearings=bearings, speed=table.speed,
-            engine_order=table.engine_order, shear=table.shear, loss_factor=table.loss_factor,
-            rayleigh=tuple(table.rayleigh), internal_damping=table.internal_damping,
-        )),
-    )  # fmt: skip
+    call = _call(table, {key: Code(key, value) for key, value in values.items()})
+    structure = gathering.inside((), lambda: kept(table, call.made()))
     if structure is None:
         return Described(dofs=names, made=True)
     return Described(body=Body(structure=structure), dofs=structure.dofs, made=True)
 
 
-def _each(gathering: Gathering, key: str, tables: list[Any], make: Any) -> list[Any] | None:
-    """What a list of tables makes; None where one is at fault, which is told at its place in the list."""
-    before, made = len(gathering.faults), []
-    for i, own in enumerate(tables):
-        own_gathering = Gathering()
-        made.append(own_gathering.take(make, own))
-        one = key.removesuffix("s")
-        gathering.faults += [fault.below(one).inside(key, i) for fault in own_gathering.faults]
-    return made if len(gathering.faults) == before else None
-
-
-def _script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    material = keys.take("material").model_dump(exclude_none=True)
-    lines = [f"material = {material_text(material)}"]
-    arguments = {"material": "material"}
-    shaft = [call("ss.models.Shaft", **_written(own.stated)) for own in keys.take("shaft")]
-    lines.append(f"shaft = {listed_text(shaft)}")
-    made = {
+def _parts(table: BeamRotorTable, material: Any) -> dict[str, list[Call]]:
+    """Pieces of shaft, discs and bearings."""
+    discs = [own.stated for own in table.discs]
+    return {
+        "shaft": [Call("ss.models.Shaft", named=own.stated) for own in table.shaft],
         "discs": [
-            call("ss.models.Disc.of", material="material", **_written(own.stated))
-            if own.width is not None
-            else call("ss.models.Disc", **_written(own.stated))
-            for own in keys.take("discs") or ()
+            Call("ss.models.Disc.of", named={"material": material, **own})
+            if "width" in own
+            else Call("ss.models.Disc", named=own)
+            for own in discs
         ],
-        "bearings": [call("ss.models.Bearing", **_written(own.stated)) for own in keys.take("bearings") or ()],
+        "bearings": [Call("ss.models.Bearing", named=own.stated) for own in table.bearings],
     }
-    for name, texts in made.items():
-        if texts:
-            lines.append(f"{name} = {listed_text(texts)}")
-            arguments[name] = name
-    if keys.take("speed") is not None:
-        arguments["speed"] = quantity_text(keys.raw["speed"])
-    rayleigh = keys.take("rayleigh")
-    arguments |= {} if rayleigh is None else {"rayleigh": literal(tuple(rayleigh))}
-    arguments |= keys.rest("engine_order", "shear", "loss_factor", "internal_damping")
-    return [*lines, *kept_script(keys, call("ss.models.beam_rotor", "shaft", **arguments))]
 
 
-def _written(values: Mapping[str, Any]) -> dict[str, str]:
-    return {name: literal(value) for name, value in values.items()}
+def _call(table: BeamRotorTable, parts: dict[str, Code]) -> Call:
+    """The rotor of its parts."""
+    named = {**parts, **table.given("speed")}
+    named |= {"rayleigh": tuple(table.rayleigh)} if table.given("rayleigh") else {}
+    named |= table.given("engine_order", "shear", "loss_factor", "internal_damping")
+    return Call("ss.models.beam_rotor", (named.pop("shaft"),), named)
+
+
+def _each(gathering: Gathering, key: str, calls: list[Call]) -> list[Any]:
+    """The objects of a list of tables; a fault of one names its place in the list."""
+    made = []
+    for i, call in enumerate(calls):
+        own = Gathering()
+        made.append(own.take(call.made))
+        gathering.faults += [fault.below(key.removesuffix("s")).inside(key, i) for fault in own.faults]
+    return made
+
+
+def _script(table: BeamRotorTable, _folder: Path) -> list[str]:
+    texts = {"material": material_call(table.material).written()}
+    texts |= {
+        key: listed_text([call.written() for call in calls])
+        for key, calls in _parts(table, Code("material")).items()
+        if calls
+    }
+    rotor = _call(table, {key: Code(key) for key in texts})
+    return [*(f"{key} = {text}" for key, text in texts.items()), *kept_script(table, rotor)]
 
 
 ROTOR = StructureKind(table=BeamRotorTable, build=_rotor, script=_script)

@@ -7,13 +7,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from slipstick.case.fe import MOST_CONTACTS, MaterialTable, StressTable, material_of, material_text
-from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
-from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
+from slipstick.case.fe import MOST_CONTACTS, MaterialTable, StressTable, material_call
+from slipstick.case.script_text import Call, Code, here
+from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind
 from slipstick.case.table import NotNegative, Positive
 from slipstick.errors import InputError
 
 _DIMENSIONS = ("height", "chord", "thickness", "twist")
+_REDUCED = ("contacts", "radius", "film", "modes", "loss_factor", "stress", "stress_at", "up_to")
 
 
 class BladeTable(StressTable):
@@ -42,48 +43,27 @@ def _blade(table: BladeTable, folder: Path, tell: Tell) -> Body:
     InputError
         For an unknown size, dimensions that make no blade, too many contacts.
     """
-    from slipstick.models.blade import reduced_blade
     from slipstick.models.blade_mesh import blade_shape
 
-    dimensions = {name: getattr(table, name) for name in _DIMENSIONS}
     try:
-        shape = blade_shape(table.size, **{name: value for name, value in dimensions.items() if value is not None})
+        shape = blade_shape(table.size, **table.given(*_DIMENSIONS))
     except InputError as error:
         raise InputError([fault.below("blade") for fault in error.faults]) from None
-    options: dict[str, Any] = {} if table.material is None else {"material": material_of(table.material)}
-    options |= {} if table.modes is None else {"modes": table.modes}
-    cache = reduction_folder(folder)
+    body = _body(table, shape)
     tell(f"structure: {table.size} blade, from {CACHE} or by mesh, matrices and influence matrix ...")
-    return reduced(
-        tell,
-        lambda hear: reduced_blade(
-            shape,
-            **options,
-            contacts=table.contacts,
-            radius=table.radius,
-            film=table.film,
-            up_to=table.up_to,
-            stress=table.stress,
-            stress_at=table.stress_at,
-            loss_factor=table.loss_factor,
-            cache=cache,
-            listener=hear,
-        ),
-        force=table.force,
-    )
+    return reduced(tell, body, folder, force=table.force)
 
 
-def _blade_script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    size, _ = keys.take("size"), keys.take("force")
-    dimensions = keys.rest(*_DIMENSIONS)
-    shape = call("blade_shape", literal(size), **dimensions) if dimensions else literal(size)
-    material = keys.take("material")
-    arguments = {} if material is None else {"material": material_text(material.model_dump(exclude_none=True))}
-    arguments |= keys.rest("contacts", "radius", "film", "modes", "loss_factor", "stress", "stress_at")
-    if keys.take("up_to") is not None:
-        arguments["up_to"] = quantity_text(keys.raw["up_to"])
-    body = call("ss.reduced_blade", shape, **arguments, cache=here(CACHE))
-    return [f"body = {body}", "structure = body.structure"]
+def _body(table: BladeTable, shape: Any) -> Call:
+    material = {} if table.material is None else {"material": material_call(table.material)}
+    return Call("ss.reduced_blade", (shape,), {**material, **table.given(*_REDUCED)})
+
+
+def _blade_script(table: BladeTable, _folder: Path) -> list[str]:
+    dimensions = table.given(*_DIMENSIONS)
+    shape = Code(Call("blade_shape", (table.size,), dimensions).written()) if dimensions else table.size
+    body = _body(table, shape).but(cache=here(CACHE))
+    return [f"body = {body.written()}", "structure = body.structure"]
 
 
 BLADE = reducing_kind(BladeTable, _blade, _blade_script)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -32,7 +33,7 @@ from slipstick.case.sections import Sections, in_case, read_sections, read_struc
 from slipstick.case.source import parse, read_text
 from slipstick.case.structure import Body, Described, Tell, silent
 from slipstick.case.study import check_study, study_plan
-from slipstick.case.table import RawTable
+from slipstick.case.table import RawTable, at
 from slipstick.case.thermal import OF_STRUCTURE, shared_influence, thermal_model
 from slipstick.case.top import UnitsTable
 from slipstick.errors import Fault, InputError
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """What a case without faults says."""
+    """A case without faults, read."""
 
     title: str
     body: Body
@@ -64,7 +65,7 @@ class Reading:
     response: ResponseTable
     frequency_unit: str
     warnings: tuple[str, ...]
-    """What is suspicious in the text itself."""
+    """Suspicious values in the text itself, one sentence each."""
 
 
 def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
@@ -73,7 +74,7 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     Raises
     ------
     InputError
-        With every fault: each check runs as soon as what it needs is right, whatever else is wrong.
+        With every fault: a check runs as soon as its own input is right, whatever else is wrong.
     """
     sections, faults = read_sections(raw)
     described, wrong = read_structure(reaching(raw), folder, tell) if "structure" in raw else (Described(), [])
@@ -97,16 +98,8 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     return Reading(
         title=sections.top.table.title, body=described.body, problem=problem,
         response=sections.response.table, frequency_unit=display_unit(raw["response"], units),
-        warnings=(*_phases(sections, parts.loads), *parts.noticed),
+        warnings=(*parts.phases, *parts.noticed),
     )  # fmt: skip
-
-
-def _phases(sections: Sections, loads: Sequence[Load]) -> Iterator[str]:
-    """Phases that look like degrees."""
-    from slipstick.balance.loads import phase_warnings
-
-    for row, load in zip(sections.loads, loads, strict=True):
-        yield from phase_warnings(load.target, row.table.phase)
 
 
 class _Builder:
@@ -116,7 +109,11 @@ class _Builder:
         self._sections, self._described = sections, described
         self.noticed: tuple[str, ...] = ()
         gathering = Gathering()
-        made = [build_load(row) for row in sections.loads]
+        with warnings.catch_warnings(record=True) as phases:
+            warnings.simplefilter("always")
+            made = [build_load(row) for row in sections.loads]
+        self.phases = [str(warning.message) for warning in phases]
+        """Those that look like degrees, in words."""
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
         gathering.faults += [fault for _, faults in made for fault in faults]
         reduced = None if described.body is None else described.body.reduced or described.body.sector
@@ -181,11 +178,9 @@ class _Builder:
         response = self._sections.response
         if response is None or response.table.parameter is None:
             return
-        try:
+        with at("response", "parameter"):
             for end in (response.table.start, response.table.stop):
                 problem.at_parameter(response.table.parameter, float(end))
-        except InputError as error:
-            raise InputError([fault.inside("response", "parameter") for fault in error.faults]) from None
 
     def reduction_faults(self, problem: Problem) -> list[Fault]:
         """Whether the structure is reduced too far for what is asked of it."""
@@ -215,11 +210,11 @@ class Case:
     frequency_unit: str = "rad/s"
     """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
     further: Mapping[str, Any] = field(default_factory=dict)
-    """What the tables of verbs of their own ask for, ``[track]``, ``[wear]`` and so on, by name."""
+    """The tables that have a command of their own, ``[track]``, ``[wear]`` and so on, by name."""
     plan: StudyPlan | None = None
-    """What ``[study]`` asks for."""
+    """The cases of ``[study]``."""
     noticed: tuple[str, ...] = ()
-    """What is approximated or looks wrong in the model and in the text itself, one sentence each."""
+    """Approximations and suspicious values of the model and of the text, one sentence each."""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
@@ -281,7 +276,7 @@ class Case:
         )
 
     def study_job(self) -> Job:
-        """What a study does for every case."""
+        """The computation that a study repeats for every case."""
         from slipstick.studies.solving import Job
 
         return Job(
@@ -328,7 +323,7 @@ class Case:
 
     @property
     def request(self) -> str:
-        """What is followed, in words: from where to where, and at which frequency."""
+        """The range that is followed, in words, and the frequency where that is fixed."""
         start, stop = self.span
         if self.parameter is None:
             return f"{self.frequency_text(start)} to {self.frequency_text(stop)}"
@@ -366,7 +361,7 @@ class Case:
         return response_options(**options)
 
     def warnings(self) -> list[str]:
-        """What can be computed but is suspicious, one sentence each."""
+        """Suspicious but computable input, one sentence each."""
         from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 
         static = self.balance.receptance.static
@@ -388,7 +383,7 @@ class Case:
         return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
     def curve(self, *, listeners: Iterable[EventFunction] = ()) -> CurveRequest:
-        """What ``[response]`` asks for, to be followed."""
+        """The curve of ``[response]``, to be followed."""
         from slipstick.analysis.curve.follow import frequency_request, parameter_request
 
         asked = self.response
@@ -398,14 +393,14 @@ class Case:
         return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *arguments)
 
     def asks(self, table: str = "") -> Request:
-        """What a table of that name asks for, or ``[response]`` without a name, to be computed."""
+        """The analysis of the table of that name, or of ``[response]`` without a name."""
         if not table:
             return self.curve()
         request: Request = self.further[table].request(self)
         return request
 
     def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:
-        """Follow what ``[response]`` asks for."""
+        """Follow the curve of ``[response]``."""
         branch = self.curve(listeners=listeners).branch()
         branch.subharmonics = self.subharmonics(branch)
         said = dict.fromkeys([*self.noticed, *branch.warnings])
@@ -424,7 +419,7 @@ class Case:
 
     @property
     def names(self) -> dict[str, str]:
-        """What results say of the case they are of."""
+        """Attributes of results that name their case."""
         return {
             "title": self.title,
             "case": self.text,

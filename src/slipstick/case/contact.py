@@ -16,12 +16,10 @@ from slipstick.case.rotor import (
     WORDS,
     AxisTable,
     RotorTable,
-    axis_arguments,
-    motion_arguments,
     rotor_faults,
     rotor_motion,
 )
-from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
+from slipstick.case.script_text import Call, Code, listed_text, made
 from slipstick.case.table import (
     AlongSurface,
     Cosines,
@@ -45,7 +43,6 @@ from slipstick.faults import Gathering
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
     from slipstick.contact.law import Law
-    from slipstick.contact.rubbing import RubbingMotion
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.models.reduced_sector import ReducedSector
 
@@ -53,7 +50,7 @@ PLANAR = "planar"
 AUTO = "auto"
 _IN_PLANE = (PLANAR, AUTO)
 _NEUTRAL = {"kt": 1.0, "mu": 0.0, "kn": 1.0, "normal_load": 1.0}
-"""In place of what is at fault, where a contact is only looked at and not computed with."""
+"""Values in place of faulty ones, in a contact that is checked but never computed with."""
 
 
 class RubbingTable(Table):
@@ -109,10 +106,25 @@ class ContactTable(Table):
         default=None, description="a table such as { background = 25.0, resistance = 8.0 }"
     )
 
+    parameters: ClassVar[tuple[str, ...]] = ("kt", "mu", "kn", "gap", "normal_load")
+    """Of its law."""
+
     @property
     def planar(self) -> bool:
         """Whether its surface slides in both directions, or may."""
         return isinstance(self.tangential, tuple)
+
+    @property
+    def over_velocity(self) -> bool:
+        """Whether its friction depends on the sliding velocity."""
+        return not self.planar and is_over_velocity(self.mu)
+
+    @property
+    def neutral(self) -> Mapping[str, Any]:
+        """Parameters of its law where its own are at fault."""
+        if isinstance(self.mu, dict) and self.over_velocity:
+            return {**_NEUTRAL, "mu": None, **velocity_arguments(self.mu)}
+        return _NEUTRAL
 
     @property
     def chosen_by_motion(self) -> bool:
@@ -149,6 +161,7 @@ class StopTable(ContactTable):
     normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
     mu: Friction = Field(default=0.0, description="0: there is no friction")
+    parameters: ClassVar[tuple[str, ...]] = ("kn", "gap", "normal_load")
 
 
 class LawTable(Table):
@@ -426,20 +439,29 @@ def build_contacts(
 
 
 def _single(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> ContactPair:
-    from slipstick.balance.contacts import ContactPair
+    pair: ContactPair = _pair(row.table, _law(row, thermal, gathering), _rubbing(row, gathering)).made()
+    return pair
 
-    law, rubbing = _law(row, thermal, gathering), _rubbing(row, gathering)
-    if isinstance(row.table, StatorTable):
-        ports = {} if row.get("ports") is None else row.table.ports.model_dump()
-        return ContactPair(name=row.table.name, contact=law, rubbing=rubbing, ports=ports)
-    directions = {side: row.get(side) for side in ("tangential", "normal")}
-    return ContactPair(name=row.table.name, contact=law, rubbing=rubbing, **directions)
+
+def _pair(table: Any, law: Any, rubbing: Any) -> Call:
+    """A contact between dofs; a direction along a single dof is the name of that dof."""
+    named = {"name": table.name, "contact": law}
+    if table.given("ports"):
+        named["ports"] = {port: _direction(cosines) for port, cosines in table.ports.model_dump().items()}
+    for side, given in table.given("tangential", "normal").items():
+        named[side] = tuple(map(_direction, given)) if isinstance(given, tuple) else _direction(given)
+    return Call("ss.ContactPair", named=named if rubbing is None else {**named, "rubbing": rubbing})
+
+
+def _direction(cosines: Mapping[str, float]) -> str | Mapping[str, float]:
+    (dof, cosine), *others = cosines.items()
+    return dof if cosine == 1.0 and not others else cosines
 
 
 def _on_surface(
     row: ReadTable, thermal: ReadTable | None, body: ReducedBody | ReducedSector | None, gathering: Gathering
 ) -> list[CaseContact]:
-    """Contacts "NAME 1", "NAME 2", ... of one block; with what is at fault left out, to see whether the rest is right.
+    """Contacts "NAME 1", "NAME 2", ... of one block; faulty keys are left out, so that the others are checked too.
 
     Raises
     ------
@@ -447,8 +469,6 @@ def _on_surface(
         If the structure has no contact points, a point is not there or given twice, or the rubbing direction is normal
         to the surface.
     """
-    from slipstick.models.surface_contacts import surface_contacts
-
     between = bool(row.get("between"))
     if between and (body is None or body.between is None):
         remedy = 'give [structure] kind = "disc" with a file or a size, and between'
@@ -456,21 +476,11 @@ def _on_surface(
     if body is None or (body.points is None and not between):
         remedy = 'give [structure] kind = "blade", or kind = "fe" with surface'
         raise InputError(Fault("points", "the structure has no contact surface", remedy=remedy))
-    table, axis = row.table, axis_arguments(row.get("axis"))
-    points = table.points if row.right("points") else "all"
-    direction = table.direction if row.right("direction") and row.right("axis") else _any_direction(body)
-    pairs = surface_contacts(
-        body,
-        table.name,
-        contact=_law(row, thermal, gathering),
-        direction=direction,
-        points=points,
-        normal=table.normal if axis is not None and table.normal in WORDS else table.normal is not None,
-        shared=row.complete and table.normal_load_total is not None,
-        rubbing=_rubbing(row, gathering) if axis is None or row.get("rotor") is None else rotor_motion(table.rotor),
-        axis=axis,
-        between=between,
-    )
+    call = _surface(row.table, Code("body", body), _law(row, thermal, gathering), _rubbing(row, gathering))
+    if not row.complete:
+        usual = {} if row.right("direction", "axis") else {"direction": _any_direction(body)}
+        call = call._replace(named={**call.named, **usual, "shared": False})
+    pairs = call.made()
     if between:
         return [CaseContact(row=row, pair=pair) for pair in pairs]
     if not row.right("points"):
@@ -478,8 +488,22 @@ def _on_surface(
     assert body.points is not None
     return [
         CaseContact(row=row, pair=pair, point=point)
-        for point, pair in zip(body.points.chosen(points), pairs, strict=True)
+        for point, pair in zip(body.points.chosen(row.table.points), pairs, strict=True)
     ]
+
+
+def _surface(table: Any, body: Code, law: Any, rubbing: Any) -> Call:
+    direction = list(table.direction) if isinstance(table.direction, tuple) else table.direction
+    named = {"contact": law, "direction": direction}
+    named |= {} if table.points == "all" else {"points": table.points}
+    if table.normal is not None:
+        named["normal"] = table.normal if table.given("axis") and table.normal in WORDS else True
+    named |= table.given("axis")
+    if "axis" in named and table.rotor is not None:
+        rubbing = rotor_motion(table.rotor)
+    named |= {} if table.normal_load_total is None else {"shared": True}
+    named |= {"between": True} if table.between else {}
+    return Call("ss.surface_contacts", (body, table.name), named if rubbing is None else {**named, "rubbing": rubbing})
 
 
 def _any_direction(body: Any) -> Any:
@@ -491,52 +515,46 @@ def _any_direction(body: Any) -> Any:
 
 
 def _law(row: ReadTable, thermal: ReadTable | None, gathering: Gathering) -> Law:
-    """The parameters of a contact, cold; neutral ones where these are at fault, and all faults that are its own."""
-    from slipstick import models
-    from slipstick.contact.friction import FrictionContact
-    from slipstick.contact.planar import PlanarFrictionContact
-    from slipstick.contact.velocity_friction import StribeckContact
-
-    if isinstance(row.table, LawTable):
-        made: Any = getattr(models, row.table.makes)
-        known = {key: value for key in row.table.parameters if (value := row.get(key)) is not None}
-        whole = gathering.inside(row.where, lambda: made(**known)) if row.complete else None
-        return whole or made(**row.table.neutral)
-    law: Any = PlanarFrictionContact if row.table.planar else FrictionContact
-    neutral: dict[str, Any] = _NEUTRAL
-    mu = row.get("mu")
-    if is_over_velocity(mu):
-        mu = None
-        if not row.table.planar:
-            law, neutral = StribeckContact, {**_NEUTRAL, "mu": None, **velocity_arguments(row.get("mu"))}
-    background, arguments = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
-    for key, value in (("kt", row.get("kt")), ("mu", mu), ("kn", row.get("kn"))):
-        cold = None if value is None else gathering.inside((*row.where, key), cold_value, value, background)
-        if cold is not None:
-            arguments[key] = cold
-    total = row.get("normal_load_total") if row.table.on_surface else None
-    loads = {"gap": row.get("gap"), "normal_load": row.get("normal_load") if total is None else total}
-    arguments |= {key: value for key, value in loads.items() if value is not None}
-    if row.complete and "gap" in arguments:
-        arguments = {**neutral, **arguments, "normal_load": None}
-    else:
-        arguments = {**neutral, **arguments, "gap": None}
-    try:
-        return law(**arguments)
-    except InputError as error:
-        told = [fault for fault in error.faults if row.complete or fault.where]
-        gathering.faults += [fault.inside(*row.where) for fault in told]
-        return law(**neutral)
+    """The law of a contact, cold; a neutral one where it is at fault, and all faults that are its own."""
+    table, own = row.table, Gathering()
+    call = _law_call(table, background_of(table, None if thermal is None else thermal.table), own)
+    law: Law | None = None
+    if row.complete and not own.faults:
+        law = own.take(call.made)
+    elif not isinstance(table, LawTable):
+        law = own.take(call._replace(named={**table.neutral, **call.named, "gap": None}).made)
+    gathering.faults += [fault.inside(*row.where) for fault in own.faults if row.complete or fault.where]
+    return law or call._replace(named=table.neutral).made()
 
 
-def _rubbing(row: ReadTable, gathering: Gathering) -> RubbingMotion:
-    """The rubbing motion of a contact."""
-    from slipstick.contact.rubbing import RubbingMotion
+def _law_call(table: Any, background: float | None, gathering: Gathering) -> Call:
+    """The law of a contact at the background temperature."""
+    values = table.given(*table.parameters)
+    if isinstance(table, LawTable):
+        return Call(f"ss.models.{table.makes}", named=values)
+    if table.on_surface and table.normal_load_total is not None:
+        values["normal_load"] = table.normal_load_total
+    if table.over_velocity:
+        del values["mu"]
+        return Call("ss.models.StribeckContact", named={**values, **velocity_arguments(table.mu)})
+    cold = {key: gathering.inside((key,), cold_value, value, background) for key, value in values.items()}
+    law = "ss.PlanarFrictionContact" if table.planar else "ss.FrictionContact"
+    return Call(law, named={key: value for key, value in cold.items() if value is not None})
 
-    rub = row.table.rubbing
-    arguments = {} if rub is None else rub.stated
-    motion = gathering.inside(row.where, lambda: RubbingMotion(**arguments)) or RubbingMotion()
-    return motion.parted() if row.table.planar else motion
+
+def _rubbing(row: ReadTable, gathering: Gathering) -> Any:
+    """The rubbing motion of a contact; None where it has none, or it is at fault."""
+    return gathering.inside(row.where, lambda: made(_rubbing_call(row.table)))
+
+
+def _rubbing_call(table: Any) -> Any:
+    if table.rubbing is None:
+        return None
+    motion = Call("ss.RubbingMotion", named=table.rubbing.stated)
+    if not table.planar:
+        return motion
+    parted = motion.made().parted()
+    return Code(f"ss.{parted!r}", parted)
 
 
 def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
@@ -565,94 +583,25 @@ class ContactScript:
     chosen: list[str]
 
 
-def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> ContactScript:
+def contacts_script(tables: Sequence[Any], thermal: ThermalTable | None) -> ContactScript:
     """All contacts as Python writes them; equal laws are one."""
     laws: dict[str, str] = {}
     variables: dict[str, str] = {}
     pairs, blocks, lines, chosen = [], [], [], []
-    for i, raw in enumerate(rows):
-        keys = KeysToWrite(raw, contact_table(raw))
-        law = _law_text(keys, thermal)
+    for table in tables:
+        law = _law_call(table, background_of(table, thermal), Gathering()).written()
         if law not in laws:
             laws[law] = "friction" if not laws else f"friction_{len(laws) + 1}"
             lines.append(f"{laws[law]} = {law}")
-        if keys.table.on_surface:
-            name = keys.table.name
-            variables[name] = _variable(name, [*variables.values()])
-            blocks.append(f"{variables[name]} = {_surface_text(keys, laws[law])}")
-            pairs.append(f"*{variables[name]}")
-            chosen += [variables[name]] if keys.table.friction == AUTO else []
+        if table.on_surface:
+            variable = variables[table.name] = _variable(table.name, [*variables.values()])
+            call = _surface(table, Code("body"), Code(laws[law]), _rubbing_call(table))
+            blocks.append(f"{variable} = {call.written()}")
+            pairs.append(f"*{variable}")
+            chosen += [variable] if table.chosen_by_motion else []
         else:
-            pairs.append(_pair_text(keys, laws[law]))
-        keys.take("thermal")
-        keys.end(f"[[contact]] number {i + 1}")
+            pairs.append(_pair(table, Code(laws[law]), _rubbing_call(table)).written())
     return ContactScript(lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables, chosen=chosen)
-
-
-def _law_text(keys: KeysToWrite, thermal: ThermalTable | None) -> str:
-    if isinstance(keys.table, LawTable):
-        keys.take("law")
-        return call(f"ss.models.{keys.table.makes}", **keys.rest(*keys.table.parameters))
-    background = background_of(keys.table, thermal)
-    values = {name: keys.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
-    total = keys.take("normal_load_total")
-    values["normal_load"] = values["normal_load"] if total is None else total
-    if is_over_velocity(values["mu"]):
-        arguments = {name: value for name, value in values.items() if value is not None}
-        arguments |= velocity_arguments(arguments.pop("mu"))
-        return call("ss.models.StribeckContact", **{name: literal(value) for name, value in arguments.items()})
-    cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
-    law = "ss.PlanarFrictionContact" if keys.table.planar else "ss.FrictionContact"
-    return call(law, **{name: literal(value) for name, value in cold.items()})
-
-
-def _pair_text(keys: KeysToWrite, law: str) -> str:
-    arguments = {"name": literal(keys.take("name")), "contact": law}
-    ports = keys.take("ports")
-    if ports is not None:
-        written = ", ".join(f'"{port}": {_direction_text(direction)}' for port, direction in ports.model_dump().items())
-        arguments["ports"] = f"{{{written}}}"
-    for port in ("tangential", "normal"):
-        direction = keys.take(port)
-        if isinstance(direction, tuple):
-            arguments[port] = f"({', '.join(map(_direction_text, direction))})"
-        elif direction is not None:
-            arguments[port] = _direction_text(direction)
-    return call("ss.ContactPair", **arguments, **_rubbing_text(keys))
-
-
-def _direction_text(direction: Mapping[str, float]) -> str:
-    alone = len(direction) == 1 and next(iter(direction.values())) == 1.0
-    return literal(next(iter(direction)) if alone else direction)
-
-
-def _surface_text(keys: KeysToWrite, law: str) -> str:
-    direction = keys.take("direction")
-    arguments = {"contact": law, "direction": literal(direction if isinstance(direction, str) else list(direction))}
-    points, _, normal = keys.take("points"), keys.take("tangential"), keys.take("normal")
-    keys.take("friction")
-    arguments |= {} if points in (None, "all") else {"points": literal(points)}
-    arguments |= {} if normal is None else {"normal": literal(normal) if normal in WORDS else "True"}
-    axis, rotor = axis_arguments(keys.take("axis")), keys.take("rotor")
-    arguments |= {} if axis is None else {"axis": literal(axis)}
-    if rotor is not None:
-        motion_keys = {key: literal(value) for key, value in motion_arguments(rotor).items()}
-        motion = call("ss.casing_motion", motion_keys.pop("profile"), radius="radius", angles="angles", **motion_keys)
-        arguments["rubbing"] = f"lambda radius, angles: {motion}"
-    arguments |= {} if keys.table.normal_load_total is None else {"shared": "True"}
-    arguments |= {"between": "True"} if keys.take("between") else {}
-    return call("ss.surface_contacts", "body", literal(keys.take("name")), **arguments, **_rubbing_text(keys))
-
-
-def _rubbing_text(keys: KeysToWrite) -> dict[str, str]:
-    rub = keys.take("rubbing")
-    if rub is None:
-        return {}
-    if keys.table.planar:
-        from slipstick.contact.rubbing import RubbingMotion
-
-        return {"rubbing": f"ss.{RubbingMotion(**rub.stated).parted()!r}"}
-    return {"rubbing": call("ss.RubbingMotion", **{key: literal(value) for key, value in rub.stated.items()})}
 
 
 def _variable(name: str, taken: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""What one table of a case says, held against the others; each check runs as soon as what it needs is right."""
+"""Checks between tables of a case; each runs as soon as its own input is right."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _names(rows: Sequence[ReadTable]) -> Iterator[Fault]:
 
 
 def _load(row: ReadTable, known: Known) -> Iterator[Fault]:
-    """What a load acts on and its harmonic, as far as they are right."""
+    """The place and the harmonic of a load, as far as they are right."""
     from slipstick.balance.base_motion import base_faults
     from slipstick.balance.checks import force_faults, shape_faults
     from slipstick.balance.contacts import dof_faults
@@ -133,7 +133,7 @@ def _sizes(sections: Sections, known: Known, placed: Sequence[CaseContact]) -> I
 
 
 def heating_faults(contacts: Sequence[CaseContact], top: ReadTable | None, named: Sequence[str] | None) -> list[Fault]:
-    """What is missing or said twice about heat; ``named`` are the contacts there are, if all are known."""
+    """Missing or repeated statements about heat; ``named`` are the names of all contacts, if known."""
     listed = heated_names(contacts, top)
     faults = [
         Fault(("thermal", "contacts"), f"there is no contact '{name}'", remedy=suggestion(name, named or ()))
@@ -188,7 +188,7 @@ def _heat_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) -> 
 
 @dataclass(frozen=True, kw_only=True)
 class _Named:
-    """What names of parameters are looked for in."""
+    """The parts of a problem in which names of parameters are looked up."""
 
     contacts: Sequence[ContactPair]
     loads: Sequence[Load]
@@ -198,7 +198,7 @@ class _Named:
 def parameter_faults(
     sections: Sections, loads: Sequence[Load], placed: Sequence[CaseContact], described: Described
 ) -> list[Fault]:
-    """A name that nothing has, or an end of the range that what it names cannot take."""
+    """An unknown name, or an end of the range that the named parameter cannot take."""
     from slipstick.balance.parameters import changed, parameter_target
 
     name = sections.response.get("parameter") if sections.response is not None else None
@@ -249,7 +249,7 @@ def unit_faults(raw: RawTable, units: Units) -> Iterator[Fault]:
 
 
 def request_faults(problem: Problem, tables: Mapping[str, RequestTable], *, swept: bool) -> Iterator[Fault]:
-    """What of the tables of verbs does not fit the problem; ``swept``: the response is over a parameter."""
+    """Tables of commands that do not fit the problem; ``swept``: the response is over a parameter."""
     for name, table in tables.items():
         if refused := ", ".join(map(_refusal, table.impossible(problem))):
             cannot = f"cannot be computed of this case: {refused}"

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator
 
 from slipstick.case.matrices import KEYS, matrix_text, read_given, renamed
-from slipstick.case.script_text import KeysToWrite, call, literal
+from slipstick.case.script_text import Call, Code, call
 from slipstick.case.structure import Body, Described, StructureKind, Tell
 from slipstick.case.table import MatrixGiven, NotNegative, Table, list_or_file, unexpected
 from slipstick.case.validation import ReadTable
@@ -89,7 +89,7 @@ class DiscTable(Table):
 
 
 def _disc(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
-    from slipstick.structure.cyclic import NEXT, CyclicStructure
+    from slipstick.structure.cyclic import NEXT
 
     dofs = row.get("dofs")
     names = None if dofs is None else [*dofs, *(name + NEXT for name in dofs)]
@@ -102,7 +102,7 @@ def _disc(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Describ
         return Described(dofs=names, made=True)
     table = row.table
     try:
-        sector = CyclicStructure(**given, dofs=dofs, sectors=table.sectors, loss_factor=table.loss_factor)
+        sector = _sector(table, given).made()
         wave = sector.travelling_wave(table.engine_order)
         for d in {wave.phase_number(0), wave.phase_number(1)}:
             sector.phase_modes(d)
@@ -115,8 +115,7 @@ def _disc(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Describ
     blade = found.inside(("mistuning", "blade"), read_given, mistuning.blade, folder)
     if blade is None:
         return Described(dofs=names, made=True)
-    options = {name: value for name, value in mistuning.stated.items() if name != "blade"}
-    disc = found.inside(("mistuning",), lambda: sector.mistuned(blade=blade, **options))
+    disc = found.inside(("mistuning",), lambda: sector.mistuned(**{**mistuning.stated, "blade": blade}))
     if disc is None:
         return Described(dofs=names, made=True)
     return Described(body=Body(structure=wave, disc=disc), dofs=names, made=True)
@@ -130,24 +129,24 @@ def _matrices(value: Any, key: str, folder: Path, found: Gathering) -> Any:
     return None if any(one is None for one in both) else tuple(both)
 
 
-def _script(given: KeysToWrite, folder: Path) -> list[str]:
-    lines, arguments = [], {}
+def _sector(table: DiscTable, matrices: Mapping[str, Any]) -> Call:
+    return Call("ss.CyclicStructure", named={**matrices, **table.given("dofs", "sectors", "loss_factor")})
+
+
+def _script(table: DiscTable, folder: Path) -> list[str]:
+    made = {}
     for letter, key in KEYS.items():
-        value = given.take(key)
+        value = getattr(table, key)
         if value is not None:
             alone = _is_matrix(value)
-            text = matrix_text(value, folder) if alone else call("", *(matrix_text(one, folder) for one in value))
-            lines.append(f"{letter} = {text}")
-            arguments[letter] = letter
-    arguments |= given.rest("dofs", "sectors", "loss_factor")
-    lines.append(f"sector = {call('ss.CyclicStructure', **arguments)}")
-    lines.append(f"structure = {call('sector.travelling_wave', literal(given.take('engine_order')))}")
-    mistuning = given.take("mistuning")
-    if mistuning is not None:
-        own = {name: literal(value) for name, value in mistuning.stated.items() if name != "blade"}
-        blade = matrix_text(mistuning.blade, folder)
-        lines.append(f"disc = {call('sector.mistuned', **own, blade=blade)}")
-    return lines
+            made[letter] = matrix_text(value, folder) if alone else call("", *(matrix_text(m, folder) for m in value))
+    made["sector"] = _sector(table, {letter: Code(letter) for letter in made}).written()
+    made["structure"] = Call("sector.travelling_wave", (table.engine_order,)).written()
+    if table.mistuning is not None:
+        own = table.mistuning.stated
+        own["blade"] = Code(matrix_text(own.pop("blade"), folder))
+        made["disc"] = Call("sector.mistuned", named=own).written()
+    return [f"{name} = {text}" for name, text in made.items()]
 
 
 DISC = StructureKind(table=DiscTable, build=_disc, script=_script)

@@ -17,35 +17,35 @@ from slipstick.case.fe import (
     ReductionTable,
     Shapes,
     SurfaceName,
+    import_call,
     imported_model,
-    material_of,
-    material_text,
+    material_call,
 )
-from slipstick.case.rotor import AxisTable, axis_arguments
-from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
-from slipstick.case.source import inside
+from slipstick.case.rotor import AxisTable
+from slipstick.case.script_text import Call, Code, here
 from slipstick.case.structure import CACHE, Body, Tell, reducing_kind, reduction_folder, stages
-from slipstick.case.table import Frequency, Positive, RawTable, unexpected
+from slipstick.case.table import Frequency, Positive, RawTable, at, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
-    from slipstick.models.reduced_sector import ReducedSector
-    from slipstick.structure.disc import Disc
 
 _OF_FILE = ("quadratic", "fixed", "low", "high", "axis", "tolerance")
 _REDUCED = (
     "low", "high", "tolerance", "surface", "contacts", "radius", "between", "between_contacts", "pressure", "keep",
-    "modes", "loss_factor", "damping_ratio",
+    "modes", "loss_factor", "damping_ratio", "axis", "speed", "up_to",
 )  # fmt: skip
 
 
-def _names(value: Any) -> Any:
-    if isinstance(value, str) and value:
-        return value
-    if not (isinstance(value, list) and value and all(isinstance(name, str) and name for name in value)):
-        raise unexpected('a node set or surface such as "LOW", or a list of them')
+def _one_or_more(value: Any, expected: str) -> Any:
+    several = value if isinstance(value, list) else [value]
+    if not (several and all(isinstance(name, str) and name for name in several)):
+        raise unexpected(expected)
     return value
+
+
+def _names(value: Any) -> Any:
+    return _one_or_more(value, 'a node set or surface such as "LOW", or a list of them')
 
 
 def _pair(value: Any) -> Any:
@@ -55,11 +55,7 @@ def _pair(value: Any) -> Any:
 
 
 def _sets(value: Any) -> Any:
-    if isinstance(value, str) and value:
-        return value
-    if not (isinstance(value, list) and value and all(isinstance(name, str) and name for name in value)):
-        raise unexpected('an element set such as "BLADE", or a list of them')
-    return value
+    return _one_or_more(value, 'an element set such as "BLADE", or a list of them')
 
 
 Pair = Annotated[Any, PlainValidator(_pair)]
@@ -139,27 +135,21 @@ def _disc(table: DiscFeTable, folder: Path, tell: Tell) -> Body:
     InputError
         For files, sets and surfaces that are not there, and faces that do not meet.
     """
-    from slipstick.models.reduced_sector import reduced_sector
-
     began = time.perf_counter()
     model = _model(table, folder, tell)
     tell(f"structure: a sector of {model.n_dofs} dofs, reduced or read from {CACHE} ...")
-    given = {name: value for name in _REDUCED if (value := getattr(table, name)) not in (None, [], {})}
-    given |= {} if table.axis is None else {"axis": axis_arguments(table.axis)}
-    given |= {} if table.speed is None else {"speed": table.speed}
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
-            sector = reduced_sector(
-                model, **given, up_to=table.up_to, force=True, sectors=table.sectors if table.file else None,
-                cache=reduction_folder(folder), listener=stages(tell),
-            )  # fmt: skip
+            body = _body(table, Code("model", model))
+            sector = body.but(force=True, cache=reduction_folder(folder), listener=stages(tell)).made()
             # the error is judged once range and harmonics are known
             wave = sector.travelling_wave(table.engine_order)
             disc = None
             if table.mistuning is not None:
                 tell(f"structure: the modes of all {sector.sectors // 2 + 1} nodal diameters ...")
-                disc = _mistuned(sector, table.mistuning)
+                with at("mistuning"):
+                    disc = sector.mistuned(**table.mistuning.stated)
             else:
                 for d in {wave.phase_number(0), wave.phase_number(1)}:
                     sector.structure.phase_modes(d)
@@ -170,17 +160,15 @@ def _disc(table: DiscFeTable, folder: Path, tell: Tell) -> Body:
     return Body(structure=wave, sector=sector, disc=disc, force=table.force, seconds=time.perf_counter() - began)
 
 
-def _mistuned(sector: ReducedSector, table: SetMistuningTable) -> Disc:
-    try:
-        return sector.mistuned(**table.stated)
-    except InputError as error:
-        raise InputError([fault.inside("mistuning") for fault in error.faults]) from None
+def _body(table: DiscFeTable, model: Code) -> Call:
+    sectors = table.given("sectors") if table.file is not None else {}
+    return Call("ss.reduced_sector", (model,), {**sectors, **table.given(*_REDUCED)})
 
 
 def _model(table: DiscFeTable, folder: Path, tell: Tell) -> ImportedModel:
     from slipstick.models.parametric_sector import bladed_sector, sector_shape
 
-    material = {} if table.material is None else {"material": material_of(table.material)}
+    material = {} if table.material is None else {"material": material_call(table.material).made()}
     if table.size is not None:
         own = {} if table.sectors is None else {"sectors": table.sectors}
         tell(f"structure: {table.size} bladed sector ...")
@@ -188,13 +176,7 @@ def _model(table: DiscFeTable, folder: Path, tell: Tell) -> ImportedModel:
             return bladed_sector(sector_shape(table.size, **own), **material)
         except InputError as error:
             raise InputError([_at_size(fault) for fault in error.faults]) from None
-    assert table.file is not None
-    try:
-        path = inside(folder, table.file)
-    except InputError as error:
-        raise InputError([fault.inside("file") for fault in error.faults]) from None
-    tell(f"structure: reading {table.file} ...")
-    return imported_model(table, path)
+    return imported_model(table, folder, tell)
 
 
 def _at_size(fault: Fault) -> Fault:
@@ -202,31 +184,19 @@ def _at_size(fault: Fault) -> Fault:
     return own if own.where[:1] in (("size",), ("sectors",)) else own.inside("size")
 
 
-def _script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    size, file, sectors = keys.take("size"), keys.take("file"), keys.take("sectors")
-    material, _ = keys.take("material"), keys.take("force")
-    arguments: dict[str, str] = {}
-    if material is not None:
-        arguments["material"] = material_text(material.model_dump(exclude_none=True))
-    if file is not None:
-        model = call("ss.import_model", here(file), **arguments, **keys.rest("fixed", "quadratic"))
+def _script(table: DiscFeTable, _folder: Path) -> list[str]:
+    if table.file is not None:
+        model = import_call(table)
     else:
-        shape = literal(size) if sectors is None else call("sector_shape", literal(size), sectors=literal(sectors))
-        model = call("ss.models.bladed_sector", shape, **arguments)
-    order, axis = literal(keys.take("engine_order")), axis_arguments(keys.take("axis"))
-    reduction = {} if file is None or sectors is None else {"sectors": literal(sectors)}
-    reduction |= keys.rest(*_REDUCED)
-    reduction |= {} if axis is None else {"axis": literal(axis)}
-    for name in ("speed", "up_to"):
-        if keys.take(name) is not None:
-            reduction[name] = quantity_text(keys.raw[name])
-    body = call("ss.reduced_sector", "model", **reduction, cache=here(CACHE))
-    lines = [f"model = {model}", f"body = {body}", f"structure = body.travelling_wave({order})"]
-    mistuning = keys.take("mistuning")
-    if mistuning is not None:
-        own = {name: literal(value) for name, value in mistuning.stated.items()}
-        lines.append(f"disc = {call('body.mistuned', **own)}")
-    return lines
+        own = table.given("sectors")
+        shape = Code(Call("sector_shape", (table.size,), own).written()) if own else table.size
+        material = {} if table.material is None else {"material": material_call(table.material)}
+        model = Call("ss.models.bladed_sector", (shape,), material)
+    wave = Call("body.travelling_wave", (table.engine_order,))
+    made = {"model": model, "body": _body(table, Code("model")).but(cache=here(CACHE)), "structure": wave}
+    if table.mistuning is not None:
+        made["disc"] = Call("body.mistuned", named=table.mistuning.stated)
+    return [f"{name} = {call.written()}" for name, call in made.items()]
 
 
 DISC_FE = reducing_kind(DiscFeTable, _disc, _script)

@@ -11,15 +11,16 @@ from pydantic import Field, PlainValidator
 
 from slipstick.case.response import ResponseTable, frequencies_met
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
+from slipstick.case.script_text import Call, Code, here
 from slipstick.case.source import inside
-from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
+from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind
 from slipstick.case.table import (
     Frequency,
     NotNegative,
     Positive,
     RawTable,
     Table,
+    at,
     is_number,
     is_whole,
     toml,
@@ -30,10 +31,13 @@ from slipstick.errors import IS_MISSING, Fault, InputError
 
 if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
-    from slipstick.fem.materials import Material
 
 MOST_CONTACTS = 20_000
 """Each keeps three dofs, of which the reduction is a full matrix."""
+_REDUCED = (
+    "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy", "loss_factor",
+    "damping_ratio", "force", "residuals", "stress", "stress_at", "up_to",
+)  # fmt: skip
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
 
@@ -108,28 +112,22 @@ class MaterialTable(Table):
     )
 
 
-def material_of(table: MaterialTable) -> Material:
+def material_call(table: MaterialTable) -> Call:
     """The material of a table that must be complete."""
-    from slipstick.fem.materials import REQUIRED, Material
+    from slipstick.fem.materials import REQUIRED
 
-    constants = {name: value for name, value in table.model_dump().items() if value is not None}
     missing = [
         Fault(("material", name), IS_MISSING, remedy="a material needs young, poisson and density")
         for name in REQUIRED
-        if name not in constants
+        if name not in table.stated
     ]
     if missing:
         raise InputError(missing)
-    return Material(**constants)
-
-
-def material_text(known: Mapping[str, Any]) -> str:
-    """A material as Python writes it."""
-    return call("ss.Material", **{name: literal(value) for name, value in known.items()})
+    return Call("ss.Material", named=table.stated)
 
 
 class ReductionTable(Table):
-    """What both finite element kinds take."""
+    """Keys of every finite element kind."""
 
     radius: Positive | None = Field(
         default=None, description="a number > 0, the radius of the contact patches (length)"
@@ -148,7 +146,7 @@ class ReductionTable(Table):
 
 
 class StressTable(ReductionTable):
-    """What takes stresses at chosen elements too."""
+    """Keys of kinds that have stresses at chosen elements too."""
 
     stress: Elements | None = Field(default=None, description=_ELEMENTS)
     stress_at: Literal["elements", "nodes"] = Field(
@@ -157,7 +155,7 @@ class StressTable(ReductionTable):
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
-        """Where is said of what is there."""
+        """The place of stresses needs elements."""
         faults = super().cross_check(raw)
         if "stress_at" in raw and "stress" not in raw:
             faults.append(Fault("stress_at", "is given without stress", remedy='give stress = "all", or elements'))
@@ -226,59 +224,30 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     InputError
         For files, materials, sets, surfaces and dofs that are not there, and models that are not held.
     """
-    from slipstick.models.reduced_body import reduced_body
-
-    path = _path(table.file, folder)
-    tell(f"structure: reading {table.file} ...")
-    model = turning(imported_model(table, path), table.rotation, folder, tell)
+    model = turning(imported_model(table, folder, tell), table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
-    contacts = {} if table.contacts is None else {"contacts": table.contacts}
-    return reduced(
-        tell,
-        lambda hear: reduced_body(
-            model,
-            surface=table.surface,
-            **contacts,
-            radius=table.radius,
-            pressure=table.pressure,
-            base=table.base,
-            films=table.films,
-            cold=table.cold,
-            keep=table.keep,
-            modes=table.modes,
-            accuracy=table.accuracy,
-            up_to=table.up_to,
-            loss_factor=table.loss_factor,
-            damping_ratio=table.damping_ratio,
-            force=True,  # judged once range and harmonics are known
-            cache=reduction_folder(folder),
-            listener=hear,
-            residuals=table.residuals,
-            stress=table.stress,
-            stress_at=table.stress_at,
-        ),
-        force=table.force,
-    )
+    body = _body(table, Code("model", model)).but(force=True)  # judged once range and harmonics are known
+    return reduced(tell, body, folder, force=table.force)
 
 
-def _path(name: str, folder: Path) -> Path:
-    try:
-        return inside(folder, name)
-    except InputError as error:
-        raise InputError([fault.inside("file") for fault in error.faults]) from None
+def _body(table: FeTable, model: Code) -> Call:
+    return Call("ss.reduced_body", (model,), table.given(*_REDUCED))
 
 
-def imported_model(table: Any, path: Path) -> ImportedModel:
+def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
     from slipstick.fem.materials import REQUIRED
     from slipstick.importers.formats import holds
     from slipstick.importers.read_model import read_model
     from slipstick.importers.roles import ImportOptions
 
+    with at("file"):
+        path = inside(folder, table.file)
+    tell(f"structure: reading {table.file} ...")
     if holds(path, "mesh"):
-        material = None if table.material is None else material_of(table.material)
+        material = None if table.material is None else material_call(table.material).made()
         return read_model(
             path, ImportOptions(material=material, fixed=table.fixed, quadratic=table.quadratic), quiet=True
         )
@@ -298,25 +267,17 @@ def imported_model(table: Any, path: Path) -> ImportedModel:
     return read_model(path, ImportOptions(fixed=table.fixed, conductivity=conductivity), quiet=True)
 
 
-def _fe_script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    arguments: dict[str, str] = {}
-    material = keys.take("material")
-    if material is not None:
-        known = {name: value for name, value in material.model_dump().items() if value is not None}
-        complete = "young" in known
-        arguments = {"material": material_text(known)} if complete else {n: literal(v) for n, v in known.items()}
-    arguments |= keys.rest("fixed", "quadratic")
-    up_to = keys.take("up_to")
-    reduction = keys.rest(
-        "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy",
-        "loss_factor", "damping_ratio", "force", "residuals", "stress", "stress_at",
-    )  # fmt: skip
-    if up_to is not None:
-        reduction["up_to"] = quantity_text(keys.raw["up_to"])
-    at_speed = rotation_script(keys)
-    model = f"model = {call('ss.import_model', here(keys.take('file')), **arguments)}"
-    body = call("ss.reduced_body", "model", **reduction, cache=here(CACHE))
-    return [model, *at_speed, f"body = {body}", "structure = body.structure"]
+def import_call(table: Any) -> Call:
+    """The model of a file as Python reads it."""
+    known = {} if table.material is None else table.material.stated
+    material = {"material": material_call(table.material)} if "young" in known else known
+    return Call("ss.import_model", (here(table.file),), {**material, **table.given("fixed", "quadratic")})
+
+
+def _fe_script(table: FeTable, _folder: Path) -> list[str]:
+    body = _body(table, Code("model")).but(cache=here(CACHE))
+    model = f"model = {import_call(table).written()}"
+    return [model, *rotation_script(table.rotation), f"body = {body.written()}", "structure = body.structure"]
 
 
 FE = reducing_kind(FeTable, _fe, _fe_script)
@@ -325,7 +286,7 @@ FE = reducing_kind(FeTable, _fe, _fe_script)
 _KINDS = ("fe", "blade")
 _SAID = ("modes", "accuracy", "up_to")
 _HARMONICS = 5.0
-"""Of what is excited, those that friction makes: beyond, they count less than 1/25."""
+"""Harmonics that friction makes of an excited one; those beyond count less than 1/25."""
 _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """A range moved a little has the same reduction, which need not be made again."""
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from slipstick.case.matrices import matrix_text, read_given, renamed
-from slipstick.case.script_text import KeysToWrite, call, here, literal
+from slipstick.case.script_text import Call, Code, here
 from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell
 from slipstick.case.table import MatrixGiven, NotNegative, RawTable, Table
@@ -44,8 +44,6 @@ class FreeTable(Table):
 
 
 def _free(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
-    from slipstick.structure.free import free_structure
-
     given: Mapping[str, Any] | None = None
     if row.get("file") is not None:
         given = gathering.inside(("file",), _of_file, row.table.file, folder)
@@ -63,10 +61,7 @@ def _free(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Des
     table = row.table
     tell(f"structure: reducing {len(given['dofs'])} dofs of a body that is not held ...")
     try:
-        structure = free_structure(
-            given["K"], given["M"], dofs=given["dofs"], keep=table.keep, modes=table.modes,
-            loss_factor=table.loss_factor, damping_ratio=table.damping_ratio,
-        )  # fmt: skip
+        structure = _call(table, given).made()
     except InputError as error:
         of_file = table.file is not None
         gathering.faults += [
@@ -84,16 +79,19 @@ def _of_file(name: str, folder: Path) -> Mapping[str, Any]:
     return {"K": model.K, "M": model.M, "dofs": model.dofs}
 
 
-def _script(keys: KeysToWrite, folder: Path) -> list[str]:
-    file, dofs = keys.take("file"), keys.take("dofs")
-    if file is None:
-        lines = [f"{letter} = {matrix_text(keys.take(key), folder)}" for letter, key in _MATRICES.items()]
-        matrices, names = ("K", "M"), literal(dofs)
+def _call(table: FreeTable, given: Mapping[str, Any]) -> Call:
+    more = table.given("keep", "modes", "loss_factor", "damping_ratio")
+    return Call("ss.models.free_structure", (given["K"], given["M"]), {"dofs": given["dofs"], **more})
+
+
+def _script(table: FreeTable, folder: Path) -> list[str]:
+    if table.file is None:
+        lines = [f"{letter} = {matrix_text(getattr(table, key), folder)}" for letter, key in _MATRICES.items()]
+        given = {"K": Code("K"), "M": Code("M"), "dofs": table.dofs}
     else:
-        lines = [f"model = {call('ss.import_model', here(file))}"]
-        matrices, names = ("model.K", "model.M"), "model.dofs"
-    more = keys.rest("keep", "modes", "loss_factor", "damping_ratio")
-    return [*lines, f"structure = {call('ss.models.free_structure', *matrices, dofs=names, **more)}"]
+        lines = [f"model = {Call('ss.import_model', (here(table.file),)).written()}"]
+        given = {name: Code(f"model.{name}") for name in ("K", "M", "dofs")}
+    return [*lines, f"structure = {_call(table, given).written()}"]
 
 
 FREE = StructureKind(table=FreeTable, build=_free, script=_script)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, PlainValidator
 
 from slipstick.balance.loads import UNBALANCE, place_faults, way_faults
-from slipstick.case.script_text import KeysToWrite, call, quantity_text
+from slipstick.case.script_text import Call
 from slipstick.case.table import Harmonic, RawTable, Table, cosines
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError
@@ -53,33 +52,18 @@ class LoadTable(Table):
             faults.append(Fault(statement="no force is given", remedy="give cos, sin, or amplitude with phase"))
         return faults
 
+    @property
+    def call(self) -> Call:
+        """The load."""
+        return Call("ss.Load", named=self.stated)
+
 
 def build_load(row: ReadTable) -> tuple[Load | None, list[Fault]]:
-    """The load of a ``[[load]]`` table: amplitude cos(m tau + phase) becomes its cosine and sine parts.
-
-    A table with faults makes a load by what is right in it; None where it cannot be told what that acts on.
-    """
-    from slipstick.balance.loads import Load
-
-    table: LoadTable = row.table
-    where = {key: value for key in ("dof", "shape", "base", "motion") if (value := row.get(key)) is not None}
-    cos, sin = table.cos, table.sin
-    if table.amplitude is not None:
-        phase = table.phase or 0.0
-        cos, sin = table.amplitude * math.cos(phase), -table.amplitude * math.sin(phase)
+    """The load of a table; of a table with faults a load without force, or None where its place is unknown."""
+    acts = row.table.given("dof", "shape", "base", "motion", "harmonic")
+    load = row.table.call if row.complete else Call("ss.Load", named=acts)
     try:
-        return Load(**where, harmonic=table.harmonic, cos=cos, sin=sin), []
+        return load.made(), []
     except InputError as error:
-        on = next((name for name in where.values() if isinstance(name, str)), "")
+        on = next((name for name in acts.values() if isinstance(name, str)), "")
         return None, [fault.below("load", on).inside(*row.where) for fault in error.faults] if row.complete else []
-
-
-def load_script(raw: RawTable, number: int) -> str:
-    """The same load as Python writes it."""
-    keys = KeysToWrite(raw, LoadTable)
-    phase = keys.take("phase")
-    arguments = keys.rest("dof", "shape", "base", "motion", "harmonic", "cos", "sin", "amplitude")
-    if phase is not None:
-        arguments["phase"] = quantity_text(raw["phase"])
-    keys.end(f"[[load]] number {number}")
-    return call("ss.Load", **arguments)

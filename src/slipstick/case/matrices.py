@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import KeysToWrite, call, file_code, here, literal, quantity_text
+from slipstick.case.script_text import Call, Code, call, file_code, here, literal
 from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell, within
 from slipstick.case.table import Frequency, MatrixGiven, NotNegative, RawTable, Table
@@ -20,15 +20,15 @@ from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import Gathering
 
 if TYPE_CHECKING:
+    from slipstick.fem.imported import ImportedModel
     from slipstick.structure.matrices import MatrixStructure
 
 KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
 _TURNING = {"gyroscopic": "gyroscopic", "circulatory": "circulatory"}
-_SPEEDS = ("speed", "engine_order")
 
 
 class KeptTable(Table):
-    """What structures with matrices of any kind take to be made smaller."""
+    """Keys that make a structure with matrices smaller."""
 
     keep: list[str] | None = Field(default=None, min_length=1, description='a list of dofs to keep such as ["n2x"]')
     modes: int | None = Field(
@@ -45,21 +45,20 @@ class KeptTable(Table):
         return []
 
 
-def kept(row: ReadTable, structure: MatrixStructure) -> MatrixStructure:
+def kept(table: Any, structure: MatrixStructure) -> MatrixStructure:
     """The structure, made smaller where that is asked for."""
-    from slipstick.structure.reduction.craig_bampton import craig_bampton
-
-    table = row.table
-    return structure if table.keep is None else craig_bampton(structure, table.keep, modes=table.modes)
+    smaller: MatrixStructure = structure if table.keep is None else _smaller(table, structure).made()
+    return smaller
 
 
-def kept_script(keys: KeysToWrite, made: str) -> list[str]:
+def _smaller(table: Any, structure: MatrixStructure | None = None) -> Call:
+    return Call("ss.models.craig_bampton", (Code("structure", structure), table.keep), {"modes": table.modes})
+
+
+def kept_script(table: Any, made: Call) -> list[str]:
     """Lines that make the same, ``made`` being the structure as it is."""
-    keep, modes = keys.take("keep"), keys.take("modes")
-    if keep is None:
-        return [f"structure = {made}"]
-    small = call("ss.models.craig_bampton", "structure", literal(keep), modes=literal(modes))
-    return [f"structure = {made}", f"structure = {small}"]
+    calls = [made] if table.keep is None else [made, _smaller(table)]
+    return [f"structure = {one.written()}" for one in calls]
 
 
 class MatricesTable(KeptTable):
@@ -90,7 +89,7 @@ class MatricesTable(KeptTable):
 
 
 def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
-    from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
+    from slipstick.structure.matrices import DENSE_LIMIT
     from slipstick.structure.matrix_checks import FREE, system_matrices
 
     matrices = {
@@ -106,8 +105,8 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
         _sizes(row, matrices, size, gathering)
     agree = len(gathering.faults) == before
     if row.complete and agree and {"M", "K"} <= set(matrices) and names is not None:
-        options = {"loss_factor": row.table.loss_factor, "dofs": names} | {key: row.get(key) for key in _SPEEDS}
-        structure = _in_case(gathering, lambda: kept(row, MatrixStructure(**matrices, **options)))
+        whole = _call(row.table, {**matrices, "dofs": names})
+        structure = _in_case(gathering, lambda: kept(row.table, whole.made()))
         body = None if structure is None else Body(structure=structure)
         return Described(body=body, dofs=names if structure is None else structure.dofs, made=True)
     if size is not None:
@@ -115,6 +114,10 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
         faults = system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]
         gathering.faults += [renamed(fault) for fault in faults if fault != FREE or size > DENSE_LIMIT]
     return Described(dofs=names, made=True)
+
+
+def _call(table: MatricesTable, given: Mapping[str, Any]) -> Call:
+    return Call("ss.MatrixStructure", named={**given, **table.given("loss_factor", "engine_order", "speed")})
 
 
 def _names(row: ReadTable, size: int | None) -> Sequence[str] | None:
@@ -168,16 +171,11 @@ def read_given(value: object, folder: Path) -> Any:
     return read_matrix(inside(folder, value)) if isinstance(value, str) else np.array(value, dtype=float)
 
 
-def _matrices_script(keys: KeysToWrite, folder: Path) -> list[str]:
-    known = {letter: value for letter, key in (KEYS | _TURNING).items() if (value := keys.take(key)) is not None}
+def _matrices_script(table: MatricesTable, folder: Path) -> list[str]:
+    known = {letter: value for letter, key in (KEYS | _TURNING).items() if (value := getattr(table, key)) is not None}
     lines = [f"{letter} = {matrix_text(value, folder)}" for letter, value in known.items()]
-    dofs, _ = keys.take("dofs"), keys.take("count")
-    arguments = {letter: letter for letter in known}
-    arguments["dofs"] = literal(dofs) if dofs else "[str(i + 1) for i in range(K.shape[0])]"
-    arguments |= keys.rest("loss_factor", "engine_order")
-    if keys.take("speed") is not None:
-        arguments["speed"] = quantity_text(keys.raw["speed"])
-    return [*lines, *kept_script(keys, call("ss.MatrixStructure", **arguments))]
+    dofs = table.dofs or Code("[str(i + 1) for i in range(K.shape[0])]")
+    return [*lines, *kept_script(table, _call(table, {**{name: Code(name) for name in known}, "dofs": dofs}))]
 
 
 def matrix_text(value: list[Any] | str, folder: Path) -> str:
@@ -205,7 +203,6 @@ class ModelTable(KeptTable):
 def _model(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     """The matrices of a model file, with its names."""
     from slipstick.io.model_file import load_model
-    from slipstick.structure.matrices import MatrixStructure
 
     name = row.get("file")
     path = None if name is None else gathering.inside(("file",), inside, folder, name)
@@ -215,21 +212,28 @@ def _model(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> De
     model = gathering.inside((), turning, model, row.table.rotation, folder, tell)
     if model is None:
         return Described(made=True)
-    matrices = {"M": model.M, "C": model.C, "K": model.K, "loss_factor": row.table.loss_factor}
-    whole = gathering.inside(("file",), lambda: MatrixStructure(**matrices, dofs=model.dofs))
-    structure = None if whole is None else gathering.inside((), kept, row, whole)
+    whole = gathering.inside(("file",), _model_call(row.table, model).made)
+    structure = None if whole is None else gathering.inside((), kept, row.table, whole)
     if structure is None:
         return Described(dofs=model.dofs, made=True)
     return Described(body=Body(structure=structure, model=model), dofs=structure.dofs, made=True)
 
 
-def _model_script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    arguments = {letter: f"model.{letter}" for letter in "MCK"} | {"dofs": "model.dofs"} | keys.rest("loss_factor")
-    model = f"model = {call('ss.import_model', here(keys.take('file')))}"
-    return [model, *rotation_script(keys), *kept_script(keys, call("ss.MatrixStructure", **arguments))]
+def _model_call(table: ModelTable, model: ImportedModel | None = None) -> Call:
+    parts = {name: Code(f"model.{name}", getattr(model, name, None)) for name in ("M", "C", "K", "dofs")}
+    return Call("ss.MatrixStructure", named={**parts, **table.given("loss_factor")})
+
+
+def _model_script(table: ModelTable, _folder: Path) -> list[str]:
+    model = Call("ss.import_model", (here(table.file),))
+    lines = [f"model = {model.written()}", *rotation_script(table.rotation)]
+    return [*lines, *kept_script(table, _model_call(table))]
 
 
 MODEL = StructureKind(table=ModelTable, build=_model, script=_model_script)
+
+
+_MODAL = ("dofs", "modes", "loss_factor", "damping_ratio")
 
 
 class ModalTable(Table):
@@ -246,20 +250,22 @@ class ModalTable(Table):
 
 def _modal(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     """The structure of a file; with keys at fault left out, it still tells the dofs."""
-    from slipstick.structure.modal import ModalStructure
-
     name = row.get("file")
     path = None if name is None else gathering.inside(("file",), inside, folder, name)
     if path is None:
         return Described(dofs=row.get("dofs"), made=True)
-    options = {key: row.get(key) for key in ("dofs", "modes", "loss_factor", "damping_ratio")}
     try:
-        structure = ModalStructure.load(path, **options)
+        structure = _modal_call(row.table, path).made()
     except InputError as error:
-        gathering.faults += [within(fault, tuple(options)) for fault in error.faults]
-        return Described(dofs=options["dofs"] or _modal_names(path), made=True)
+        gathering.faults += [within(fault, _MODAL) for fault in error.faults]
+        return Described(dofs=row.get("dofs") or _modal_names(path), made=True)
     body = Body(structure=structure, force=row.table.force) if row.complete else None
     return Described(body=body, dofs=structure.dofs, made=True)
+
+
+def _modal_call(table: ModalTable, path: Path | None = None) -> Call:
+    """The structure of its file; ``file`` itself may be at fault."""
+    return Call("ss.ModalStructure.load", (here(table.file, path),), table.given(*_MODAL))
 
 
 def _modal_names(path: Path) -> Sequence[str] | None:
@@ -272,10 +278,8 @@ def _modal_names(path: Path) -> Sequence[str] | None:
         return None
 
 
-def _modal_script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    keys.take("force")
-    arguments = keys.rest("dofs", "modes", "loss_factor", "damping_ratio")
-    return [f"structure = {call('ss.ModalStructure.load', here(keys.take('file')), **arguments)}"]
+def _modal_script(table: ModalTable, _folder: Path) -> list[str]:
+    return [f"structure = {_modal_call(table).written()}"]
 
 
 MODAL = StructureKind(table=ModalTable, build=_modal, script=_modal_script)

@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from slipstick.case.requests import Frequencies
-from slipstick.case.script_text import KeysToWrite, call, here
+from slipstick.case.script_text import Call, here
 from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell, within
 from slipstick.case.table import Table
@@ -46,24 +46,20 @@ _TABULATED = ("static", "beyond", "smooth")
 
 
 def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
-    from slipstick.models.modal_test import modal_analysis, tabulated_structure
     from slipstick.structure.tabulated import TabulatedStructure
 
     name, tabulated = row.get("file"), row.get("fit") == "tabulated"
     path = None if name is None else gathering.inside(("file",), inside, folder, name)
-    chosen = {key: given for key in ("modes", *_TABULATED) if (given := row.get(key)) is not None}
-    astray = [key for key in chosen if (key == "modes") == tabulated]
+    astray = [key for key in row.table.given("modes", *_TABULATED) if row.right(key) and (key == "modes") == tabulated]
     other = "modes" if tabulated else "tabulated"
     gathering.faults += [Fault(key, "is given", expected=f'fit = "{other}" beside it') for key in astray]
     if path is None or astray or not row.complete:
         return Described(made=True)
-    table = row.table
-    make = tabulated_structure if tabulated else modal_analysis
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)  # told with the whole case
         fit = None
         try:
-            fit = make(path, range=table.range, quantity=table.quantity, **chosen)
+            fit = _call(row.table, path).made()
         except InputError as error:
             gathering.faults += [within(fault, tuple(MeasuredTable.model_fields)) for fault in error.faults]
     if fit is None:
@@ -75,15 +71,14 @@ def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
     return Described(body=Body(structure=fit.structure, fit=fit), dofs=fit.structure.dofs, made=True)
 
 
-def _script(keys: KeysToWrite, _folder: Path) -> list[str]:
-    tabulated = keys.take("fit") == "tabulated"
-    file, arguments = here(keys.take("file")), keys.rest("modes", "quantity", *_TABULATED)
-    span = keys.take("range")
-    if span is not None:
-        arguments["range"] = repr(tuple(span))
-    if tabulated:
-        return [f"structure = {call('ss.models.tabulated_structure', file, **arguments)}"]
-    return [f"structure = {call('ss.models.modal_analysis', file, **arguments)}.structure"]
+def _call(table: MeasuredTable, path: Path | None = None) -> Call:
+    name = "ss.models.tabulated_structure" if table.fit == "tabulated" else "ss.models.modal_analysis"
+    return Call(name, (here(table.file, path),), table.given("modes", "quantity", *_TABULATED, "range"))
+
+
+def _script(table: MeasuredTable, _folder: Path) -> list[str]:
+    fitted = "" if table.fit == "tabulated" else ".structure"
+    return [f"structure = {_call(table).written()}{fitted}"]
 
 
 MEASURED = StructureKind(table=MeasuredTable, build=_measured, script=_script)

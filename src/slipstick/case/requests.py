@@ -43,14 +43,14 @@ _OMEGA = "the range in which the highest peak is meant, two frequencies; by defa
 
 
 class RequestTable(Table):
-    """What such a table has beside its keys."""
+    """A table that has a command of its own."""
 
     verb: ClassVar[str]
     """The function of the library that computes it."""
     onward: ClassVar[str] = "another part begins"
-    """What is said where another part of the branch begins."""
+    """The message where another part of the branch begins."""
     nothing: ClassVar[Mapping[str, Any]] = {}
-    """What a program is told besides where nothing was found."""
+    """Further results for a program where nothing was found."""
 
     @classmethod
     def impossible(cls, problem: Problem) -> list[Fault]:
@@ -58,11 +58,11 @@ class RequestTable(Table):
         return []
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
-        """What does not fit the problem; ``swept``: ``[response]`` is over a parameter, not versus frequency."""
+        """Faults against the problem; ``swept``: ``[response]`` is over a parameter, not versus frequency."""
         raise NotImplementedError
 
     def request(self, case: Case) -> Request:
-        """What is computed."""
+        """The analysis to be computed."""
         raise NotImplementedError
 
     def asked(self, case: Case) -> str:
@@ -70,15 +70,15 @@ class RequestTable(Table):
         raise NotImplementedError
 
     def shown_in(self, case: Case) -> str:
-        """The unit of what is followed, as it stands after a number."""
+        """The unit of the followed quantity, as it stands after a number."""
         raise NotImplementedError
 
     def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
-        """What was found, in sentences, and what a program is told besides."""
+        """The findings in sentences, and the same as data for ``--json``."""
         raise NotImplementedError
 
     def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
-        """What draws its figures, by name."""
+        """Functions that draw its figures, by name."""
         raise NotImplementedError
 
 
@@ -111,7 +111,7 @@ class TrackTable(RequestTable):
         return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.dof, self.at, None)
 
     def asked(self, case: Case) -> str:
-        """Which peak, over what."""
+        """The peak and its parameter."""
         return f"the peak over {self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
 
     def shown_in(self, case: Case) -> str:
@@ -287,7 +287,7 @@ class CyclesTable(RequestTable):
         return cycles_request(case.problem(), self.parameter, (self.start, self.stop), self.at, None)
 
     def asked(self, case: Case) -> str:
-        """Over what."""
+        """The parameter and its range."""
         over = f"{self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
         return f"self-excited vibration over {over}"
 
@@ -442,7 +442,7 @@ class RunUpTable(RequestTable):
         return list(integration_faults(problem))
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
-        """Rate or periods, dof, range, what is known at one speed alone."""
+        """Rate or periods, dof, range, structures that are known at one speed alone."""
         from slipstick.analysis.time_domain.long_run import sweep_faults
 
         yield from _dof_faults(problem, self.dof)
@@ -462,7 +462,7 @@ class RunUpTable(RequestTable):
 
 
 class IdentifyTable(RequestTable):
-    """``[identify]``: parameters that fit what was measured."""
+    """``[identify]``: parameters fitted to measurements."""
 
     verb: ClassVar[str] = "identify"
 
@@ -482,7 +482,7 @@ class IdentifyTable(RequestTable):
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameters with their starts, bounds."""
         for name, value in self.parameters.items():
-            yield from (fault.inside("parameters") for fault in _value_faults(problem, name, value))
+            yield from _parameter_faults(problem, name, value, key="parameters")
         for name, (low, high) in self.bounds.items():
             if name not in self.parameters:
                 yield Fault("bounds", f"{shown(name)} is not in parameters", remedy=suggestion(name, self.parameters))
@@ -510,15 +510,7 @@ def _peak_text(case: Case, data: ResultTable, dof: str, peak: Mapping[str, float
     return f"amplitude {peak['amplitude']:.6g}{unit} of {dof} at {case.frequency_text(peak['omega'])}"
 
 
-def _value_faults(problem: Problem, name: str, value: float) -> list[Fault]:
-    try:
-        problem.at_parameter(name, value)
-    except InputError as error:
-        return list(error.faults)
-    return []
-
-
-def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Iterator[Fault]:
+def _parameter_faults(problem: Problem, name: str, *values: float | None, key: str = "parameter") -> Iterator[Fault]:
     """A parameter that the problem does not have, or cannot give these values."""
     try:
         problem.parameter_target(name)
@@ -526,7 +518,7 @@ def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Ite
             if value is not None:
                 problem.at_parameter(name, value)
     except InputError as error:
-        yield from (fault.inside("parameter") for fault in error.faults)
+        yield from (fault.inside(key) for fault in error.faults)
 
 
 def _at_faults(table: TrackTable | CyclesTable) -> Iterator[Fault]:

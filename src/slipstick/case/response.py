@@ -1,4 +1,4 @@
-"""``[response]``: what is followed, from where to where, at which points, with which steps."""
+"""``[response]``: the curve that is followed: its range, its exact points, its steps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, PlainValidator
 
-from slipstick.case.script_text import KeysToWrite, call, literal, quantity_text
+from slipstick.case.script_text import Call, Code, call, literal, quantity_text
 from slipstick.case.table import Frequency, RawTable, Table, is_number, positive_frequency, toml, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.quantities import frequency_unit, ratio_of_periods
@@ -39,7 +39,7 @@ class Spacing:
 
 
 def _spacing_or_list(value: object) -> list[Any] | Spacing:
-    """What ``at`` of a case gives; InputError for anything else."""
+    """The value of ``at``; InputError for anything else."""
     if isinstance(value, list):
         return value
     if not isinstance(value, Mapping) or "count" not in value or set(value) - {"count", "spacing"}:
@@ -59,7 +59,7 @@ Length = Annotated[Annotated[float, Field(gt=0)] | None, Field(description="a nu
 
 
 class StepKeys(BaseModel):
-    """Named as in ``slipstick.analysis.road.options.ResponseOptions``; what is not given stays as it is there."""
+    """Named as in ``slipstick.analysis.road.options.ResponseOptions``; missing keys keep their default there."""
 
     max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
         default=None, description="a whole number from 2 to 1000000"
@@ -96,7 +96,7 @@ def _step_faults(raw: RawTable) -> list[Fault]:
 
 
 class ResponseTable(StepKeys, Table):
-    """``[response]``: what is followed, from where to where."""
+    """``[response]``: the curve that is followed."""
 
     start: Any = Field(alias="from", description="a number")
     stop: Any = Field(alias="to", description="a number")
@@ -216,24 +216,16 @@ def display_unit(response: RawTable, units: Units) -> str:
 
 def response_script(raw: RawTable) -> str:
     """The call that follows the same."""
-    keys = KeysToWrite(raw, ResponseTable)
-    keys.take("period_ratio")
+    table = ResponseTable.model_validate(raw)
     ends = [quantity_text(raw[key]) for key in ("from", "to")]
-    parameter, at = keys.take("parameter"), keys.take("at")
-    for key in ("start", "stop", "omega"):
-        keys.take(key)
-    more = {"requested": _requested(at, ends)} if at else {}
-    more |= keys.rest("peaks_of", "stability", "follow")
-    options = keys.rest(*STEP_KEYS)
-    if options:
-        more["options"] = "{" + ", ".join(f'"{name}": {value}' for name, value in options.items()) + "}"
-    keys.end("[response]")
-    span = f"({', '.join(ends)})"
-    if parameter is None:
-        return call("ss.forced_response", "problem()", omega=span, **more)
-    return call(
-        "ss.parameter_response", "problem()", literal(parameter), span, omega=quantity_text(raw["omega"]), **more
-    )
+    named: dict[str, Any] = {"requested": Code(_requested(table.at, ends))} if table.at else {}
+    named |= table.given("peaks_of", "stability", "follow")
+    named |= {"options": options} if (options := table.given(*STEP_KEYS)) else {}
+    problem, span = Code("problem()"), Code(f"({', '.join(ends)})")
+    if table.parameter is None:
+        return Call("ss.forced_response", (problem,), {"omega": span, **named}).written()
+    arguments = (problem, table.parameter, span)
+    return Call("ss.parameter_response", arguments, {"omega": table.omega, **named}).written()
 
 
 def frequencies_script(raw: RawTable) -> str:

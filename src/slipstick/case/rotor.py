@@ -1,23 +1,20 @@
-"""What turns: ``axis`` and ``rotor`` of contacts on a surface, ``rotation`` of a structure."""
+"""Rotation: ``axis`` and ``rotor`` of contacts on a surface, ``rotation`` of a structure."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
+from slipstick.case.script_text import Call, Code, here
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Tell, reduction_folder
-from slipstick.case.table import Frequency, Harmonic, Periodic, RawTable, Table, Vector, is_number, unexpected
-from slipstick.errors import IS_MISSING, Fault, InputError
-from slipstick.faults import Gathering
+from slipstick.case.table import Frequency, Harmonic, Periodic, RawTable, Table, Vector, at, is_number, unexpected
+from slipstick.errors import IS_MISSING, Fault
 from slipstick.quantities import harmonic_orders, read_frequency
 
 if TYPE_CHECKING:
-    from slipstick.contact.rubbing import RubbingMotion
     from slipstick.fem.imported import ImportedModel
     from slipstick.typing import Array
 
@@ -55,11 +52,6 @@ class AxisTable(Table):
     zero: Vector | None = Field(default=None, description="the direction in which the angle is 0, such as [1, 0, 0]")
 
 
-def axis_arguments(table: AxisTable | None) -> dict[str, Any] | None:
-    """The axis as ``ss.surface_contacts`` takes it."""
-    return None if table is None else table.stated
-
-
 class SeriesTable(Table):
     """``profile = { cos = { "2" = 3e-4 } }``."""
 
@@ -84,7 +76,7 @@ class RotorTable(Table):
 
 
 def rotor_faults(raw: RawTable) -> list[Fault]:
-    """What does not go together in a block of contacts."""
+    """Keys of a block of contacts that contradict each other."""
     words = [key for key in ("direction", "normal") if raw.get(key) in WORDS]
     needing = [key for key in (*words, "rotor") if key in raw]
     faults = []
@@ -99,30 +91,23 @@ def rotor_faults(raw: RawTable) -> list[Fault]:
     return faults
 
 
-def motion_arguments(table: RotorTable) -> dict[str, Any]:
-    """Arguments of ``ss.casing_motion`` but radius and angles."""
-    profile = table.profile.stated if isinstance(table.profile, SeriesTable) else table.profile
-    arguments: dict[str, Any] = {"profile": {} if profile is None else profile}
+def rotor_motion(table: RotorTable) -> Code:
+    """The rubbing motion of contacts as a function of their radius and angle; its faults are those of ``rotor``."""
+    profile, more = table.given("profile").get("profile", {}), dict[str, Any]()
     if table.speed is not None:
-        arguments["speed"] = -table.speed if table.backward else table.speed
+        more["speed"] = -table.speed if table.backward else table.speed
     elif table.backward:
-        arguments["backward"] = True
-    arguments |= {} if table.orders is None else {"orders": table.orders}
-    return arguments | ({} if table.engine_order == 1 else {"lobes": table.engine_order})
+        more["backward"] = True
+    more |= table.given("orders") | ({} if table.engine_order == 1 else {"lobes": table.engine_order})
 
+    def call(radius: Any, angles: Any) -> Call:
+        return Call("ss.casing_motion", (profile,), {"radius": radius, "angles": angles, **more})
 
-def rotor_motion(table: RotorTable) -> Callable[[Array, Array], RubbingMotion]:
-    """The rubbing motion of contacts by their radius and angle; its faults are those of ``rotor``."""
-    from slipstick.contact.casing import casing_motion
+    def motion(radius: Array, angles: Array) -> Any:
+        with at("rotor"):
+            return call(radius, angles).made()
 
-    def motion(radius: Array, angles: Array) -> RubbingMotion:
-        gathering, more = Gathering(), motion_arguments(table)
-        made = gathering.inside(("rotor",), casing_motion, more.pop("profile"), radius=radius, angles=angles, **more)
-        gathering.end()
-        assert made is not None
-        return made
-
-    return motion
+    return Code(f"lambda radius, angles: {call(Code('radius'), Code('angles')).written()}", motion)
 
 
 def _by_speed(value: Any) -> dict[float, str]:
@@ -171,35 +156,27 @@ def rotation_faults(raw: RawTable) -> list[Fault]:
 
 
 def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tell: Tell) -> ImportedModel:
-    """The model at the speed of its ``rotation`` table; what is suspicious is in its warnings."""
+    """The model at the speed of its ``rotation`` table; its warnings name suspicious values."""
     from slipstick.fem.rotation import turned_model
     from slipstick.io.model_file import load_model
 
     if table is None:
         return model
     tell(f"structure: stiffness at {table.speed:g} rad/s{'' if table.models else f', or reading it from {CACHE}'} ...")
-    try:
+    with at("rotation"):
         if table.models is None:
-            return turned_model(
-                model, table.speed, axis=axis_arguments(table.axis), cache=reduction_folder(folder),
-                coriolis=table.coriolis,
-            )  # fmt: skip
+            cache = reduction_folder(folder)
+            return turned_model(model, table.speed, **table.given("axis", "coriolis"), cache=cache)
         others = {s: load_model(inside(folder, name), quiet=True) for s, name in table.models.items()}
         return turned_model(model, table.speed, others=others, coriolis=table.coriolis)
-    except InputError as error:
-        raise InputError([fault.inside("rotation") for fault in error.faults]) from None
 
 
-def rotation_script(keys: KeysToWrite) -> list[str]:
+def rotation_script(table: RotationTable | None) -> list[str]:
     """The model at the speed of its ``rotation``."""
-    table = keys.take("rotation")
     if table is None:
         return []
-    raw = keys.raw["rotation"]
-    axis = axis_arguments(table.axis)
-    arguments = {} if axis is None else {"axis": literal(axis)}
+    named = table.given("axis")
     if table.models is not None:
-        models = (f"{literal(s)}: {call('ss.import_model', here(name))}" for s, name in table.models.items())
-        arguments["others"] = f"{{{', '.join(models)}}}"
-    arguments |= {"coriolis": "True"} if table.coriolis else {}
-    return [f"model = {call('ss.at_speed', 'model', quantity_text(raw['speed']), **arguments)}"]
+        named["others"] = {speed: Call("ss.import_model", (here(name),)) for speed, name in table.models.items()}
+    named |= {"coriolis": True} if table.coriolis else {}
+    return [f"model = {Call('ss.at_speed', (Code('model'), table.speed), named).written()}"]

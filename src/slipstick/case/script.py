@@ -10,10 +10,10 @@ from typing import Any
 
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
-from slipstick.case.load import load_script
+from slipstick.case.load import LoadTable
 from slipstick.case.output import OutputTable
 from slipstick.case.response import ResponseTable, frequencies_script, response_script
-from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
+from slipstick.case.script_text import Call, Code, call, listed_text
 from slipstick.case.sections import CASE_SECTIONS, REQUESTS, structure_kind
 from slipstick.case.source import parse
 from slipstick.case.table import RawTable
@@ -92,34 +92,29 @@ def _head(body: str) -> str:
 def _problem(raw: RawTable, folder: Path) -> str:
     """The lines that make the problem, table by table."""
     thermal = ThermalTable.model_validate(raw["thermal"]) if "thermal" in raw else None
-    contacts = contacts_script(raw["contact"], thermal)
-    loads = [load_script(load, i + 1) for i, load in enumerate(raw.get("load", []))]
     tables: list[Any] = [contact_table(contact).model_validate(contact) for contact in raw["contact"]]
+    contacts = contacts_script(tables, thermal)
+    loads = [LoadTable.model_validate(load).call.written() for load in raw.get("load", [])]
     lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
-    top = KeysToWrite({key: value for key, value in raw.items() if key not in CASE_SECTIONS}, TopTable)
-    top.take("format")
-    orders, ratio, units = top.take("harmonics"), top.take("period_ratio"), top.take("units")
-    whole = orders == list(range(len(orders)))
-    arguments = {"contacts": "contacts", "loads": "loads" if loads else "[]"}
-    arguments["harmonics"] = f"range({len(orders)})" if whole else literal(orders)
+    top = TopTable.model_validate({key: value for key, value in raw.items() if key not in CASE_SECTIONS})
+    orders, response = top.harmonics, ResponseTable.model_validate(raw["response"])
+    named = {"contacts": Code("contacts"), "loads": Code("loads") if loads else []}
+    named["harmonics"] = Code(f"range({len(orders)})") if orders == list(range(len(orders))) else orders
+    outputs = {"outputs": OutputTable.model_validate(raw["output"]).dofs} if "output" in raw else {}
     whole_disc = "mistuning" in raw["structure"]
-    if "output" in raw and not whole_disc:
-        arguments["outputs"] = literal(OutputTable.model_validate(raw["output"]).dofs)
-    ratio = ratio or ResponseTable.model_validate(raw["response"]).period_ratio
-    arguments |= {} if ratio is None else {"period_ratio": literal(tuple(ratio))}
-    arguments |= top.rest("title")
-    arguments |= {} if units is None else {"units": literal(units.model_dump(exclude_none=True))}
-    top.end("the case file")
+    named |= {} if whole_disc else outputs
+    ratio = top.period_ratio or response.period_ratio
+    named |= {} if ratio is None else {"period_ratio": ratio}
+    named |= top.given("title", "units")
     if thermal is not None or any(table.thermal is not None for table in tables):
         lines += thermal_script(tables, thermal, contacts.blocks, folder)
-        arguments["thermal"] = "thermal"
-    made = call("ss.Problem", "structure", **arguments)
+        named["thermal"] = Code("thermal")
+    made = Call("ss.Problem", (Code("structure"),), named).written()
     if contacts.chosen:
         chosen = f"[pair.name for pair in {' + '.join(contacts.chosen)}]"
         made = call("ss.models.straight_contacts", made, omega=frequencies_script(raw["response"]), contacts=chosen)
     if whole_disc:
-        own = {"outputs": literal(OutputTable.model_validate(raw["output"]).dofs)} if "output" in raw else {}
-        made = call("disc.problem", made, **own)
+        made = Call("disc.problem", (Code(made),), outputs).written()
     return "\n".join([*lines, f"return {made}"])
 
 
@@ -127,11 +122,7 @@ def _structure(raw: RawTable, folder: Path) -> list[str]:
     table = reaching(raw)
     kind = structure_kind(table)
     assert kind is not None
-    keys = KeysToWrite(table, kind.table)
-    keys.take("kind")
-    lines = kind.script(keys, folder)
-    keys.end("[structure]")
-    return lines
+    return kind.script(kind.table.model_validate(table), folder)
 
 
 def _docstring(title: str) -> str:

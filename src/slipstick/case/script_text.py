@@ -1,45 +1,68 @@
-"""Pieces of Python text: literals, calls, and the keys of a table that are yet to be written."""
+"""Calls of public names, to be made or to be written in a script, and other pieces of Python text."""
 
 from __future__ import annotations
 
 import json
 import textwrap
 from collections.abc import Mapping
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from slipstick.case.table import RawTable, Table
-from slipstick.errors import InputError
-from slipstick.quantities import frequency_unit
+from slipstick.quantities import WithUnit, frequency_unit
 
 _WIDTH = 100
 _CONSTANT = {"rad/s": "", "rad": "", "Hz": "HZ", "kHz": "KHZ", "rpm": "RPM", "deg": "DEG", "°": "DEG"}
 
 
-class KeysToWrite:
-    """The keys that a table of a case file gives, taken one by one; what is left over cannot be written."""
+class Code(NamedTuple):
+    """A value that a script says in its own words: a variable, a file that it reads."""
 
-    def __init__(self, raw: RawTable, model: type[Table]) -> None:
-        self.raw = raw
-        self.table: Any = model.model_validate(raw)
-        self.values = self.table.stated
+    text: str
+    value: Any = None
 
-    def take(self, name: str) -> Any:
-        """A value, or None."""
-        return self.values.pop(name, None)
 
-    def rest(self, *names: str) -> dict[str, str]:
-        """Literals of those of several values that are given."""
-        return {name: literal(value) for name in names if (value := self.take(name)) is not None}
+class Call(NamedTuple):
+    """A call of a public name, to be made or to be written in a script.
 
-    def end(self, where: str) -> None:
-        """InputError where a key was not taken."""
-        if self.values:
-            raise InputError(f"{where} {min(self.values)}: has no counterpart in a script yet; use the case file")
+    >>> call = Call("ss.Load", named={"dof": "x", "cos": 2.0})
+    >>> call.written(), call.made()
+    ('ss.Load(dof="x", cos=2.0)', Load(dof='x', cos=2.0))
+    """
+
+    name: str
+    arguments: tuple[Any, ...] = ()
+    named: Mapping[str, Any] = {}
+
+    def but(self, **named: Any) -> Call:
+        """The same with other arguments."""
+        return self._replace(named={**self.named, **named})
+
+    def made(self) -> Any:
+        """What it returns."""
+        import slipstick
+
+        function = attrgetter(self.name.removeprefix("ss."))(slipstick)
+        return function(*map(made, self.arguments), **{name: made(value) for name, value in self.named.items()})
+
+    def written(self) -> str:
+        """Its text in a script."""
+        return call(self.name, *map(literal, self.arguments), **{n: literal(v) for n, v in self.named.items()})
+
+
+def made(value: Any) -> Any:
+    """A value of a call as it is passed on."""
+    if isinstance(value, Call):
+        return value.made()
+    return value.value if isinstance(value, Code) else value
 
 
 def literal(value: object) -> str:
     """A value of the file as Python writes it, long lists over several lines."""
+    if isinstance(value, Call):
+        return value.written()
+    if isinstance(value, Code):
+        return value.text
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, Mapping):
@@ -48,6 +71,8 @@ def literal(value: object) -> str:
         return f"({', '.join(map(literal, value))})"
     if isinstance(value, list):
         return _enclosed("[", [literal(item) for item in value], "]")
+    if isinstance(value, WithUnit) and value.text:
+        return quantity_text(value.text)
     return _number(value) if isinstance(value, float) else repr(value)
 
 
@@ -97,9 +122,9 @@ def listed_text(items: list[str]) -> str:
     return f"[\n{inside}]" if items else "[]"
 
 
-def here(name: str) -> str:
+def here(name: str, path: Path | None = None) -> Code:
     """The path of a file beside the script."""
-    return f"HERE / {literal(name)}"
+    return Code(f"HERE / {literal(name)}", path)
 
 
 def file_code(name: str, folder: Path) -> str:
@@ -107,6 +132,7 @@ def file_code(name: str, folder: Path) -> str:
     from slipstick.structure.npz import array_shapes
 
     if name.lower().endswith(".mtx"):
-        return f"mmread({here(name)}, spmatrix=False)"
+        return f"mmread({here(name).text}, spmatrix=False)"
     arrays = list(array_shapes(folder / name))
-    return f"load_npz({here(name)})" if "indptr" in arrays else f"np.load({here(name)})[{literal(arrays[0])}]"
+    where = here(name).text
+    return f"load_npz({where})" if "indptr" in arrays else f"np.load({where})[{literal(arrays[0])}]"

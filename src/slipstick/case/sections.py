@@ -1,4 +1,4 @@
-"""The sections of a case: which there are, what of their tables is right, and every fault within one table.
+"""The sections of a case: their names, the right values of their tables, and every fault within one table.
 
 A new kind of structure is a file such as ``blade.py`` and its name in :data:`STRUCTURES`; a new table that a verb of
 its own computes is a class such as those in ``requests.py`` and its name in :data:`REQUESTS`.
@@ -63,7 +63,7 @@ _MISSING = {
     "contact": "give at least one contact, without any the response is linear",
     "response": "give it with the keys from and to",
 }
-"""Sections that every case has, and what to do where one has not."""
+"""Sections that every case needs, and the remedy where one is missing."""
 
 
 def in_case(fault: Fault) -> str:
@@ -127,7 +127,7 @@ class Sections:
 
 
 def read_sections(raw: RawTable) -> tuple[Sections, list[Fault]]:
-    """All sections but ``[structure]``, and what is wrong with each of them alone."""
+    """All sections but ``[structure]``, and the faults within each of them."""
     top, faults = _top(raw)
     reader = _Reader(raw, faults)
     sections = Sections(
@@ -212,7 +212,7 @@ def structure_kind(raw: RawTable) -> StructureKind | None:
 
 
 def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Described, list[Fault]]:
-    """What ``[structure]`` describes, and the faults found in it; ``tell`` hears of stages that take time."""
+    """The structure of ``[structure]`` and the faults found in it; ``tell`` hears of stages that take time."""
     gathering = Gathering()
     described = gathering.take(_described, raw, folder, tell, gathering)
     return described or Described(), [fault.inside("structure") for fault in gathering.faults]
@@ -235,7 +235,7 @@ def _described(raw: Any, folder: Path, tell: Tell, gathering: Gathering) -> Desc
 
 
 def take_requests(raw: dict[str, Any]) -> tuple[dict[str, RequestTable], list[Fault]]:
-    """Take the tables of :data:`REQUESTS` out of a case; what is right of them, and every fault within one."""
+    """Take the tables of :data:`REQUESTS` out of a case; their right values, and every fault within one."""
     requests: dict[str, RequestTable] = {}
     faults: list[Fault] = []
     for name, model in REQUESTS.items():

@@ -101,7 +101,7 @@ def parse(text: str, name: str) -> dict[str, Any]:
 
 
 def _reason(said: str, text: str) -> str:
-    """What the parser says, its line beside it."""
+    """The message of the parser, with the line it is about."""
     said = _TWICE.sub(lambda match: f"the table [{'.'.join(re.findall(_PART, match[1]))}] stands twice", said)
     at = re.search(r"at line (\d+)", said)
     line = text.splitlines()[int(at[1]) - 1 : int(at[1])] if at else []
@@ -111,7 +111,7 @@ def _reason(said: str, text: str) -> str:
 
 
 def _bounds_fault(text: str) -> str | None:
-    """What would cost the parser, or whoever works with its result, more time and memory than any case needs."""
+    """Text that costs the parser, or the code after it, more time and memory than any case needs."""
     bare = _STRING.sub(lambda match: "_" + "\n" * match[0].count("\n"), text)
     depth = 0
     for bracket in re.finditer(r"[\[\]{}]", bare):

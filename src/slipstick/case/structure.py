@@ -1,4 +1,4 @@
-"""What every ``[structure]`` of a case is: what its kinds make, and what reductions of finite element models share."""
+"""Every ``[structure]`` of a case: the results of its kinds, and the common part of finite element reductions."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from slipstick.case.script_text import KeysToWrite
+from slipstick.case.script_text import Call
 from slipstick.case.table import Table
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError, SlipstickError, SlipstickWarning
@@ -43,7 +43,7 @@ class Body:
     ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
     ``sector``: the reduced finite element sector whose wave the structure is.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
-    the same. ``seconds``: what it took to make or to read it. ``fit``: the modal analysis of a test, or its table.
+    the same. ``seconds``: the time to make or to read it. ``fit``: the modal analysis of a test, or its table.
     """
 
     structure: Structure
@@ -57,19 +57,19 @@ class Body:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is approximated or is suspicious in the model, one sentence each."""
+        """Approximations and suspicious values of the model, one sentence each."""
         behind = self.reduced or self.sector or self.model or self.fit
         return () if behind is None else behind.warnings
 
 
 @dataclass(frozen=True, kw_only=True)
 class Described:
-    """What a ``[structure]`` table says: the body, where nothing is wrong with it, and the dofs as far as known."""
+    """The result of a ``[structure]`` table: the body where it has no fault, and the dofs as far as known."""
 
     body: Body | None = None
     dofs: Sequence[str] | None = None
     made: bool = False
-    """Whether it is known what the structure is, though not all of it is right."""
+    """Whether the kind of structure is known, though some of its keys may be wrong."""
 
     @property
     def structure(self) -> Structure | None:
@@ -86,13 +86,13 @@ class Described:
 class StructureKind:
     """One ``kind`` of ``[structure]``; :data:`slipstick.case.sections.STRUCTURES` lists them.
 
-    ``table``: its keys. ``build``: what it makes of them, as far as they are right; the faults it finds go to the
-    gathering. ``script``: the lines of Python that make ``structure`` (``body`` too where there is one) in a folder.
+    ``table``: its keys. ``build``: the structure, as far as they are right; the faults it finds go to the
+    gathering. ``script``: the lines of Python that make ``structure`` (``body`` too where there is one) of a table.
     """
 
     table: type[Table]
     build: Callable[[ReadTable, Path, Tell, Gathering], Described]
-    script: Callable[[KeysToWrite, Path], list[str]]
+    script: Callable[[Any, Path], list[str]]
 
 
 def within(fault: Fault, keys: Sequence[str]) -> Fault:
@@ -103,7 +103,7 @@ def within(fault: Fault, keys: Sequence[str]) -> Fault:
 
 
 def reducing_kind(
-    table: type[Table], make: Callable[..., Body], script: Callable[[KeysToWrite, Path], list[str]]
+    table: type[Table], make: Callable[..., Body], script: Callable[[Any, Path], list[str]]
 ) -> StructureKind:
     """A finite element kind, which takes time to make: nothing is made of a table with faults."""
     keys = tuple(table.model_fields)
@@ -144,16 +144,16 @@ def stages(tell: Tell) -> Callable[[StageProgress], None]:
     return hear
 
 
-def reduced(tell: Tell, make: Callable[[Callable[[StageProgress], None]], ReducedBody], *, force: bool) -> Body:
+def reduced(tell: Tell, body: Call, folder: Path, *, force: bool) -> Body:
     """A reduction; one that does not succeed is a fault of the case. Its error is judged with the whole case."""
     began = time.perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
-            body = make(stages(tell))
+            made = body.but(cache=reduction_folder(folder), listener=stages(tell)).made()
     except InputError:
         raise
     except SlipstickError as error:
         raise InputError(Fault(statement=str(error))) from None
-    tell(f"  {body.structure.omega.size} modes")
-    return Body(structure=body.structure, reduced=body, force=force, seconds=time.perf_counter() - began)
+    tell(f"  {made.structure.omega.size} modes")
+    return Body(structure=made.structure, reduced=made, force=force, seconds=time.perf_counter() - began)

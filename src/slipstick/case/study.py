@@ -43,7 +43,7 @@ def _read(section: object) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def cases_text(plan: StudyPlan) -> str:
-    """How many cases there are, along what."""
+    """The number of cases, and the parameters they vary."""
     sizes = zip(plan.dims, plan.shape, strict=True)
     along = " x ".join(f"{name} ({size})" for name, size in sizes) if plan.axes else ", ".join(plan.names)
     return f"{len(plan)} cases, {along}"

@@ -1,8 +1,9 @@
-"""What every table of a case file is made of: its base class, the values it may hold, how a value looks in the file."""
+"""The base class of every table of a case file, the values it may hold, and how a value looks in the file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from datetime import date, time
 from typing import Annotated, Any, TypeGuard
 
@@ -42,8 +43,17 @@ def toml(value: object) -> str:
 
 
 def unexpected(expected: str) -> InputError:
-    """The exception for a value of which only what was expected is to be said; what was found is known outside."""
+    """The exception for a wrong value; it states the expected one, and the caller adds the value found."""
     return InputError(Fault(expected=expected))
+
+
+@contextmanager
+def at(*where: str) -> Iterator[None]:
+    """Put this path in front of faults that a block raises."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError([fault.inside(*where) for fault in error.faults]) from None
 
 
 class Table(BaseModel):
@@ -62,7 +72,12 @@ class Table(BaseModel):
     @property
     def stated(self) -> dict[str, Any]:
         """The keys that the file gives, by the names of their fields and in the order of these."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
+        return self.given(*type(self).model_fields)
+
+    def given(self, *names: str) -> dict[str, Any]:
+        """Those of some keys that the file gives, in this order."""
+        values = {name: getattr(self, name) for name in names if name in self.model_fields_set}
+        return {name: value.stated if isinstance(value, Table) else value for name, value in values.items()}
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.case.script_text import call, file_code, here, literal
+from slipstick.case.script_text import Call, call, file_code, here, literal
 from slipstick.case.source import inside
-from slipstick.case.table import MatrixGiven, NotNegative, Table, is_number, unexpected
+from slipstick.case.table import MatrixGiven, NotNegative, Table, at, is_number, unexpected
 from slipstick.case.validation import ReadTable
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import suggestion
@@ -19,7 +19,6 @@ from slipstick.faults import suggestion
 if TYPE_CHECKING:
     from slipstick.case.contact import CaseContact, ContactTable
     from slipstick.fem.contact_points import ContactPoints
-    from slipstick.state.thermal.friction_curve import FrictionCurve
     from slipstick.state.thermal.model import ThermalModel
     from slipstick.typing import Array
 
@@ -82,7 +81,7 @@ def is_table(value: object) -> bool:
 
 
 def cold_value(value: float | dict[str, Any], background: float | None) -> float:
-    """A number of the file, or what its table says at the background temperature (at its first row without one)."""
+    """A number of the file, or the value of its table at the background temperature (at its first row without one)."""
     if not isinstance(value, dict):
         return value
     from slipstick.state.thermal.friction_curve import FrictionCurve
@@ -183,15 +182,13 @@ def _read(name: str, folder: Path) -> Array:
     from slipstick.structure.checks import dense
     from slipstick.structure.npz import array_shapes, read_arrays
 
-    try:
+    with at("thermal", "influence"):
         path = inside(folder, name)
         if path.suffix.lower() == ".npz":
             known = [key for key in _ARRAYS if key in array_shapes(path)]
             if known:
                 return read_arrays(path, {known[0]: 2})[known[0]]
         matrix = read_matrix(path)
-    except InputError as error:
-        raise InputError([fault.inside("thermal", "influence") for fault in error.faults]) from None
     return np.asarray(dense(matrix), dtype=float)
 
 
@@ -215,18 +212,18 @@ def thermal_model(
     at = [names.index(name) for name in order]
     resistance[np.ix_(at, at)] = matrix
     return ThermalModel(
-        curve={contact.name: curve for contact in contacts if (curve := _curve(contact.row.table)) is not None},
+        curve={contact.name: curve.made() for contact in contacts if (curve := _curve(contact.row.table)) is not None},
         background={name: common if value is None else value for name, value in backgrounds.items()},
         resistance=resistance,
         contacts=names,
     )
 
 
-def _curve(contact: ContactTable) -> FrictionCurve | None:
-    from slipstick.state.thermal.friction_curve import FrictionCurve
-
+def _curve(contact: ContactTable) -> Call | None:
+    """The parameters of a contact over temperature; None where none depends on it."""
     tables, kinds = _tables_of(contact)
-    return FrictionCurve(interpolation=kinds, **tables) if tables else None
+    others = {"interpolation": kinds} if set(kinds.values()) - {"pchip"} else {}
+    return Call("ss.FrictionCurve", named={**tables, **others}) if tables else None
 
 
 def thermal_script(
@@ -236,11 +233,13 @@ def thermal_script(
     curves: dict[str, str] = {}
     lines: list[str] = []
     for table in tables:
-        curve = _curve_text(table)
-        if curve is not None and curve not in curves.values():
+        made = _curve(table)
+        if made is None:
+            continue
+        curve = made.written()
+        if curve not in curves.values():
             lines.append(f"curve{f'_{len(lines) + 1}' if lines else ''} = {curve}")
-        if curve is not None:
-            curves[table.name] = curve
+        curves[table.name] = curve
     named = {line.partition(" = ")[2]: line.partition(" = ")[0] for line in lines}
     if len(curves) == len(tables) and len(lines) == 1:
         arguments = {"curve": "curve"}
@@ -257,14 +256,6 @@ def _by_name(table: ContactTable, value: str, variables: Mapping[str, str]) -> s
     if table.name in variables:
         return f"**{{pair.name: {value} for pair in {variables[table.name]}}}"
     return f"{literal(table.name)}: {value}"
-
-
-def _curve_text(table: ContactTable) -> str | None:
-    tables, kinds = _tables_of(table)
-    values = {name: literal(rows) for name, rows in tables.items()}
-    if set(kinds.values()) - {"pchip"}:
-        values["interpolation"] = literal(kinds)
-    return call("ss.FrictionCurve", **values) if tables else None
 
 
 def _background_text(tables: Sequence[ContactTable], top: ThermalTable | None, variables: Mapping[str, str]) -> str:
@@ -285,7 +276,7 @@ def _resistance_text(
     folder: Path,
     lines: list[str],
 ) -> dict[str, str]:
-    """Keywords ``resistance`` and ``contacts``; what they need goes to ``lines``."""
+    """Keywords ``resistance`` and ``contacts``; the lines they need are added to ``lines``."""
     alone = {t.name: t.thermal.resistance or 0.0 for t in tables if t.thermal is not None}
     if top is None:
         lines.append("names = [name for pair in contacts for name in pair.elements]")
@@ -320,7 +311,7 @@ def _conducted_text(
     alone: Mapping[str, float],
     lines: list[str],
 ) -> tuple[str, str, dict[str, float]]:
-    """``influence = "structure"``: the matrix, the names it heats or nothing for all, and what is beside it.
+    """``influence = "structure"``: the matrix, the heated names (none: all), and the contacts beside it.
 
     Contacts on the surface are named by their points; the matrix holds their own resistances.
     """
@@ -347,6 +338,6 @@ def _matrix_text(value: object, folder: Path) -> str:
         return call("np.array", literal(value))
     known = [key for key in _ARRAYS if value.lower().endswith(".npz") and key in array_shapes(folder / value)]
     if known:
-        return f"np.load({here(value)})[{literal(known[0])}]"
+        return f"np.load({here(value).text})[{literal(known[0])}]"
     code = file_code(value, folder)
     return code if code.startswith("np.") else f"{code}.toarray()"

@@ -1,4 +1,4 @@
-"""A table of the file against its keys: every fault in it, and what of it is right in any case."""
+"""A table of the file against its keys: every fault in it, and the values that are right."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ReadTable:
     table
         Its keys; one that is at fault has its default, or None.
     wrong
-        Paths, within the table, to what is at fault.
+        Paths, within the table, to its faulty values.
     """
 
     where: Where
@@ -49,7 +49,7 @@ class ReadTable:
 
 
 def read_table(model: type[Table], raw: RawTable, where: Where) -> tuple[ReadTable, list[Fault]]:
-    """A table with what is right in it, and all faults with their whole path."""
+    """A table with its right values, and all faults with their whole path."""
     faults_of_keys, meant = _model_faults(model, raw)
     faults = list(dict.fromkeys([*faults_of_keys, *model.cross_check(_as_meant(raw, meant))]))
     wrong = {fault.where for fault in faults} | set(meant.values())
@@ -72,7 +72,7 @@ def _as_meant(raw: RawTable, meant: Mapping[Where, Where]) -> dict[str, Any]:
 
 
 def _remove(table: dict[str, Any], where: Where) -> None:
-    """Leave out what is at fault, in nested tables that alone."""
+    """Leave out a faulty value; of a nested table only that value."""
     inner: Any = table
     for part in where[:-1]:
         if not isinstance(inner.get(part), dict):
@@ -96,7 +96,7 @@ def _lenient(model: type[Table]) -> type[BaseModel]:
 
 
 def _model_faults(model: type[BaseModel], raw: RawTable) -> tuple[list[Fault], dict[Where, Where]]:
-    """Faults of each key by itself, and what misspelt keys were meant to be: these are not told to be missing."""
+    """Faults of each key by itself, and the meaning of misspelt keys, which are not reported as missing."""
     try:
         model.model_validate(raw)
         return [], {}
@@ -161,7 +161,7 @@ def _elsewhere(model: type[BaseModel], name: object) -> str:
 
 
 def _at(raw: Any, where: Where) -> Any:
-    """What the file has at a place that is there."""
+    """The value of the file at a path that exists."""
     for part in where:
         raw = raw[part]
     return raw
@@ -197,7 +197,7 @@ def _models_in(annotation: object) -> Iterable[type[BaseModel]]:
 
 
 def _description(model: type[BaseModel], where: Where) -> str:
-    """What the innermost described field of a path expects."""
+    """The description of the innermost field of a path that has one."""
     best = "a table with the keys " + ", ".join(_keys(model))
     owner: type[BaseModel] | None = model
     for part in where:

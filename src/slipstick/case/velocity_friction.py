@@ -22,7 +22,7 @@ def is_over_velocity(mu: object) -> bool:
 
 
 def velocity_arguments(mu: Mapping[str, Any]) -> dict[str, Any]:
-    """What ``ss.models.StribeckContact`` takes for it."""
+    """Arguments of ``ss.models.StribeckContact`` for it."""
     if TABLE in mu:
         return {"mu": [tuple(row) for row in mu[TABLE]]}
     return {key: mu[key] for key in _CURVE if key in mu}
@@ -38,17 +38,12 @@ def _friction(value: object) -> Any:
     faults = [Fault(key, UNKNOWN_KEY, remedy=suggestion(key, known)) for key in value if key not in known]
     if TABLE in value and (others := [key for key in _CURVE if key in value]):
         faults.append(Fault(TABLE, f"is given together with {', '.join(others)}", remedy="keep one"))
-    elif TABLE in value:
-        rows = value[TABLE]
-        try:
-            StribeckContact(kt=1.0, normal_load=1.0, mu=rows)
-        except InputError as error:
-            faults += [replace(f, where=(TABLE,)) for f in error.faults]
     else:
+        curve = {"mu": value[TABLE]} if TABLE in value else velocity_arguments(value)
         try:
-            StribeckContact(kt=1.0, normal_load=1.0, **{key: value[key] for key in _CURVE if key in value})
+            StribeckContact(kt=1.0, normal_load=1.0, **curve)
         except InputError as error:
-            faults += error.faults
+            faults += [replace(f, where=(TABLE,)) if TABLE in value else f for f in error.faults]
     if faults:
         raise InputError(faults)
     return value
