@@ -57,7 +57,7 @@ class Events:
     ) -> None:  # fmt: skip
         self._requests, self._scalings, self._correctors, self._dense = requests, scalings, correctors, dense
         self._first, self._segments = requests[0], dense.segments
-        self._measures, self._cubics = dense.cubics(dense.segments)
+        self._metric, self._cubics = dense.cubics(dense.segments)
         outputs = Outputs(self._first.balance, self._first.peaks_of)
         self._names = outputs.names
         ports = [port for port in outputs._ports if port is not None]
@@ -93,7 +93,7 @@ class Events:
                 ends = values[:, [0, -1]]
                 falls = (ends[:, 0] > 0.0) & (ends[:, 1] <= 0.0)
                 tangents = nodes.tangents[segments.first], nodes.tangents[segments.second]
-                hidden = ~_plain(ends, heights[:, :, i], self._measures, *tangents, cubics.length)
+                hidden = ~_plain(ends, heights[:, :, i], self._metric, *tangents, cubics.length)
                 between.append((i, np.flatnonzero(~segments.smooth & (hidden | falls)), ends, heights[:, :, i]))
                 before.append(values[:, 0])
         found = self._together(plain, between, alone)
@@ -180,8 +180,8 @@ class Events:
         live = np.arange(which.size)
         for _ in range(BOTTOM_SECANTS):
             segments = which[live]
-            cubics, measures = self._cubics.at(segments), self._measures.at(segments)
-            solved, good = self._solved(segments, measures, cubics, cubics.point(u[live]), cubics.derivative(u[live]))
+            cubics, metric = self._cubics.at(segments), self._metric.at(segments)
+            solved, good = self._solved(segments, metric, cubics, cubics.point(u[live]), cubics.derivative(u[live]))
             live = live[good]
             new = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
             side, size = (new.slopes >= 0.0).astype(int), np.abs(new.slopes)
@@ -288,8 +288,8 @@ class Events:
             Ends.of(nodes, at[which], heights[:, k], slopes[:, k])
             for k, at in enumerate((segments.first, segments.second))
         )
-        branch, measures = nodes.branch[segments.first[which]], self._measures.at(which)
-        return Brackets(segment=which, branch=branch, measures=measures, low=low, high=high)
+        branch, metric = nodes.branch[segments.first[which]], self._metric.at(which)
+        return Brackets(segment=which, branch=branch, metric=metric, low=low, high=high)
 
     def _parted(self, i: int, whole: Brackets) -> Brackets:
         """Parts of segments that are not near the branch, over which the slope of an output falls through zero.
@@ -301,13 +301,13 @@ class Events:
             cubics = todo.cubics
             slopes = np.column_stack((todo.low.slopes, todo.high.slopes))
             heights = np.column_stack((todo.low.heights, todo.high.heights))
-            told = _plain(slopes, heights, todo.measures, todo.low.tangents, todo.high.tangents, cubics.length)
+            told = _plain(slopes, heights, todo.metric, todo.low.tangents, todo.high.tangents, cubics.length)
             parts.append(todo.at(told))
             rest, some = todo.at(~told), cubics.at(~told)
             if not rest.segment.size:
                 return _falling(parts)
             u = np.full(rest.segment.size, 0.5)
-            solved, good = self._solved(rest.segment, rest.measures, some, some.point(u), some.derivative(u))
+            solved, good = self._solved(rest.segment, rest.metric, some, some.point(u), some.derivative(u))
             parts.append(rest.at(~good))
             middle = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
             rest = rest.at(good)
@@ -333,7 +333,7 @@ class Events:
         ):
             inside = np.flatnonzero(u != edge)
             if inside.size:
-                here, cubics = self._measures.at(which[inside]), self._cubics.at(which[inside])
+                here, cubics = self._metric.at(which[inside]), self._cubics.at(which[inside])
                 guess, direction = cubics.point(u[inside]), cubics.derivative(u[inside])
                 solved, fine = self._solved(which[inside], here, cubics, guess, direction, exact=True)
                 end.put(inside[fine], Ends.found(self._correctors, solved, np.flatnonzero(fine), self._observed(i)))
@@ -359,7 +359,7 @@ class Events:
         ``Maxima.quickly``, from slopes (n, 9) along each.
         """
         nodes, tolerance = self._dense.nodes, self._first.options.event_tolerance
-        measures, cubics = self._measures.at(which), self._cubics.at(which)
+        metric, cubics = self._metric.at(which), self._cubics.at(which)
         every, place = np.arange(which.size), np.argmax((values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0), axis=1)
         at, step = _PLACES.u[place], float(_PLACES.u[1])
         rate = (values[every, place + 1] - values[every, place]) / step
@@ -373,7 +373,7 @@ class Events:
             some = cubics.at(live)
             guess = some.point(u[live]) + off[live]
             direction = some.derivative(u[live])
-            solved, fine = self._solved(which[live], measures.at(live), some, guess, direction, exact=True)
+            solved, fine = self._solved(which[live], metric.at(live), some, guess, direction, exact=True)
             live, kept = live[fine], np.flatnonzero(fine)
             value = self._at(solved.states[kept], solved.tangents[kept])[1][:, i] if kept.size else np.empty(0)
             again = ~np.isnan(known_at[live]) & (u[live] != known_at[live])
@@ -401,7 +401,7 @@ class Events:
         return good
 
     def _solved(
-        self, which: Numbers, measures: Metric, cubics: HermiteSegment, guess: Array, direction: Array, *,
+        self, which: Numbers, metric: Metric, cubics: HermiteSegment, guess: Array, direction: Array, *,
         exact: bool = False,
     ) -> tuple[Solved, BoolArray]:  # fmt: skip
         """``Maxima.solved``: solutions on planes across segments, and which of them are those expected."""
@@ -409,10 +409,10 @@ class Events:
         branch = nodes.branch[segments.first[which]]
         across = np.zeros(which.size, dtype=bool)
         solved = self._correctors.correct(
-            branch, guess, direction, across, measures, forward=direction, options=self._exact if exact else None
+            branch, guess, direction, across, metric, forward=direction, options=self._exact if exact else None
         )
         with np.errstate(invalid="ignore"):
-            near = is_near(measures, solved.states - guess, cubics.length)
+            near = is_near(metric, solved.states - guess, cubics.length)
         ways = (nodes.orientation[ends[which]] for ends in (segments.first, segments.second))
         elsewhere = np.logical_and.reduce([solved.orientation * way < 0 for way in ways])
         return solved, np.asarray(solved.found & near & ~elsewhere)
@@ -420,12 +420,12 @@ class Events:
     def _as_nodes(self, solved: Solved | Ends, kept: Numbers, inverse: Numbers, which: Numbers) -> Points:
         """Some of what was solved for, on the segments named."""
         nodes, first, owner = self._dense.nodes, self._segments.first[which], self._segments.owner[which]
-        measures, states = nodes.measures.at(owner), solved.states[kept]
+        metric, states = nodes.metric.at(owner), solved.states[kept]
         return Points(
             branch=nodes.branch[first], states=states, tangents=solved.tangents[kept], inverse=inverse,
             orientation=solved.orientation[kept], iterations=solved.iterations[kept],
-            arclength=nodes.arclength[first] + measures.length(states - nodes.states[first]),
-            apart=np.full(kept.size, np.inf), measures=measures,
+            arclength=nodes.arclength[first] + metric.length(states - nodes.states[first]),
+            apart=np.full(kept.size, np.inf), metric=metric,
         )  # fmt: skip
 
     # one by one
@@ -441,7 +441,7 @@ class Events:
                 locators[i] = self._locator(i)
             corrector, locator = locators[i]
             owner = int(segments.owner[s])
-            _, *sizes = (float(part[owner]) for part in nodes.measures.measure)
+            _, *sizes = (float(part[owner]) for part in nodes.metric.measure)
             corrector.metric = corrector.metric.measuring(Measure(1.0, *sizes))
             locator.values = tuple(before[:, s].tolist())
             ends = int(segments.first[s]), int(segments.second[s])
@@ -475,7 +475,7 @@ class Events:
             inverse=np.array(inverses),
             orientation=np.array([s.orientation for s in steps]), iterations=np.array([s.iterations for s in steps]),
             arclength=np.array([s.arclength for s in steps]), apart=np.full(len(steps), np.inf),
-            measures=nodes.measures.at(np.array(owners)),
+            metric=nodes.metric.at(np.array(owners)),
         )  # fmt: skip
 
     def _locator(self, i: int) -> tuple[Corrector, Locator]:
@@ -530,9 +530,9 @@ def _falling(parts: list[Brackets]) -> Brackets:
     return every.at(every.falls)
 
 
-def _plain(slopes: Array, heights: Array, measures: Metric, first: Array, second: Array, length: Array) -> BoolArray:
+def _plain(slopes: Array, heights: Array, metric: Metric, first: Array, second: Array, length: Array) -> BoolArray:
     """``Maxima._plain`` of segments: slopes and heights (n, 2) and tangents (n, N + 1) at both ends, lengths (n,)."""
-    before, after = slopes[:, 0] / measures.length(first), slopes[:, 1] / measures.length(second)
+    before, after = slopes[:, 0] / metric.length(first), slopes[:, 1] / metric.length(second)
     gain = heights[:, 1] - heights[:, 0]
     hidden = np.minimum(
         np.abs(gain - 0.5 * length * (before + after)), np.maximum(np.abs(before), np.abs(after)) * length

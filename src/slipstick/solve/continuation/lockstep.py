@@ -22,7 +22,8 @@ from slipstick.solve.continuation.metric import Metric, angle_of, dots, norms
 from slipstick.solve.continuation.options import ContinuationOptions, next_step
 from slipstick.solve.continuation.predictor import Span, along_tangent, goes_on, place_ahead, shortened
 from slipstick.solve.continuation.step_acceptance import cubic_distance, is_far, is_kink, is_short, reach
-from slipstick.solve.newton import NewtonOptions
+from slipstick.solve.continuation.tables import Table
+from slipstick.solve.newton import NewtonOptions, gains, is_clear_gain, may_be_taken_whole, stalls
 from slipstick.typing import Array, BoolArray
 
 _ROUNDING = 1e-10
@@ -86,7 +87,7 @@ class Inverses:
 
 
 @dataclass(kw_only=True)
-class Solved:
+class Solved(Table):
     """Solutions sought on k planes; what is not ``found`` means nothing.
 
     Attributes
@@ -182,8 +183,8 @@ class Correctors:
             sizes[:, live] = size, sizes[0, live], sizes[1, live]
             done = size <= options.tolerance
             with np.errstate(invalid="ignore"):
-                shrinks = ~((size > 0.5 * sizes[1, live]) & (sizes[1, live] > 0.1 * sizes[2, live]))
-            rounded = ~done & ~shrinks & (size <= options.stagnation)
+                stalled = stalls(*sizes[:, live])
+            rounded = ~done & stalled & (size <= options.stagnation)
             lost = ~done & ~rounded & (~np.isfinite(size) | (iterations[live] >= options.max_iterations))
             self._doubt(branches, live[lost], z, residual, size[lost])
             if reach is not None:
@@ -225,12 +226,12 @@ class Correctors:
         trial, R, V, natural = tried(every, 1.0)
         first = iterations[live] == 0
         contraction[live[first]] = natural[first]
-        good = (natural <= 0.5) | ((size <= options.stagnation) & np.isfinite(natural))
+        good = is_clear_gain(natural, size, options)
         rest = np.flatnonzero(~good)
         self._doubt(branches, live[rest], z, residual, size[rest])
         if rest.size:
             best, taken = natural[rest].copy(), rest
-            usable, damping = natural[rest] < 10.0, 0.5
+            usable, damping = may_be_taken_whole(natural[rest]), 0.5
             trials = [array[rest].copy() for array in (trial, R, V)]
             while damping >= options.min_damping and taken.size:
                 place = np.searchsorted(rest, taken)
@@ -239,9 +240,9 @@ class Correctors:
                 for kept, new in zip(trials, more, strict=True):
                     kept[place[better]] = new[better]
                 best[place[better]] = natural_here[better]
-                taken = taken[better | ~(best[place] < 1.0 - 0.1 * damping)]
+                taken = taken[better | ~gains(best[place], damping)]
                 damping *= 0.5
-            whole = (best >= 1.0 - 0.1 * options.min_damping) & usable & (allowance[live[rest]] > 0)
+            whole = ~gains(best, options.min_damping) & usable & (allowance[live[rest]] > 0)
             allowance[live[rest[whole]]] -= 1
             better = ~whole & (best < 1.0)
             for kept, full in zip(trials, (trial, R, V), strict=True):
@@ -260,7 +261,7 @@ class Correctors:
 
 
 @dataclass(kw_only=True)
-class Points:
+class Points(Table):
     """Points that were stepped to, branch after branch, each in order.
 
     Attributes
@@ -273,7 +274,7 @@ class Points:
         Number of that of the bordered Jacobian among ``Correctors.inverses``.
     apart
         See ``Step.apart``; of a first point infinite.
-    measures
+    metric
         In which what comes after each is measured.
     """
 
@@ -285,22 +286,7 @@ class Points:
     iterations: NDArray[np.int_]
     arclength: Array
     apart: Array
-    measures: Metric
-
-    def at(self, which: Numbers | BoolArray) -> Points:
-        """Some of them."""
-        arrays = {name: getattr(self, name)[which] for name in self.__dataclass_fields__ if name != "measures"}
-        return Points(**arrays, measures=self.measures.at(which))
-
-    @classmethod
-    def joined(cls, parts: list[Points]) -> Points:
-        """All of several."""
-        arrays = {
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in cls.__dataclass_fields__
-            if name != "measures"
-        }
-        return cls(**arrays, measures=Metric.joined([part.measures for part in parts]))
+    metric: Metric
 
 
 @dataclass(kw_only=True)
@@ -393,8 +379,7 @@ def _first(correctors: Correctors, every: Numbers, guess: Array, metric: Metric,
         again = correctors.correct(
             grew, first.states[grew], ahead[grew], fixed[grew], renewed.at(grew), forward=ahead[grew]
         )
-        for name in Solved.__dataclass_fields__:
-            getattr(first, name)[grew] = getattr(again, name)
+        first.put(grew, again)
     return first
 
 
@@ -408,7 +393,7 @@ def _taken(
         branch=branches, states=solved.states[which].copy(), tangents=solved.tangents[which].copy(),
         inverse=inverses.add(solved.inverse, which), orientation=solved.orientation[which].copy(),
         iterations=solved.iterations[which], arclength=arclength[branches],
-        apart=apart, measures=metric.at(branches),
+        apart=apart, metric=metric.at(branches),
     )  # fmt: skip
 
 

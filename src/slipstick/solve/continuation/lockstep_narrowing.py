@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from slipstick.solve.continuation.maxima import TINY
 from slipstick.solve.continuation.metric import Metric, dots
 from slipstick.solve.continuation.narrowing import _KNOWN, _MOST, _REVERSED, _SHARES
 from slipstick.solve.continuation.step_acceptance import is_near
+from slipstick.solve.continuation.tables import Table
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array, BoolArray
 
@@ -21,7 +22,7 @@ Observed = Callable[[Array, Array], tuple[Array, Array]]
 
 
 @dataclass(kw_only=True)
-class Ends:
+class Ends(Table):
     """Solutions on k branches, with the height there of what is largest at a maximum, and its slope (k,).
 
     States, tangents, inverse, orientation and iterations are those of ``Points``.
@@ -53,15 +54,6 @@ class Ends:
             orientation=solved.orientation[which], iterations=solved.iterations[which], heights=heights, slopes=slopes,
         )  # fmt: skip
 
-    def at(self, which: Numbers | BoolArray) -> Ends:
-        """Some of them."""
-        return Ends(**{field.name: getattr(self, field.name)[which] for field in fields(self)})
-
-    def put(self, which: Numbers, those: Ends) -> None:
-        """Replace some."""
-        for field in fields(self):
-            getattr(self, field.name)[which] = getattr(those, field.name)
-
     @classmethod
     def chosen(cls, first: BoolArray, one: Ends, other: Ends) -> Ends:
         """Where ``first`` the one, else the other."""
@@ -69,46 +61,24 @@ class Ends:
         out.put(np.flatnonzero(first), one.at(first))
         return out
 
-    @classmethod
-    def joined(cls, parts: list[Ends]) -> Ends:
-        """All of several."""
-        return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
-
 
 @dataclass(kw_only=True)
-class Brackets:
+class Brackets(Table):
     """``Bracket`` of k maxima: solutions, the slope positive at the first and not at the second.
 
     Attributes
     ----------
     segment, branch
         Number of the segment that each is on, and of its branch.
-    measures
+    metric
         In which they are measured.
     """
 
     segment: Numbers
     branch: Numbers
-    measures: Metric
+    metric: Metric
     low: Ends
     high: Ends
-
-    def at(self, which: Numbers | BoolArray) -> Brackets:
-        """Some of them."""
-        return Brackets(
-            segment=self.segment[which], branch=self.branch[which], measures=self.measures.at(which),
-            low=self.low.at(which), high=self.high.at(which),
-        )  # fmt: skip
-
-    @classmethod
-    def joined(cls, parts: list[Brackets]) -> Brackets:
-        """All of several."""
-        return cls(
-            segment=np.concatenate([part.segment for part in parts]),
-            branch=np.concatenate([part.branch for part in parts]),
-            measures=Metric.joined([part.measures for part in parts]),
-            low=Ends.joined([part.low for part in parts]), high=Ends.joined([part.high for part in parts]),
-        )  # fmt: skip
 
     @property
     def falls(self) -> BoolArray:
@@ -119,13 +89,13 @@ class Brackets:
     def cubics(self) -> HermiteSegment:
         """From the one to the other."""
         ends = [(end.states, end.tangents) for end in (self.low, self.high)]
-        return HermiteSegment.of(self.measures, ends[0], ends[1])
+        return HermiteSegment.of(self.metric, ends[0], ends[1])
 
     def ways(self) -> tuple[BoolArray, Array, Array]:
         """Which branches turn by more than a right angle; ways from both ends to where their tangents meet, else 0."""
-        scaled = [end.tangents * self.measures.weights for end in (self.low, self.high)]
+        scaled = [end.tangents * self.metric.weights for end in (self.low, self.high)]
         a, b = (vector / np.sqrt(dots(vector, vector))[:, None] for vector in scaled)
-        chord = (self.high.states - self.low.states) * self.measures.weights
+        chord = (self.high.states - self.low.states) * self.metric.weights
         g, p, q = dots(a, b), dots(a, chord), dots(b, chord)
         rest = 1.0 - g * g
         turns = (g < 0.0) & (rest >= _REVERSED)
@@ -135,12 +105,12 @@ class Brackets:
     def rooms(self) -> Array:
         """Lengths (k,) of the branches between them."""
         _, before, after = self.ways()
-        return np.maximum(self.measures.length(self.high.states - self.low.states), before + after)
+        return np.maximum(self.metric.length(self.high.states - self.low.states), before + after)
 
     def holds(self, solved: Solved, room: Array) -> BoolArray:
         """Whether solutions lie between their ends, and on their branch."""
         elsewhere = (solved.orientation * self.low.orientation < 0) & (solved.orientation * self.high.orientation < 0)
-        away = [self.measures.length(solved.states - end.states) for end in (self.low, self.high)]
+        away = [self.metric.length(solved.states - end.states) for end in (self.low, self.high)]
         return np.asarray(~elsewhere & np.logical_and.reduce([(way > 0.0) & (way < room) for way in away]))
 
     def narrow(self, correctors: Correctors, options: NewtonOptions, observed: Observed, tolerance: float) -> None:
@@ -171,7 +141,7 @@ class Brackets:
     ) -> tuple[Ends, Numbers]:
         """Solutions between the ends, and of which brackets: from the cubics, else from shorter steps from the ends."""
         turns, *ways = self.ways()
-        gap = self.measures.length(self.high.states - self.low.states)
+        gap = self.metric.length(self.high.states - self.low.states)
         before, after = (np.where(turns, way, gap) for way in ways)
         parts, of = list[Ends](), list[Numbers]()
         rest = np.arange(share.size)
@@ -187,14 +157,14 @@ class Brackets:
             else:
                 from_low = (after[tried] > before[tried]) == bool(second)
                 end = Ends.chosen(from_low, here.low, here.high)
-                normal = end.tangents / here.measures.length(end.tangents)[:, None]
+                normal = end.tangents / here.metric.length(end.tangents)[:, None]
                 way = np.where(from_low, before[tried], -after[tried])
                 guess = end.states + (_SHARES[number] * way)[:, None] * normal
             solved = correctors.correct(
-                here.branch, guess, normal, across, here.measures, forward=normal, options=options
+                here.branch, guess, normal, across, here.metric, forward=normal, options=options
             )
             with np.errstate(invalid="ignore"):
-                near = is_near(here.measures, solved.states - guess, room[tried])
+                near = is_near(here.metric, solved.states - guess, room[tried])
             good = solved.found & near & here.holds(solved, room[tried])
             parts.append(Ends.found(correctors, solved, np.flatnonzero(good), observed))
             of.append(tried[good])
