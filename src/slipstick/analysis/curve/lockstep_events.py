@@ -19,6 +19,16 @@ from slipstick.results.measures import amplitude_with_slope
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ArclengthScaling, Step
+from slipstick.solve.continuation.brackets import (
+    DIP,
+    PARTINGS,
+    SECANTS,
+    TINY,
+    fall,
+    is_bottom,
+    is_plain,
+    leads_on,
+)  # fmt: skip
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
@@ -26,7 +36,6 @@ from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTT
 from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
 from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
-from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, DEEP, DIP, TINY, fall
 from slipstick.solve.continuation.metric import Measure, Metric
 from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.newton import NewtonResult
@@ -194,8 +203,9 @@ class Events:
             corner = size > 0.5 * slopes[live, side]
             slopes[live, side], places[live, side] = size, u[live]
             here, known = brackets.at(live), best.heights[live]
-            rest = map(fall, here.low.heights, slopes[live, 0], here.high.heights, slopes[live, 1], here.rooms())
-            enough = (np.fromiter(rest, float, live.size) <= DIP * known) | (known < (1.0 - DEEP) * least[live])
+            low, high = here.low.heights, here.high.heights
+            rest = fall(low, slopes[live, 0], high, slopes[live, 1], here.chord.room)
+            enough = is_bottom(known, rest, least[live])
             self._as_minima(best.at(live[enough]), which[live[enough]], found)
             u[live] -= new.slopes / rate[live]
             live = live[~enough & ~corner & (places[live, 0] < u[live]) & (u[live] < places[live, 1])]
@@ -297,7 +307,7 @@ class Events:
         ``Maxima._parted``: they are halved until slopes and heights at the ends tell what is between.
         """
         parts, todo = list[Brackets](), whole
-        for _ in range(_PARTINGS):
+        for _ in range(PARTINGS):
             cubics = todo.cubics
             slopes = np.column_stack((todo.low.slopes, todo.high.slopes))
             heights = np.column_stack((todo.low.heights, todo.high.heights))
@@ -367,7 +377,7 @@ class Events:
         room = np.maximum(0.0, at - step), np.minimum(1.0, at + 2.0 * step)
         known_at, known = np.full(which.size, np.nan), np.zeros(which.size)
         good, live, parts, whose = np.zeros(which.size, dtype=bool), every, list[Points](), list[Numbers]()
-        for _ in range(_SECANTS):
+        for _ in range(SECANTS):
             if not live.size:
                 break
             some = cubics.at(live)
@@ -414,8 +424,7 @@ class Events:
         with np.errstate(invalid="ignore"):
             near = is_near(metric, solved.states - guess, cubics.length)
         ways = (nodes.orientation[ends[which]] for ends in (segments.first, segments.second))
-        elsewhere = np.logical_and.reduce([solved.orientation * way < 0 for way in ways])
-        return solved, np.asarray(solved.found & near & ~elsewhere)
+        return solved, np.asarray(solved.found & near & leads_on(solved.orientation, *ways))
 
     def _as_nodes(self, solved: Solved | Ends, kept: Numbers, inverse: Numbers, which: Numbers) -> Points:
         """Some of what was solved for, on the segments named."""
@@ -533,11 +542,4 @@ def _falling(parts: list[Brackets]) -> Brackets:
 def _plain(slopes: Array, heights: Array, metric: Metric, first: Array, second: Array, length: Array) -> BoolArray:
     """``Maxima._plain`` of segments: slopes and heights (n, 2) and tangents (n, N + 1) at both ends, lengths (n,)."""
     before, after = slopes[:, 0] / metric.length(first), slopes[:, 1] / metric.length(second)
-    gain = heights[:, 1] - heights[:, 0]
-    hidden = np.minimum(
-        np.abs(gain - 0.5 * length * (before + after)), np.maximum(np.abs(before), np.abs(after)) * length
-    )
-    steady = np.minimum(before * gain, after * gain) > 0.0
-    height = heights.max(axis=1)
-    limit = np.where(steady, np.minimum(_STEADY * np.abs(gain), _STEEP * height), 0.0)
-    return np.asarray(hidden <= np.maximum(_HIDDEN * height, limit))
+    return np.asarray(is_plain(before, after, heights[:, 0], heights[:, 1], length))

@@ -1,4 +1,4 @@
-"""Maxima between two solved points of many branches, on both sides of corners: ``narrowing.py`` for arrays."""
+"""Maxima between two solved points of many branches, on both sides of corners: ``brackets.py`` for tables."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipstick.solve.continuation.brackets import MOST, SHARES, TINY, Chord, is_known, is_within, leads_on, share_of
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
-from slipstick.solve.continuation.maxima import TINY
-from slipstick.solve.continuation.metric import Metric, dots
-from slipstick.solve.continuation.narrowing import _KNOWN, _MOST, _REVERSED, _SHARES
+from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.continuation.tables import Table
 from slipstick.solve.newton import NewtonOptions
@@ -54,6 +53,11 @@ class Ends(Table):
             orientation=solved.orientation[which], iterations=solved.iterations[which], heights=heights, slopes=slopes,
         )  # fmt: skip
 
+    @property
+    def points(self) -> tuple[Array, Array]:
+        """States and tangents."""
+        return self.states, self.tangents
+
     @classmethod
     def chosen(cls, first: BoolArray, one: Ends, other: Ends) -> Ends:
         """Where ``first`` the one, else the other."""
@@ -88,43 +92,28 @@ class Brackets(Table):
     @property
     def cubics(self) -> HermiteSegment:
         """From the one to the other."""
-        ends = [(end.states, end.tangents) for end in (self.low, self.high)]
-        return HermiteSegment.of(self.metric, ends[0], ends[1])
+        return HermiteSegment.of(self.metric, self.low.points, self.high.points)
 
-    def ways(self) -> tuple[BoolArray, Array, Array]:
-        """Which branches turn by more than a right angle; ways from both ends to where their tangents meet, else 0."""
-        scaled = [end.tangents * self.metric.weights for end in (self.low, self.high)]
-        a, b = (vector / np.sqrt(dots(vector, vector))[:, None] for vector in scaled)
-        chord = (self.high.states - self.low.states) * self.metric.weights
-        g, p, q = dots(a, b), dots(a, chord), dots(b, chord)
-        rest = 1.0 - g * g
-        turns = (g < 0.0) & (rest >= _REVERSED)
-        over = np.where(turns, rest, 1.0)
-        return turns, np.where(turns, np.abs(p - g * q) / over, 0.0), np.where(turns, np.abs(q - g * p) / over, 0.0)
-
-    def rooms(self) -> Array:
-        """Lengths (k,) of the branches between them."""
-        _, before, after = self.ways()
-        return np.maximum(self.metric.length(self.high.states - self.low.states), before + after)
+    @property
+    def chord(self) -> Chord:
+        """From the one to the other."""
+        return Chord(self.metric, self.low.points, self.high.points)
 
     def holds(self, solved: Solved, room: Array) -> BoolArray:
         """Whether solutions lie between their ends, and on their branch."""
-        elsewhere = (solved.orientation * self.low.orientation < 0) & (solved.orientation * self.high.orientation < 0)
-        away = [self.metric.length(solved.states - end.states) for end in (self.low, self.high)]
-        return np.asarray(~elsewhere & np.logical_and.reduce([(way > 0.0) & (way < room) for way in away]))
+        on = leads_on(solved.orientation, self.low.orientation, self.high.orientation)
+        return np.asarray(on & is_within(self.metric, solved.states, self.low.states, self.high.states, room))
 
     def narrow(self, correctors: Correctors, options: NewtonOptions, observed: Observed, tolerance: float) -> None:
         """``narrowing`` of each to its last."""
-        room, live = self.rooms(), np.arange(self.branch.size)
+        room, live = self.chord.room, np.arange(self.branch.size)
         bisect = np.zeros(live.size, dtype=bool)
-        for _ in range(_MOST):
+        for _ in range(MOST):
             live = live[room[live] > tolerance]
             if not live.size:
                 return
             here, reach = self.at(live), room[live]
-            share = np.where(bisect[live], 0.5, here.low.slopes / (here.low.slopes - here.high.slopes))
-            edge = np.minimum(0.5, 0.5 * tolerance / reach)
-            share = np.minimum(np.maximum(share, edge), 1.0 - edge)
+            share = share_of(here.low.slopes, here.high.slopes, bisect[live], reach, tolerance)
             inside, found = here.inside(correctors, options, observed, reach, share)
             live = live[found]
             if not live.size:
@@ -133,19 +122,17 @@ class Brackets(Table):
             rises = inside.slopes > 0.0
             self.low.put(live[rises], inside.at(rises))
             self.high.put(live[~rises], inside.at(~rises))
-            before, room[live] = room[live], self.at(live).rooms()
+            before, room[live] = room[live], self.at(live).chord.room
             bisect[live] = ~bisect[live] & (room[live] > 0.5 * before)
 
     def inside(
         self, correctors: Correctors, options: NewtonOptions, observed: Observed, room: Array, share: Array
     ) -> tuple[Ends, Numbers]:
         """Solutions between the ends, and of which brackets: from the cubics, else from shorter steps from the ends."""
-        turns, *ways = self.ways()
-        gap = self.metric.length(self.high.states - self.low.states)
-        before, after = (np.where(turns, way, gap) for way in ways)
+        turns = self.chord.turns
         parts, of = list[Ends](), list[Numbers]()
         rest = np.arange(share.size)
-        for trial in range(1 + 2 * len(_SHARES)):
+        for trial in range(1 + 2 * len(SHARES)):
             number, second = divmod(trial - 1, 2)
             tried = rest if trial == 0 or number > 0 else rest[turns[rest]]
             if not tried.size:
@@ -155,11 +142,7 @@ class Brackets(Table):
                 cubics = here.cubics
                 guess, normal = cubics.point(share), cubics.derivative(share)
             else:
-                from_low = (after[tried] > before[tried]) == bool(second)
-                end = Ends.chosen(from_low, here.low, here.high)
-                normal = end.tangents / here.metric.length(end.tangents)[:, None]
-                way = np.where(from_low, before[tried], -after[tried])
-                guess = end.states + (_SHARES[number] * way)[:, None] * normal
+                guess, normal = here.chord.beside(SHARES[number], nearer=bool(second))
             solved = correctors.correct(
                 here.branch, guess, normal, across, here.metric, forward=normal, options=options
             )
@@ -173,7 +156,6 @@ class Brackets(Table):
 
     def tops(self, tolerance: float) -> tuple[Ends, BoolArray]:
         """The higher end of each, and whether the maximum is known to be there."""
-        room = self.rooms()
-        top = Ends.chosen(self.low.heights >= self.high.heights, self.low, self.high)
-        steepest = np.maximum(self.low.slopes, -self.high.slopes)
-        return top, np.asarray((room <= tolerance) | (steepest * room <= _KNOWN * top.heights))
+        low, high = self.low, self.high
+        top = Ends.chosen(low.heights >= high.heights, low, high)
+        return top, np.asarray(is_known(top.heights, low.slopes, high.slopes, self.chord.room, tolerance))
