@@ -26,7 +26,6 @@ from slipstick.solve.continuation.brackets import (
     TINY,
     fall,
     is_bottom,
-    is_plain,
     leads_on,
 )  # fmt: skip
 from slipstick.solve.continuation.corrector import Corrector
@@ -49,6 +48,12 @@ class Located:
     nodes: dict[int, list[int]]
     kinds: dict[int, tuple[str, str]]
     """Kind and name by node."""
+
+    def drop(self, alone: BoolArray) -> None:
+        """Those on segments that are to be looked at ``alone``."""
+        for s in [s for s in self.nodes if alone[s]]:
+            for node in self.nodes.pop(s):
+                del self.kinds[node]
 
 
 class Events:
@@ -88,66 +93,47 @@ class Events:
             a, b = rates[:, :-1], rates[:, 1:]
             alone |= (((a < 0.0) & (b >= 0.0)) | ((a > 0.0) & (b <= 0.0))).any(axis=1) | _near_miss(rates)
             before.append(known)
-        plain, between = list[tuple[int, Numbers, Array]](), list[tuple[int, Numbers, Array, Array]]()
-        minima = list[tuple[int, Array, Array]]()
+        found = Located(nodes={}, kinds={})
         if self._names:
             slopes, heights = self._slopes(begins)
+            values = np.stack([_carried(part, begins) for part in np.moveaxis(slopes, 2, 0)], axis=2)
+            times = ((values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0)).sum(axis=1)
+            missed = _near_miss(np.concatenate((values[:, :1], slopes[:, 1:]), axis=1))
+            alone |= segments.smooth & (missed | (times > 1)).any(axis=1)
+            self._together(values, heights, segments.smooth[:, None] & (times == 1), alone, found)
             for i in range(len(self._names)):
-                values = _carried(slopes[:, :, i], begins)
-                crossed = (values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0)
-                missed = _near_miss(np.column_stack((values[:, :1], slopes[:, 1:, i])))
-                alone |= segments.smooth & (missed | (crossed.sum(axis=1) > 1))
-                minima.append((i, values, heights[:, :, i]))
-                plain.append((i, np.flatnonzero(segments.smooth & (crossed.sum(axis=1) == 1)), values))
-                ends = values[:, [0, -1]]
-                falls = (ends[:, 0] > 0.0) & (ends[:, 1] <= 0.0)
-                tangents = nodes.tangents[segments.first], nodes.tangents[segments.second]
-                hidden = ~_plain(ends, heights[:, :, i], self._metric, *tangents, cubics.length)
-                between.append((i, np.flatnonzero(~segments.smooth & (hidden | falls)), ends, heights[:, :, i]))
-                before.append(values[:, 0])
-        found = self._together(plain, between, alone)
-        for i, values, height in minima:
-            self._minima(i, values, height, found, alone)
-        for s in [s for s in found.nodes if alone[s]]:
-            for node in found.nodes.pop(s):
-                del found.kinds[node]
+                self._minima(i, values[:, :, i], heights[:, :, i], found, alone)
+            found.drop(alone)
+            before.extend(values[:, 0].T)
         self._each(np.flatnonzero(alone), np.array(before), found)
         return found
 
-    def _together(
-        self, plain: Sequence[tuple[int, Numbers, Array]], between: Sequence[tuple[int, Numbers, Array, Array]],
-        alone: BoolArray,
-    ) -> Located:  # fmt: skip
-        """Peaks by output: on segments where one is seen, and on those that are not near the branch, with slopes along
-        them or slopes and heights at their ends. What is not found so is to be located ``alone``."""
+    def _together(self, values: Array, heights: Array, once: BoolArray, alone: BoolArray, found: Located) -> None:
+        """Peaks by output: on segments where one is seen ``once``, (n, n_outputs), and on those that are not near the
+        branch, with slopes (n, 9, n_outputs) along them and heights (n, 2, n_outputs) at their ends. What is not found
+        so is to be located ``alone``."""
         branch, known = self._dense.nodes.branch[self._segments.first], self._correctors.doubtful.copy()
-        brackets, sought = list[tuple[int, Brackets]](), np.zeros(alone.size, dtype=int)
-        for i, which, ends, heights in between:
-            which = which[~alone[which]]
-            parts = self._parted(i, self._brackets(which, ends[which], heights[which]))
+        whole = self._brackets(np.arange(branch.size), values[:, [0, -1]], heights)
+        hidden = ~self._segments.smooth[:, None] & (~whole.plain() | whole.falls)
+        which = np.flatnonzero(hidden.any(axis=1) & ~alone)
+        brackets = list(enumerate(self._parted(whole.at(which), hidden[which])))
+        sought = once.sum(axis=1)
+        for _, parts in brackets:
             np.add.at(sought, parts.segment, 1)
-            brackets.append((i, parts))
-        for _, which, _ in plain:
-            sought[which] += 1
         alone |= sought > 1
-        found = Located(nodes={}, kinds={})
-        for i, which, values in plain:
-            which = which[~alone[which]]
-            which = which[~self._by_secants(i, which, values[which], found)]
-            beside = self._beside(i, which, values[which])
+        for i in range(len(self._names)):
+            which = np.flatnonzero(once[:, i] & ~alone)
+            which = which[~self._by_secants(i, which, values[which, :, i], found)]
+            beside = self._beside(i, which, values[which, :, i])
             alone[np.setdiff1d(which, beside.segment)] = True
             brackets.append((i, beside))
         for i, some in brackets:
             self._narrowed(i, some.at(~alone[some.segment]), found)
-        self._with_dips(found, np.stack([ends for _, _, ends, _ in between], axis=1) if between else None, alone)
+        self._with_dips(found, values[:, [0, -1]], alone)
         doubted = self._correctors.doubtful & ~known
         self._correctors.doubtful[:] = known
-        for which in [*(part[1] for part in plain), *(part[1] for part in between)]:
-            alone[which[doubted[branch[which]]]] = True
-        for s in [s for s in found.nodes if alone[s]]:
-            for node in found.nodes.pop(s):
-                del found.kinds[node]
-        return found
+        alone |= doubted[branch] & (once | hidden).any(axis=1)
+        found.drop(alone)
 
     def _minima(self, i: int, values: Array, heights: Array, found: Located, alone: BoolArray) -> None:
         """Points at minima where ``Locator`` puts them, by slopes (n, 9) and heights (n, 2); those on segments where
@@ -190,9 +176,10 @@ class Events:
         for _ in range(BOTTOM_SECANTS):
             segments = which[live]
             cubics, metric = self._cubics.at(segments), self._metric.at(segments)
-            solved, good = self._solved(segments, metric, cubics, cubics.point(u[live]), cubics.derivative(u[live]))
+            normal = cubics.derivative(u[live])
+            solved, good = self._solved(segments, metric, cubics, cubics.point(u[live]), normal)
             live = live[good]
-            new = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
+            new = Ends.found(solved, normal, np.flatnonzero(good), self._observed(i))
             side, size = (new.slopes >= 0.0).astype(int), np.abs(new.slopes)
             for end, own in (
                 (brackets.low, side == 0),
@@ -216,13 +203,13 @@ class Events:
     def _as_minima(self, ends: Ends, segments: Numbers, found: Located) -> None:
         """Put ordinary points on the segments named."""
         number = len(self._dense.nodes.branch)
-        points = self._as_nodes(ends, np.arange(segments.size), ends.inverse, segments)
+        points = self._as_nodes(ends, np.arange(segments.size), self._kept(ends, segments), segments)
         self._dense.nodes = Points.joined([self._dense.nodes, points])
         for j, s in enumerate(segments.tolist()):
             found.nodes[s], found.kinds[number + j] = [number + j], ("regular", "")
 
-    def _with_dips(self, found: Located, slopes: Array | None, alone: BoolArray) -> None:
-        """Segments of which an end is higher than the peak, or that by slopes (n, n_outputs, 2) at their ends have one
+    def _with_dips(self, found: Located, slopes: Array, alone: BoolArray) -> None:
+        """Segments of which an end is higher than the peak, or that by slopes (n, 2, n_outputs) at their ends have one
         of another output beside it: minima, and that peak, are found where each is ``alone``."""
         segments = np.array(list(found.nodes), dtype=int)
         if not segments.size:
@@ -236,14 +223,13 @@ class Events:
         )
         size, ends = at_peaks[0][every, of], [sizes[every, of] for sizes, _ in at_ends]
         alone[segments[np.maximum(*ends) > size]] = True
-        if slopes is not None:
-            slope, (before, after) = at_peaks[1], np.moveaxis(slopes[segments], 2, 0)
-            falls = ((before > 0.0) & (slope <= 0.0)) | ((slope > 0.0) & (after <= 0.0))
-            for sizes, sign, end in ((at_ends[0][0], 1.0, before), (at_ends[1][0], -1.0, after)):
-                gain = sign * (at_peaks[0] / np.maximum(sizes, TINY) - 1.0)
-                falls |= (end * slope > 0.0) & (gain * slope < 0.0) & (np.abs(gain) > _EXCEEDS)
-            falls[every, of] = False
-            alone[segments[falls.any(axis=1)]] = True
+        slope, before, after = at_peaks[1], slopes[segments, 0], slopes[segments, 1]
+        falls = ((before > 0.0) & (slope <= 0.0)) | ((slope > 0.0) & (after <= 0.0))
+        for sizes, sign, end in ((at_ends[0][0], 1.0, before), (at_ends[1][0], -1.0, after)):
+            gain = sign * (at_peaks[0] / np.maximum(sizes, TINY) - 1.0)
+            falls |= (end * slope > 0.0) & (gain * slope < 0.0) & (np.abs(gain) > _EXCEEDS)
+        falls[every, of] = False
+        alone[segments[falls.any(axis=1)]] = True
 
     def _motion(self, z: Array) -> Array:
         """Motion of the outputs (k, n_outputs, L) that goes with states or their derivatives (k, N + 1)."""
@@ -301,29 +287,35 @@ class Events:
         branch, metric = nodes.branch[segments.first[which]], self._metric.at(which)
         return Brackets(segment=which, branch=branch, metric=metric, low=low, high=high)
 
-    def _parted(self, i: int, whole: Brackets) -> Brackets:
-        """Parts of segments that are not near the branch, over which the slope of an output falls through zero.
+    def _parted(self, todo: Brackets, wanted: BoolArray) -> list[Brackets]:
+        """By output, parts of segments that are not near the branch over which its slope falls through zero.
 
-        ``Maxima._parted``: they are halved until slopes and heights at the ends tell what is between.
+        ``Maxima.parted``: they are halved until slopes and heights at the ends tell what is between, for the outputs
+        ``wanted`` (k, n_outputs). What is solved for in the middle tells of all.
         """
-        parts, todo = list[Brackets](), whole
-        for _ in range(PARTINGS):
-            cubics = todo.cubics
-            slopes = np.column_stack((todo.low.slopes, todo.high.slopes))
-            heights = np.column_stack((todo.low.heights, todo.high.heights))
-            told = _plain(slopes, heights, todo.metric, todo.low.tangents, todo.high.tangents, cubics.length)
-            parts.append(todo.at(told))
-            rest, some = todo.at(~told), cubics.at(~told)
-            if not rest.segment.size:
-                return _falling(parts)
-            u = np.full(rest.segment.size, 0.5)
-            solved, good = self._solved(rest.segment, rest.metric, some, some.point(u), some.derivative(u))
-            parts.append(rest.at(~good))
-            middle = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
-            rest = rest.at(good)
+        parts = [[todo.of_output(i).at(slice(0))] for i in range(wanted.shape[1])]
+        for times in range(PARTINGS + 1):
+            told = wanted if times == PARTINGS else wanted & todo.plain()
+            open_ = wanted & ~told
+            some = np.flatnonzero(open_.any(axis=1))
+            rest, good = todo.at(some), np.zeros(some.size, dtype=bool)
+            if some.size:
+                cubics, u = rest.cubics, np.full(some.size, 0.5)
+                guess, normal = cubics.point(u), cubics.derivative(u)
+                solved, good = self._solved(rest.segment, rest.metric, cubics, guess, normal)
+                told[some[~good]] = wanted[some[~good]]
+            for i, which in enumerate(told.T):
+                parts[i].append(todo.of_output(i).at(which))
+            if not good.any():
+                break
+            rest, wanted = rest.at(good), open_[some[good]]
+            middle = Ends.found(solved, normal, np.flatnonzero(good), self._at)
             middle.slopes = np.where(middle.slopes == 0.0, np.copysign(TINY, rest.low.slopes), middle.slopes)
-            todo = Brackets.joined([replace(rest, high=middle), replace(rest, low=middle)])
-        return _falling([*parts, todo])
+            todo, wanted = (
+                Brackets.joined([replace(rest, high=middle), replace(rest, low=middle)]),
+                np.tile(wanted, (2, 1)),
+            )
+        return [_falling(of) for of in parts]
 
     def _beside(self, i: int, which: Numbers, values: Array) -> Brackets:
         """Solutions on both sides of where the slope of an output falls through zero on segments, as ``Maxima.near``.
@@ -346,7 +338,7 @@ class Events:
                 here, cubics = self._metric.at(which[inside]), self._cubics.at(which[inside])
                 guess, direction = cubics.point(u[inside]), cubics.derivative(u[inside])
                 solved, fine = self._solved(which[inside], here, cubics, guess, direction, exact=True)
-                end.put(inside[fine], Ends.found(self._correctors, solved, np.flatnonzero(fine), self._observed(i)))
+                end.put(inside[fine], Ends.found(solved, direction, np.flatnonzero(fine), self._observed(i)))
                 good[inside[~fine]] = False
         return _falling([out.at(good)])
 
@@ -357,7 +349,7 @@ class Events:
         tolerance, nodes = self._first.options.event_tolerance, self._dense.nodes
         brackets.narrow(self._correctors, self._exact, self._observed(i), tolerance)
         top, known = brackets.tops(tolerance)
-        points = self._as_nodes(top, np.arange(known.size), top.inverse, brackets.segment)
+        points = self._as_nodes(top, np.arange(known.size), self._kept(top, brackets.segment), brackets.segment)
         for k, (s, certain) in enumerate(zip(brackets.segment.tolist(), known.tolist(), strict=True)):
             number = len(nodes.branch) + k
             found.nodes[s], found.kinds[number] = [number], ("peak" if certain else "near peak", self._names[i])
@@ -425,6 +417,16 @@ class Events:
             near = is_near(metric, solved.states - guess, cubics.length)
         ways = (nodes.orientation[ends[which]] for ends in (segments.first, segments.second))
         return solved, np.asarray(solved.found & near & leads_on(solved.orientation, *ways))
+
+    def _kept(self, ends: Ends, which: Numbers) -> Numbers:
+        """Numbers of the inverses of ends, on the segments named, that become points."""
+        inverse, new = ends.inverse.copy(), np.flatnonzero(ends.inverse < 0)
+        if new.size:
+            segments = which[new]
+            branch = self._dense.nodes.branch[self._segments.first[segments]]
+            some = ends.at(new)
+            inverse[new] = self._correctors.keep(branch, some.states, some.normals, self._metric.at(segments))
+        return inverse
 
     def _as_nodes(self, solved: Solved | Ends, kept: Numbers, inverse: Numbers, which: Numbers) -> Points:
         """Some of what was solved for, on the segments named."""
@@ -537,9 +539,3 @@ def _falling(parts: list[Brackets]) -> Brackets:
     """Those between whose ends the slope falls through zero."""
     every = Brackets.joined(parts)
     return every.at(every.falls)
-
-
-def _plain(slopes: Array, heights: Array, metric: Metric, first: Array, second: Array, length: Array) -> BoolArray:
-    """``Maxima._plain`` of segments: slopes and heights (n, 2) and tangents (n, N + 1) at both ends, lengths (n,)."""
-    before, after = slopes[:, 0] / metric.length(first), slopes[:, 1] / metric.length(second)
-    return np.asarray(is_plain(before, after, heights[:, 0], heights[:, 1], length))

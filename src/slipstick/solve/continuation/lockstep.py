@@ -134,11 +134,9 @@ class Correctors:
     ) -> Solved:  # fmt: skip
         """As ``Corrector.correct``: on the planes through ``guess`` across ``normal``, or where ``fixed`` at its
         parameter, the tangent then along ``forward``."""
-        weights = metric.weights
-        row = normal * weights * weights
+        row = _row(normal, metric)
         row[fixed] = 0.0
         row[fixed, -1] = 1.0
-        row /= np.abs(row).max(axis=1)[:, None]
         solved = self._iterated(branches, guess, row, metric, options or self._options, reach)
         states, found = solved.states, solved.found
         states[fixed, -1] = guess[fixed, -1]
@@ -154,6 +152,11 @@ class Correctors:
             solved.tangents[back] *= -1.0
             solved.orientation[back] *= -1
         return solved
+
+    def keep(self, branches: Numbers, states: Array, normal: Array, metric: Metric) -> Numbers:
+        """Keep the inverses of solutions across ``normal`` that become points; their numbers."""
+        row = _row(normal, metric)
+        return self.inverses.add(self._bordered(branches, states, row, dots(row, states))[1])
 
     def _bordered(self, branches: Numbers, z: Array, row: Array, level: Array) -> tuple[Array, Array]:
         """Residuals (k, N + 1) and inverse Jacobians (k, N + 1, N + 1)."""
@@ -258,6 +261,12 @@ class Correctors:
         near = which[size < 1e-3]
         rounding = norms(residual[near]) <= _ROUNDING * norms(z[near])
         self.doubtful[branches[near[rounding]]] = True
+
+
+def _row(normal: Array, metric: Metric) -> Array:
+    """The rows (k, N + 1) that border Jacobians, of planes across ``normal``."""
+    row = normal * metric.weights * metric.weights
+    return np.asarray(row / np.abs(row).max(axis=1)[:, None])
 
 
 @dataclass(kw_only=True)

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.solve.continuation.brackets import MOST, SHARES, TINY, Chord, is_known, is_within, leads_on, share_of
+from slipstick.solve.continuation.brackets import (
+    MOST,
+    SHARES,
+    TINY,
+    Chord,
+    is_known,
+    is_plain,
+    is_within,
+    leads_on,
+    share_of,
+)
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
 from slipstick.solve.continuation.metric import Metric
@@ -22,13 +32,22 @@ Observed = Callable[[Array, Array], tuple[Array, Array]]
 
 @dataclass(kw_only=True)
 class Ends(Table):
-    """Solutions on k branches, with the height there of what is largest at a maximum, and its slope (k,).
+    """Solutions on k branches, with the height there of what is largest at a maximum, and its slope, (k,) or
+    (k, n_outputs).
 
-    States, tangents, inverse, orientation and iterations are those of ``Points``.
+    States, tangents, orientation and iterations are those of ``Points``.
+
+    Attributes
+    ----------
+    inverse
+        As of ``Points``; -1 of a trial: of the many few become points.
+    normals
+        Normals (k, N + 1) of the planes that trials were sought on.
     """
 
     states: Array
     tangents: Array
+    normals: Array
     inverse: Numbers
     orientation: Numbers
     iterations: Numbers
@@ -39,19 +58,24 @@ class Ends(Table):
     def of(cls, points: Points, which: Numbers, heights: Array, slopes: Array) -> Ends:
         """Points that are known."""
         return cls(
-            states=points.states[which], tangents=points.tangents[which], inverse=points.inverse[which],
-            orientation=points.orientation[which], iterations=points.iterations[which], heights=heights, slopes=slopes,
+            states=points.states[which], tangents=points.tangents[which], normals=points.tangents[which],
+            inverse=points.inverse[which], orientation=points.orientation[which], iterations=points.iterations[which],
+            heights=heights, slopes=slopes,
         )  # fmt: skip
 
     @classmethod
-    def found(cls, correctors: Correctors, solved: Solved, which: Numbers, observed: Observed) -> Ends:
+    def found(cls, solved: Solved, normals: Array, which: Numbers, observed: Observed) -> Ends:
         """Some of what was solved for."""
         states, tangents = solved.states[which], solved.tangents[which]
         heights, slopes = observed(states, tangents) if which.size else (np.empty(0), np.empty(0))
         return cls(
-            states=states, tangents=tangents, inverse=correctors.inverses.add(solved.inverse, which),
+            states=states, tangents=tangents, normals=normals[which], inverse=np.full(which.size, -1),
             orientation=solved.orientation[which], iterations=solved.iterations[which], heights=heights, slopes=slopes,
         )  # fmt: skip
+
+    def of_output(self, i: int) -> Ends:
+        """With the height and the slope of one output."""
+        return replace(self, heights=self.heights[:, i], slopes=self.slopes[:, i])
 
     @property
     def points(self) -> tuple[Array, Array]:
@@ -84,6 +108,10 @@ class Brackets(Table):
     low: Ends
     high: Ends
 
+    def of_output(self, i: int) -> Brackets:
+        """With the heights and slopes of one output."""
+        return replace(self, low=self.low.of_output(i), high=self.high.of_output(i))
+
     @property
     def falls(self) -> BoolArray:
         """Where the slope falls through zero between them."""
@@ -98,6 +126,12 @@ class Brackets(Table):
     def chord(self) -> Chord:
         """From the one to the other."""
         return Chord(self.metric, self.low.points, self.high.points)
+
+    def plain(self) -> BoolArray:
+        """Where heights are as good as parabolas, (k, n_outputs)."""
+        low, high = self.low, self.high
+        before, after = (end.slopes / self.metric.length(end.tangents)[:, None] for end in (low, high))
+        return np.asarray(is_plain(before, after, low.heights, high.heights, self.cubics.length[:, None]))
 
     def holds(self, solved: Solved, room: Array) -> BoolArray:
         """Whether solutions lie between their ends, and on their branch."""
@@ -149,7 +183,7 @@ class Brackets(Table):
             with np.errstate(invalid="ignore"):
                 near = is_near(here.metric, solved.states - guess, room[tried])
             good = solved.found & near & here.holds(solved, room[tried])
-            parts.append(Ends.found(correctors, solved, np.flatnonzero(good), observed))
+            parts.append(Ends.found(solved, normal, np.flatnonzero(good), observed))
             of.append(tried[good])
             rest = np.setdiff1d(rest, tried[good])
         return Ends.joined(parts), np.concatenate(of)
