@@ -433,8 +433,7 @@ class Events:
         nodes, first, owner = self._dense.nodes, self._segments.first[which], self._segments.owner[which]
         metric, states = nodes.metric.at(owner), solved.states[kept]
         return Points(
-            branch=nodes.branch[first], states=states, tangents=solved.tangents[kept], inverse=inverse,
-            orientation=solved.orientation[kept], iterations=solved.iterations[kept],
+            **solved.columns(kept), branch=nodes.branch[first], inverse=inverse,
             arclength=nodes.arclength[first] + metric.length(states - nodes.states[first]),
             apart=np.full(kept.size, np.inf), metric=metric,
         )  # fmt: skip

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,23 +87,41 @@ class Inverses:
 
 
 @dataclass(kw_only=True)
-class Solved(Table):
-    """Solutions sought on k planes; what is not ``found`` means nothing.
+class Solutions(Table):
+    """Solutions of k branches.
 
     Attributes
     ----------
-    states, tangents, inverse
-        (k, N + 1) each, and inverses (k, N + 1, N + 1) of the bordered Jacobians.
-    orientation, iterations, contraction, stagnated
-        As of ``Step`` and ``NewtonResult``, (k,).
+    states, tangents
+        (k, N + 1).
+    orientation, iterations
+        As of ``Step``, (k,).
     """
 
     states: Array
     tangents: Array
-    inverse: Array
-    found: BoolArray
     orientation: NDArray[np.int_]
     iterations: NDArray[np.int_]
+
+    def columns(self, which: Any) -> dict[str, Any]:
+        """Some of them, for a table that tells more."""
+        return {name: vars(self)[name][which] for name in Solutions.__dataclass_fields__}
+
+
+@dataclass(kw_only=True)
+class Solved(Solutions):
+    """Solutions sought on k planes; what is not ``found`` means nothing.
+
+    Attributes
+    ----------
+    inverse
+        Inverses (k, N + 1, N + 1) of the bordered Jacobians.
+    contraction, stagnated
+        As of ``NewtonResult``, (k,).
+    """
+
+    inverse: Array
+    found: BoolArray
     contraction: Array
     stagnated: BoolArray
 
@@ -270,14 +288,14 @@ def _row(normal: Array, metric: Metric) -> Array:
 
 
 @dataclass(kw_only=True)
-class Points(Table):
+class Points(Solutions):
     """Points that were stepped to, branch after branch, each in order.
 
     Attributes
     ----------
     branch
         Whose each is, (p,).
-    states, tangents, orientation, iterations, arclength
+    arclength
         As of ``Step``.
     inverse
         Number of that of the bordered Jacobian among ``Correctors.inverses``.
@@ -288,11 +306,7 @@ class Points(Table):
     """
 
     branch: Numbers
-    states: Array
-    tangents: Array
     inverse: Numbers
-    orientation: NDArray[np.int_]
-    iterations: NDArray[np.int_]
     arclength: Array
     apart: Array
     metric: Metric
@@ -399,10 +413,8 @@ def _taken(
     """Solutions that were accepted, as points."""
     branches = live[which]
     return Points(
-        branch=branches, states=solved.states[which].copy(), tangents=solved.tangents[which].copy(),
-        inverse=inverses.add(solved.inverse, which), orientation=solved.orientation[which].copy(),
-        iterations=solved.iterations[which], arclength=arclength[branches],
-        apart=apart, metric=metric.at(branches),
+        **solved.columns(which), branch=branches, inverse=inverses.add(solved.inverse, which),
+        arclength=arclength[branches], apart=apart, metric=metric.at(branches),
     )  # fmt: skip
 
 

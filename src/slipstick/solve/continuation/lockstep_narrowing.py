@@ -19,7 +19,7 @@ from slipstick.solve.continuation.brackets import (
     share_of,
 )
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
+from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solutions, Solved
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.continuation.tables import Table
@@ -31,11 +31,8 @@ Observed = Callable[[Array, Array], tuple[Array, Array]]
 
 
 @dataclass(kw_only=True)
-class Ends(Table):
-    """Solutions on k branches, with the height there of what is largest at a maximum, and its slope, (k,) or
-    (k, n_outputs).
-
-    States, tangents, orientation and iterations are those of ``Points``.
+class Ends(Solutions):
+    """Solutions, with the height there of what is largest at a maximum, and its slope, (k,) or (k, n_outputs).
 
     Attributes
     ----------
@@ -45,33 +42,24 @@ class Ends(Table):
         Normals (k, N + 1) of the planes that trials were sought on.
     """
 
-    states: Array
-    tangents: Array
     normals: Array
     inverse: Numbers
-    orientation: Numbers
-    iterations: Numbers
     heights: Array
     slopes: Array
 
     @classmethod
     def of(cls, points: Points, which: Numbers, heights: Array, slopes: Array) -> Ends:
         """Points that are known."""
-        return cls(
-            states=points.states[which], tangents=points.tangents[which], normals=points.tangents[which],
-            inverse=points.inverse[which], orientation=points.orientation[which], iterations=points.iterations[which],
-            heights=heights, slopes=slopes,
-        )  # fmt: skip
+        normals, inverse = points.tangents[which], points.inverse[which]
+        return cls(**points.columns(which), normals=normals, inverse=inverse, heights=heights, slopes=slopes)
 
     @classmethod
     def found(cls, solved: Solved, normals: Array, which: Numbers, observed: Observed) -> Ends:
         """Some of what was solved for."""
         states, tangents = solved.states[which], solved.tangents[which]
         heights, slopes = observed(states, tangents) if which.size else (np.empty(0), np.empty(0))
-        return cls(
-            states=states, tangents=tangents, normals=normals[which], inverse=np.full(which.size, -1),
-            orientation=solved.orientation[which], iterations=solved.iterations[which], heights=heights, slopes=slopes,
-        )  # fmt: skip
+        inverse = np.full(which.size, -1)
+        return cls(**solved.columns(which), normals=normals[which], inverse=inverse, heights=heights, slopes=slopes)
 
     def of_output(self, i: int) -> Ends:
         """With the height and the slope of one output."""

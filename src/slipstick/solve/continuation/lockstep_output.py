@@ -252,12 +252,10 @@ class Outputs:
             good[rest] = again.found & near
             solved.put(rest, again)
         arclength = nodes.arclength[segments.first] + metric.length(solved.states - nodes.states[segments.first])
-        points = Points(
-            branch=branch, states=solved.states, tangents=solved.tangents,
-            inverse=self._correctors.inverses.add(solved.inverse), orientation=solved.orientation,
-            iterations=solved.iterations, arclength=arclength, apart=np.full(u.size, np.inf), metric=metric,
-        )  # fmt: skip
-        return points, good
+        return Points(
+            **solved.columns(slice(None)), branch=branch, inverse=self._correctors.inverses.add(solved.inverse),
+            arclength=arclength, apart=np.full(u.size, np.inf), metric=metric,
+        ), good  # fmt: skip
 
     def _near(
         self, segments: Segments, metric: Metric, states: Array, orientation: NDArray[np.int_], expected: Array,
