@@ -31,7 +31,7 @@ from slipstick.errors import Outcome
 from slipstick.results.record import Columns, Outputs
 from slipstick.results.schema import LARGEST, POINT_KINDS, attributes_of, make_table
 from slipstick.results.truncation import at_their_parameter
-from slipstick.solve.continuation.lockstep import Correctors, Inverses, Numbers, follow
+from slipstick.solve.continuation.lockstep import Correctors, Factors, Numbers, follow
 from slipstick.solve.continuation.lockstep_output import Interpolated, Segments
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.continuation.metric import Metric
@@ -89,9 +89,9 @@ def alike(first: CurveRequest, other: CurveRequest) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class _Reactions:
-    """A ``Reaction`` of each point: numbers of ``inverses`` (n,), tangents (n, N + 1) and bends (n,)."""
+    """A ``Reaction`` of each point: numbers of ``factors`` (n,), tangents (n, N + 1) and bends (n,)."""
 
-    inverses: Inverses
+    factors: Factors
     near: Numbers
     tangents: Array
     bends: Array
@@ -104,7 +104,7 @@ class _Reactions:
         return replace(self, near=self.near[which], tangents=self.tangents[which], bends=self.bends[which])
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
-        z = self.inverses.times(self.near[which], residuals)
+        z = self.factors.solve(self.near[which], residuals)
         return at_their_parameter(z, self.tangents[which], self.bends[which])
 
 
@@ -266,7 +266,7 @@ class Lockstep:
             iterations=np.where(solved, nodes.iterations[node], 0), kind=kind, peak_of=peak_of,
             part=np.ones(count, dtype=int), inputs=self._systems.inputs.at(branch),
             reactions=_Reactions(
-                inverses=self._correctors.inverses, near=nodes.inverse[near], tangents=tangents, bends=bends
+                factors=self._correctors.factors, near=nodes.factors[near], tangents=tangents, bends=bends
             ),
         )  # fmt: skip
 

@@ -389,8 +389,8 @@ class Events:
             shift = -value / rate[live]
             done = np.abs(shift) * cubics.length[live] < tolerance
             if done.any():
-                inverse = self._correctors.inverses.add(solved.inverse, kept[done])
-                parts.append(self._as_nodes(solved, kept[done], inverse, which[live[done]]))
+                factors = self._correctors.factors.add(solved.factors, kept[done])
+                parts.append(self._as_nodes(solved, kept[done], factors, which[live[done]]))
                 whose.append(which[live[done]])
                 good[live[done]] = True
             u[live] += shift
@@ -419,21 +419,21 @@ class Events:
         return solved, np.asarray(solved.found & near & leads_on(solved.orientation, *ways))
 
     def _kept(self, ends: Ends, which: Numbers) -> Numbers:
-        """Numbers of the inverses of ends, on the segments named, that become points."""
-        inverse, new = ends.inverse.copy(), np.flatnonzero(ends.inverse < 0)
+        """Numbers of the factors of ends, on the segments named, that become points."""
+        factors, new = ends.factors.copy(), np.flatnonzero(ends.factors < 0)
         if new.size:
             segments = which[new]
             branch = self._dense.nodes.branch[self._segments.first[segments]]
             some = ends.at(new)
-            inverse[new] = self._correctors.keep(branch, some.states, some.normals, self._metric.at(segments))
-        return inverse
+            factors[new] = self._correctors.keep(branch, some.states, some.normals, self._metric.at(segments))
+        return factors
 
-    def _as_nodes(self, solved: Solved | Ends, kept: Numbers, inverse: Numbers, which: Numbers) -> Points:
+    def _as_nodes(self, solved: Solved | Ends, kept: Numbers, factors: Numbers, which: Numbers) -> Points:
         """Some of what was solved for, on the segments named."""
         nodes, first, owner = self._dense.nodes, self._segments.first[which], self._segments.owner[which]
         metric, states = nodes.metric.at(owner), solved.states[kept]
         return Points(
-            **solved.columns(kept), branch=nodes.branch[first], inverse=inverse,
+            **solved.columns(kept), branch=nodes.branch[first], factors=factors,
             arclength=nodes.arclength[first] + metric.length(states - nodes.states[first]),
             apart=np.full(kept.size, np.inf), metric=metric,
         )  # fmt: skip
@@ -444,7 +444,7 @@ class Events:
         """Those on the segments named, as each curve locates them alone."""
         segments, nodes = self._segments, self._dense.nodes
         branch = nodes.branch[segments.first[wanted]]
-        steps, owners, inverses = list[Step](), list[int](), list[int]()
+        steps, owners, factors = list[Step](), list[int](), list[int]()
         locators: dict[int, tuple[Corrector, Locator]] = {}
         for s, i in zip(wanted.tolist(), branch.tolist(), strict=True):
             if i not in locators:
@@ -463,26 +463,25 @@ class Events:
                 found.kinds[number] = step.kind, step.name
                 steps.append(step)
                 owners.append(owner)
-                inverses.append(self._inverse(step, ends))
+                factors.append(self._factors(step, ends))
         for i, (corrector, _) in locators.items():
             self._correctors.evaluations[i] += corrector.evaluations
             self._correctors.solves[i] += corrector.solves
         if steps:
-            self._dense.nodes = Points.joined([nodes, self._as_points(steps, owners, inverses)])
+            self._dense.nodes = Points.joined([nodes, self._as_points(steps, owners, factors)])
 
-    def _inverse(self, step: Step, ends: tuple[int, int]) -> int:
-        """The number of the inverse of what was located: where that is an end of the segment, the one of its node."""
+    def _factors(self, step: Step, ends: tuple[int, int]) -> int:
+        """The number of the factors at what was located: where that is an end of the segment, the one of its node."""
         if step.jacobian is not None:
-            return int(self._correctors.inverses.add(step.jacobian.solve(np.eye(step.state.size))[None])[0])
+            return int(self._correctors.factors.of(step.jacobian.multiply(np.eye(step.state.size))[None])[0])
         nodes = self._dense.nodes
-        return int(next(nodes.inverse[end] for end in ends if np.array_equal(nodes.states[end], step.state)))
+        return int(next(nodes.factors[end] for end in ends if np.array_equal(nodes.states[end], step.state)))
 
-    def _as_points(self, steps: Sequence[Step], owners: Sequence[int], inverses: Sequence[int]) -> Points:
+    def _as_points(self, steps: Sequence[Step], owners: Sequence[int], factors: Sequence[int]) -> Points:
         nodes = self._dense.nodes
         return Points(
             branch=nodes.branch[owners], states=np.array([s.state for s in steps]),
-            tangents=np.array([s.tangent for s in steps]),
-            inverse=np.array(inverses),
+            tangents=np.array([s.tangent for s in steps]), factors=np.array(factors),
             orientation=np.array([s.orientation for s in steps]), iterations=np.array([s.iterations for s in steps]),
             arclength=np.array([s.arclength for s in steps]), apart=np.full(len(steps), np.inf),
             metric=nodes.metric.at(np.array(owners)),

@@ -9,7 +9,6 @@ on, stands before a corner, or is known to rounding only is ``given_up``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Protocol
@@ -32,9 +31,6 @@ _ROUNDING = 1e-10
 _CORNER = 4.0
 """Steps that fail this near to the smallest one, at which a corner is believed, stand before one."""
 
-_GATHERED = 256
-"""Matrices that are gathered in one go: as many as stay near to the processor."""
-
 Numbers = NDArray[np.intp]
 
 
@@ -46,44 +42,42 @@ class Systems(Protocol):
         ...
 
 
-def products(matrices: Array, vectors: Array) -> Array:
-    """Products (k, n) of matrices (k, n, m) and vectors (k, m)."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0])
-
-
 @cache
-def _inverses() -> Callable[[Array], Array]:
+def _linear() -> Any:
     """Loaded with the first step: what is compiled takes a while to import."""
-    from slipstick.solve.linear.inverses import inverses
+    from slipstick.solve.linear import many_factors
 
-    return inverses
+    return many_factors
 
 
-class Inverses:
-    """Inverses (size, size) of the Jacobians of many points: kept in one place, where points name them by number."""
+class Factors:
+    """Factors of the bordered Jacobians of many points: kept in one place, where points name them by number."""
 
     def __init__(self, size: int) -> None:
-        self._room, self._count = np.empty((0, size, size)), 0
+        self._room, self._count = np.empty((0, size + 1, size)), 0
 
-    def add(self, matrices: Array, which: Numbers | None = None) -> Numbers:
-        """Keep some more (k, size, size), or those named of them; their numbers."""
-        which = np.arange(len(matrices)) if which is None else which
+    def of(self, matrices: Array) -> Numbers:
+        """Keep those of some more matrices (k, size, size); their numbers."""
+        factors = np.empty((len(matrices), *self._room.shape[1:]))
+        factors[:, :-1] = matrices
+        _linear().factorise(factors)
+        return self.add(factors)
+
+    def add(self, factors: Array, which: Numbers | None = None) -> Numbers:
+        """Keep some more (k, size + 1, size), or those named of them; their numbers."""
+        which = np.arange(len(factors)) if which is None else which
         begin, end = self._count, self._count + which.size
         if end > len(self._room):
             room = np.empty((max(end, 2 * len(self._room)), *self._room.shape[1:]))  # memory once it is written to
             room[:begin] = self._room[:begin]
             self._room = room
-        np.take(matrices, which, axis=0, out=self._room[begin:end], mode="clip")
+        np.take(factors, which, axis=0, out=self._room[begin:end], mode="clip")
         self._count = end
         return np.arange(begin, end)
 
-    def times(self, which: Numbers, vectors: Array) -> Array:
-        """Products (k, size) of inverses and vectors (k, m), zero beyond their ends."""
-        out = np.empty((len(vectors), self._room.shape[1]))
-        for begin in range(0, len(vectors), _GATHERED):
-            part = slice(begin, begin + _GATHERED)
-            out[part] = products(self._room[which[part]][:, :, : vectors.shape[1]], vectors[part])
-        return out
+    def solve(self, which: Numbers, right: Array) -> Array:
+        """Solutions (k, size) for right-hand sides (k, m), zero beyond their ends."""
+        return np.asarray(_linear().solutions(self._room, which, right))
 
 
 @dataclass(kw_only=True)
@@ -114,13 +108,13 @@ class Solved(Solutions):
 
     Attributes
     ----------
-    inverse
-        Inverses (k, N + 1, N + 1) of the bordered Jacobians.
+    factors
+        Of the bordered Jacobians (k, N + 2, N + 1), see ``many_factors.py``.
     contraction, stagnated
         As of ``NewtonResult``, (k,).
     """
 
-    inverse: Array
+    factors: Array
     found: BoolArray
     contraction: Array
     stagnated: BoolArray
@@ -135,7 +129,7 @@ class Correctors:
         Work so far, by branch (n,).
     doubtful
         Branches (n,) on which an iteration failed that may have met rounding.
-    inverses
+    factors
         Of the bordered Jacobians of points that were taken.
     """
 
@@ -144,7 +138,7 @@ class Correctors:
         self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
         self.evaluations, self.solves = np.zeros(count, dtype=int), np.zeros(count, dtype=int)
         self.doubtful = np.zeros(count, dtype=bool)
-        self.inverses = Inverses(size + 1)
+        self.factors = Factors(size + 1)
 
     def correct(
         self, branches: Numbers, guess: Array, normal: Array, fixed: BoolArray, metric: Metric, *,
@@ -159,31 +153,34 @@ class Correctors:
         states, found = solved.states, solved.found
         states[fixed, -1] = guess[fixed, -1]
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            solved.tangents = np.ascontiguousarray(solved.inverse[:, :, -1])
+            last = np.zeros_like(states)
+            last[:, -1] = 1.0
+            solved.tangents = _linear().solutions(solved.factors, np.arange(len(last)), last)
             solved.tangents /= metric.length(solved.tangents)[:, None]
         self.solves += np.bincount(branches[found], minlength=self.solves.size)
         some = np.flatnonzero(found)
         solved.orientation = np.ones(len(guess), dtype=int)
         if some.size:
-            solved.orientation[some] = np.linalg.slogdet(solved.inverse[some])[0].astype(int)
+            solved.orientation[some] = _linear().signs(solved.factors[some]).astype(int)
             back = some[fixed[some] & (metric.at(some).cosine(solved.tangents[some], forward[some]) < 0.0)]
             solved.tangents[back] *= -1.0
             solved.orientation[back] *= -1
         return solved
 
     def keep(self, branches: Numbers, states: Array, normal: Array, metric: Metric) -> Numbers:
-        """Keep the inverses of solutions across ``normal`` that become points; their numbers."""
+        """Keep the factors at solutions across ``normal`` that become points; their numbers."""
         row = _row(normal, metric)
-        return self.inverses.add(self._bordered(branches, states, row, dots(row, states))[1])
+        return self.factors.add(self._bordered(branches, states, row, dots(row, states))[1])
 
     def _bordered(self, branches: Numbers, z: Array, row: Array, level: Array) -> tuple[Array, Array]:
-        """Residuals (k, N + 1) and inverse Jacobians (k, N + 1, N + 1)."""
+        """Residuals (k, N + 1) and factors of the Jacobians (k, N + 2, N + 1)."""
         N = z.shape[1] - 1
-        residual, jacobian = np.empty_like(z), np.empty((len(z), N + 1, N + 1))
+        residual, jacobian = np.empty_like(z), np.empty((len(z), N + 2, N + 1))
         residual[:, :N], jacobian[:, :N] = self._systems.evaluate(branches, z)
         residual[:, N], jacobian[:, N] = dots(row, z) - level, row
         self.evaluations += np.bincount(branches, minlength=self.evaluations.size)
-        return residual, _inverses()(jacobian)
+        _linear().factorise(jacobian)
+        return residual, jacobian
 
     def _iterated(
         self, branches: Numbers, guess: Array, row: Array, metric: Metric, options: NewtonOptions,
@@ -192,13 +189,13 @@ class Correctors:
         """``newton.iterate`` on each."""
         count, level = len(guess), dots(row, guess)
         z = guess.copy()
-        residual, inverse = self._bordered(branches, z, row, level)
+        residual, factors = self._bordered(branches, z, row, level)
         found, stagnated = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
         iterations, contraction = np.zeros(count, dtype=int), np.zeros(count)
         allowance, sizes = np.full(count, options.non_monotone), np.full((3, count), np.nan)
         live = np.arange(count)
         while live.size:
-            step = products(inverse[live], residual[live])
+            step = _linear().solutions(factors, live, residual[live])
             size = norms(step * metric.inverse[live])
             self.solves += np.bincount(branches[live], minlength=self.solves.size)
             sizes[:, live] = size, sizes[0, live], sizes[1, live]
@@ -216,12 +213,12 @@ class Correctors:
             live, step, size = live[on], step[on], size[on]
             if live.size:
                 taken = self._searched(
-                    branches, live, step, size, (z, residual, inverse), (row, level), metric, options, allowance,
+                    branches, live, step, size, (z, residual, factors), (row, level), metric, options, allowance,
                     contraction, iterations,
                 )  # fmt: skip
                 live = live[taken]
         return Solved(
-            states=z, tangents=z, inverse=inverse, found=found, orientation=iterations, iterations=iterations,
+            states=z, tangents=z, factors=factors, found=found, orientation=iterations, iterations=iterations,
             contraction=contraction, stagnated=stagnated,
         )  # fmt: skip
 
@@ -231,14 +228,14 @@ class Correctors:
         contraction: Array, iterations: NDArray[np.int_],
     ) -> BoolArray:  # fmt: skip
         """``newton.line_search`` of each; which of them took a correction."""
-        z, residual, inverse = at
+        z, residual, factors = at
 
         def tried(which: Numbers, damping: float) -> tuple[Array, Array, Array, Array]:
             i = live[which]
             trial = z[i] - damping * step[which]
             R, V = self._bordered(branches[i], trial, plane[0][i], plane[1][i])
             with np.errstate(invalid="ignore", over="ignore"):
-                natural = norms(products(inverse[i], R) * metric.inverse[i]) / size[which]
+                natural = norms(_linear().solutions(factors, i, R) * metric.inverse[i]) / size[which]
             finite = np.isfinite(norms(R))
             self.solves += np.bincount(branches[i[finite]], minlength=self.solves.size)
             return trial, R, V, np.where(finite, natural, np.inf)
@@ -270,7 +267,7 @@ class Correctors:
                 full[rest[better]] = kept[better]
             good[rest] = whole | better
         took = live[good]
-        z[took], residual[took], inverse[took] = trial[good], R[good], V[good]
+        z[took], residual[took], factors[took] = trial[good], R[good], V[good]
         iterations[took] += 1
         return good
 
@@ -297,8 +294,8 @@ class Points(Solutions):
         Whose each is, (p,).
     arclength
         As of ``Step``.
-    inverse
-        Number of that of the bordered Jacobian among ``Correctors.inverses``.
+    factors
+        Number of those of the bordered Jacobian among ``Correctors.factors``.
     apart
         See ``Step.apart``; of a first point infinite.
     metric
@@ -306,7 +303,7 @@ class Points(Solutions):
     """
 
     branch: Numbers
-    inverse: Numbers
+    factors: Numbers
     arclength: Array
     apart: Array
     metric: Metric
@@ -341,7 +338,7 @@ def follow(
     curved, arclength, length = np.zeros(n, dtype=bool), np.zeros(n), step_length.copy()
     order = np.full(n, 2)
     found = np.flatnonzero(first.found)
-    accepted = [_taken(correctors.inverses, first, everyone, found, metric, arclength, np.full(found.size, np.inf))]
+    accepted = [_taken(correctors.factors, first, everyone, found, metric, arclength, np.full(found.size, np.inf))]
     count, live = np.ones(n, dtype=int), np.flatnonzero(first.found)
     while live.size:
         here, last, along, reaching = metric.at(live), z[live], tangent[live], length[live]
@@ -372,7 +369,7 @@ def follow(
             z[new], tangent[new], orientation[new] = those, solved.tangents[good], solved.orientation[good]
             metric.put(new, measured.renewed(those[:, :-1]))
             taken = np.flatnonzero(good)
-            accepted.append(_taken(correctors.inverses, solved, live, taken, metric, arclength, off))
+            accepted.append(_taken(correctors.factors, solved, live, taken, metric, arclength, off))
             count[new] += 1
             length[new] = step_length[new]
         missed = live[~good]
@@ -407,13 +404,13 @@ def _first(correctors: Correctors, every: Numbers, guess: Array, metric: Metric,
 
 
 def _taken(
-    inverses: Inverses, solved: Solved, live: Numbers, which: Numbers, metric: Metric, arclength: Array,
+    store: Factors, solved: Solved, live: Numbers, which: Numbers, metric: Metric, arclength: Array,
     apart: Array,
 ) -> Points:  # fmt: skip
     """Solutions that were accepted, as points."""
     branches = live[which]
     return Points(
-        **solved.columns(which), branch=branches, inverse=inverses.add(solved.inverse, which),
+        **solved.columns(which), branch=branches, factors=store.add(solved.factors, which),
         arclength=arclength[branches], apart=apart, metric=metric.at(branches),
     )  # fmt: skip
 

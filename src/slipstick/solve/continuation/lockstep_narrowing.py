@@ -36,30 +36,30 @@ class Ends(Solutions):
 
     Attributes
     ----------
-    inverse
+    factors
         As of ``Points``; -1 of a trial: of the many few become points.
     normals
         Normals (k, N + 1) of the planes that trials were sought on.
     """
 
     normals: Array
-    inverse: Numbers
+    factors: Numbers
     heights: Array
     slopes: Array
 
     @classmethod
     def of(cls, points: Points, which: Numbers, heights: Array, slopes: Array) -> Ends:
         """Points that are known."""
-        normals, inverse = points.tangents[which], points.inverse[which]
-        return cls(**points.columns(which), normals=normals, inverse=inverse, heights=heights, slopes=slopes)
+        normals, factors = points.tangents[which], points.factors[which]
+        return cls(**points.columns(which), normals=normals, factors=factors, heights=heights, slopes=slopes)
 
     @classmethod
     def found(cls, solved: Solved, normals: Array, which: Numbers, observed: Observed) -> Ends:
         """Some of what was solved for."""
         states, tangents = solved.states[which], solved.tangents[which]
         heights, slopes = observed(states, tangents) if which.size else (np.empty(0), np.empty(0))
-        inverse = np.full(which.size, -1)
-        return cls(**solved.columns(which), normals=normals[which], inverse=inverse, heights=heights, slopes=slopes)
+        factors = np.full(which.size, -1)
+        return cls(**solved.columns(which), normals=normals[which], factors=factors, heights=heights, slopes=slopes)
 
     def of_output(self, i: int) -> Ends:
         """With the height and the slope of one output."""

@@ -193,7 +193,7 @@ class Outputs:
         for begin in range(0, len(states), _TOGETHER):
             part = slice(begin, begin + _TOGETHER)
             residual = self._systems.evaluate(branch[part], states[part])[0]
-            off[part] = self._correctors.inverses.times(self.nodes.inverse[near[part]], residual)
+            off[part] = self._correctors.factors.solve(self.nodes.factors[near[part]], residual)
         work = np.bincount(branch, minlength=self._correctors.evaluations.size)
         self._correctors.evaluations += work
         self._correctors.solves += work
@@ -253,7 +253,7 @@ class Outputs:
             solved.put(rest, again)
         arclength = nodes.arclength[segments.first] + metric.length(solved.states - nodes.states[segments.first])
         return Points(
-            **solved.columns(slice(None)), branch=branch, inverse=self._correctors.inverses.add(solved.inverse),
+            **solved.columns(slice(None)), branch=branch, factors=self._correctors.factors.add(solved.factors),
             arclength=arclength, apart=np.full(u.size, np.inf), metric=metric,
         ), good  # fmt: skip
 
