@@ -33,7 +33,7 @@ from slipstick.solve.continuation.events import turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTTOM_SECANTS, Locator, Minimum, shown
 from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
-from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
+from slipstick.solve.continuation.lockstep_brackets import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.continuation.metric import Measure, Metric
 from slipstick.solve.continuation.step_acceptance import is_near

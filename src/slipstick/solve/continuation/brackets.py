@@ -1,6 +1,6 @@
 """Extremes and roots between two solved points of a branch, on both sides of a corner where there is one.
 
-Formulas hold for one branch and for k; the drivers are ``narrowing`` here and ``lockstep_narrowing.py``: on tables of
+Formulas hold for one branch and for k; the drivers are ``narrowing`` here and ``lockstep_brackets.py``: on tables of
 one row a single curve would take six times as long for each trial.
 """
 
