@@ -14,7 +14,7 @@ from slipstick.trig.compiled import compiled
 from slipstick.typing import Array
 
 _SMALL = 50
-"""Rows up to which they are made here: of 22 in 1.4 us, of 43 in 9, of 64 in 27, of 85 in 63; LAPACK takes 3.5, 10, 21, 36."""
+"""Rows up to which they are made here: of 22 in 1.4 us, of 43 in 9, of 64 in 27; LAPACK takes 3.5, 10 and 21."""
 
 
 def factorise(matrices: Array) -> None:
