@@ -38,11 +38,25 @@ from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array, BoolArray, IntArray
 
-MOST_UNKNOWNS = 50
-"""Unknowns up to which a curve is followed with others: of more, batches of matrices cost what they save elsewhere.
+MOST_UNKNOWNS = 70
+"""Unknowns up to which a curve is followed with others; contacts matter little beside them.
 
-Chains of oscillators, 32 cases, take in lockstep 0.2 of the processor time of each alone at 21 unknowns, 0.5 at 42, 0.8
-at 63, 1.0 at 84; 6 cases 0.5 at 21 and 0.7 at 42. ``benchmarks/ensembles.py sizes`` measures it again.
+Not by how many there are: which way a case is solved may not depend on the workers that share the cases, as its last
+digits would. Processor time in lockstep over that of each alone, of chains of oscillators with one contact each
+(``benchmarks/ensembles.py sizes``):
+
+========  ========  ========  ========  ========  =========  =========
+unknowns  contacts  2 curves  4 curves  8 curves  16 curves  64 curves
+========  ========  ========  ========  ========  =========  =========
+21        1         0.89      0.56                0.28       0.19
+42        2         0.97      0.84                0.44
+49        7                   0.88                0.67
+55        5                                       0.66
+63        3         1.32      0.85      0.72      0.69       0.60
+84        4                   1.17      1.03      0.81
+105       5                                       1.05       0.92
+168       8                                       1.34
+========  ========  ========  ========  ========  =========  =========
 """
 MOST_CURVES = 256
 """So many are followed side by side: of twice as many each takes hardly less time."""
