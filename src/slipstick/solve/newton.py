@@ -314,7 +314,11 @@ def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
     size = result.correction_norm
     if size <= options.tolerance:
         result.reason = NewtonStop.CONVERGED
-    elif _no_longer_shrinks(result.corrections) and (size <= options.stagnation or result.is_rounding()):
+    elif (
+        len(result.corrections) > 2
+        and stalls(*result.corrections[:-4:-1])
+        and (size <= options.stagnation or result.is_rounding())
+    ):
         result.reason = NewtonStop.ROUNDING
     elif result.iterations >= options.max_iterations:
         result.reason = NewtonStop.TOO_MANY
@@ -339,8 +343,27 @@ def _since_best(sizes: list[float]) -> int:
     return len(sizes) - 1 - at
 
 
-def _no_longer_shrinks(sizes: list[float]) -> bool:
-    return len(sizes) > 2 and sizes[-1] > 0.5 * sizes[-2] and sizes[-2] > 0.1 * sizes[-3]
+# Formulas of the iteration: of one, or of arrays of many.
+
+
+def stalls(size: Any, before: Any, earlier: Any) -> Any:
+    """Whether corrections of a ``size`` no longer shrink, seen from the two before."""
+    return (size > 0.5 * before) & (before > 0.1 * earlier)
+
+
+def is_clear_gain(natural: Any, size: Any, options: NewtonOptions) -> Any:
+    """Whether a whole correction is taken at once: by its natural measure, or as it is no more than rounding."""
+    return (natural <= _CLEAR_GAIN) | ((size <= options.stagnation) & (natural < inf))
+
+
+def may_be_taken_whole(natural: Any) -> Any:
+    """Whether a whole correction may be taken though it helps nothing: across a kink the measure says little."""
+    return natural < _WORST_LOSS
+
+
+def gains(natural: Any, damping: float) -> Any:
+    """Whether a correction of which a fraction was taken brings the solution nearer by its share."""
+    return natural < 1.0 - 0.1 * damping
 
 
 _CLEAR_GAIN = 0.5
@@ -375,17 +398,17 @@ def line_search(
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction
-            tiny = size <= options.stagnation and isfinite(natural)
-            if natural <= _CLEAR_GAIN or tiny or (natural < _WORST_LOSS and result.is_rounding()):
+            usable = may_be_taken_whole(natural)
+            if is_clear_gain(natural, size, options) or (usable and result.is_rounding()):
                 result.accept(trial, natural * size)
                 return allowance
-            full = trial if natural < _WORST_LOSS else None
+            full = trial if usable else None
         if natural < level:
             best, level = trial, natural
-        elif level < 1.0 - 0.1 * damping:
+        elif gains(level, damping):
             break
         damping *= 0.5
-    if level >= 1.0 - 0.1 * options.min_damping and full is not None and allowance > 0:
+    if not gains(level, options.min_damping) and full is not None and allowance > 0:
         best, level, allowance = full, -1.0, allowance - 1
     if best is None or level >= 1.0:
         result.reason = NewtonStop.NO_GAIN

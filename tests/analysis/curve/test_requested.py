@@ -13,8 +13,8 @@ from helpers.command import slipstick
 import slipstick as ss
 from slipstick.io.loading import load_dataset
 from slipstick.report.content import content_of
+from slipstick.solve.continuation.brackets import Bracket
 from slipstick.solve.continuation.locate import Locator
-from slipstick.solve.continuation.narrowing import Bracket
 from slipstick.verify.cases import oscillator
 
 
@@ -89,7 +89,7 @@ def test_a_load_factor_that_is_not_found_is_named(monkeypatch: pytest.MonkeyPatc
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         found = ss.nonlinear_modes(oscillator(harmonics=(0, 1)), **given).dataset
-        monkeypatch.setattr(Bracket, "room", lambda *_: 1.0)
+        monkeypatch.setattr(Bracket, "room", 1.0)
         missed = ss.nonlinear_modes(oscillator(harmonics=(0, 1)), **given)
     assert found.load_factor.values[found.kind.values == "requested"] == pytest.approx([1.0, 1.5], rel=1e-8)
     assert "requested" not in missed.dataset.kind.values

@@ -1,13 +1,27 @@
 """One formula for one state and for k: what k states say is what each says alone."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
+from slipstick.solve.continuation.brackets import (
+    Chord,
+    fall,
+    is_bottom,
+    is_known,
+    is_plain,
+    is_within,
+    leads_on,
+    share_of,
+)  # fmt: skip
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.solve.continuation.metric import ArclengthScaling, Measure, Metric
 from slipstick.solve.continuation.options import StepOptions, next_step
 from slipstick.solve.continuation.predictor import Span, along_tangent, goes_on, place_ahead, shortened
 from slipstick.solve.continuation.step_acceptance import cubic_distance, is_far, is_kink, is_near, is_short, reach
+from slipstick.solve.continuation.tables import Table
+from slipstick.solve.newton import NewtonOptions, gains, is_clear_gain, may_be_taken_whole, stalls
 
 K, N = 40, 6
 ROUNDING = 1e-13
@@ -80,6 +94,35 @@ def acceptance(p):
     )  # fmt: skip
 
 
+def chords(p):
+    chord = Chord(p.metric, (p.a, p.first), (p.b, p.a))
+    return (
+        chord.turns, chord.before, chord.after, chord.gap, chord.room, *chord.beside(0.5, nearer=False),
+        *chord.beside(0.1, nearer=True), is_within(p.metric, p.guess, p.a, p.b, chord.room),
+    )  # fmt: skip
+
+
+def slopes(p):
+    """Of heights at two points, some of which say nothing of a minimum between."""
+    before, after, low, high = p.a[..., 0], p.a[..., 1], 1.0 + 0.1 * p.a[..., 2], 1.0 + 0.1 * p.a[..., 3]
+    length = 0.1 + p.length
+    bisect = p.u > 0.6
+    return (
+        is_plain(1e-2 * before, 1e-2 * after, low, low + 1e-4 * high, length),
+        is_known(low, 1e-4 * abs(before), -1e-4 * abs(after), p.length, 1e-3), fall(low, before, high, after, length),
+        is_bottom(low, 3e-5 * high, 1.001 * high), share_of(abs(before), -abs(after), bisect, length, 1e-2),
+        leads_on(np.sign(before), np.sign(after), np.sign(p.a[..., 2])),
+    )  # fmt: skip
+
+
+def corrections(p):
+    options, natural = NewtonOptions(), 10.0 ** (4.0 * p.u - 2.0)
+    return (
+        stalls(p.length, 3.0 * p.u * p.length, 12.0 * p.length), is_clear_gain(natural, p.length, options),
+        may_be_taken_whole(natural), gains(natural, 0.5),
+    )  # fmt: skip
+
+
 def steps(p):
     contraction, iterations = 100.0 * p.length, np.floor(8.0 * p.u)
     return (
@@ -91,7 +134,9 @@ def steps(p):
 
 
 @pytest.mark.parametrize(
-    "formulas", [lengths, sizes, segments, places, predictions, ranges, acceptance, steps], ids=lambda f: f.__name__
+    "formulas",
+    [lengths, sizes, segments, places, predictions, ranges, acceptance, chords, slopes, corrections, steps],
+    ids=lambda f: f.__name__,
 )
 def test_k_states_are_k_times_one(formulas):
     together = formulas(Points())
@@ -104,6 +149,10 @@ def test_both_answers_occur():
     """Else the comparison above says nothing of decisions."""
     p = Points()
     for marks in (goes_on(p.metric, p.segment.derivative(3.0 * p.u), p.first), *ranges(p), acceptance(p)[0]):
+        assert 0 < np.sum(marks) < K
+    plain, known, down, bottom, _, on = slopes(p)
+    turns, *_, within = chords(p)
+    for marks in (plain, known, np.isfinite(down), bottom, on, turns, within, *corrections(p)):
         assert 0 < np.sum(marks) < K
     _, _, kink, too_far, close, _ = acceptance(p)
     for marks in (kink, too_far, close):
@@ -128,3 +177,36 @@ def test_lots_are_parted_joined_and_replaced():
         at = np.full(K, u)
         np.testing.assert_array_equal(segment.point(at)[which], shifted.point(at)[which])
         np.testing.assert_array_equal(segment.point(at)[rest], Points().segment.point(at)[rest])
+
+
+@dataclass
+class Rows(Table):
+    numbers: np.ndarray
+    metric: Metric
+
+
+def test_rows_of_tables_are_picked_joined_and_replaced():
+    p, which = Points(), np.array([3, 1])
+    table = Rows(numbers=np.arange(K), metric=p.metric)
+    some = table.at(which)
+    assert some.numbers.tolist() == [3, 1]
+    np.testing.assert_array_equal(some.metric.weights, p.metric.weights[which])
+    both = Rows.joined([some, table.at(which[:1])])
+    assert both.numbers.tolist() == [3, 1, 3]
+    both.put(np.array([2]), table.at(np.array([7])))
+    assert both.numbers.tolist() == [3, 1, 7]
+    np.testing.assert_array_equal(both.metric.weights, p.metric.weights[[3, 1, 7]])
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_where_tangents_meet(sign):
+    """Two sides of a corner that turns back by 120 degrees: its ways are the distances to it, known in closed form."""
+    metric = Metric(ArclengthScaling(x=1.0, weight=1.0, adaptive=False), np.zeros(1), 1.0)
+    corner, a, b = np.array([0.2, 0.1]), np.array([1.0, 0.0]), np.array([-0.5, sign * np.sqrt(0.75)])
+    chord = Chord(metric, (corner - 0.3 * a, a), (corner + 0.5 * b, b))
+    assert chord.turns
+    assert (chord.before, chord.after, chord.room) == pytest.approx((0.3, 0.5, 0.8))
+    assert chord.part(corner - 0.1 * a, a) < chord.part(corner + 0.1 * b, b)
+    guess, direction = chord.beside(0.5, nearer=False)  # from the end that is further off
+    np.testing.assert_allclose(guess, corner + 0.25 * b)
+    np.testing.assert_allclose(direction, b)

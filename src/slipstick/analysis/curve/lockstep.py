@@ -31,18 +31,32 @@ from slipstick.errors import Outcome
 from slipstick.results.record import Columns, Outputs
 from slipstick.results.schema import LARGEST, POINT_KINDS, attributes_of, make_table
 from slipstick.results.truncation import at_their_parameter
-from slipstick.solve.continuation.lockstep import Correctors, Inverses, Numbers, follow
+from slipstick.solve.continuation.lockstep import Correctors, Factors, Numbers, follow
 from slipstick.solve.continuation.lockstep_output import Interpolated, Segments
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array, BoolArray, IntArray
 
-MOST_UNKNOWNS = 50
-"""Unknowns up to which a curve is followed with others: of more, batches of matrices cost what they save elsewhere.
+MOST_UNKNOWNS = 70
+"""Unknowns up to which a curve is followed with others; contacts matter little beside them.
 
-Chains of oscillators, 32 cases, take in lockstep 0.2 of the processor time of each alone at 21 unknowns, 0.5 at 42, 0.8
-at 63, 1.0 at 84; 6 cases 0.5 at 21 and 0.7 at 42. ``benchmarks/ensembles.py sizes`` measures it again.
+Not by how many there are: which way a case is solved may not depend on the workers that share the cases, as its last
+digits would. Processor time in lockstep over that of each alone, of chains of oscillators with one contact each
+(``benchmarks/ensembles.py sizes``):
+
+========  ========  ========  ========  ========  =========  =========
+unknowns  contacts  2 curves  4 curves  8 curves  16 curves  64 curves
+========  ========  ========  ========  ========  =========  =========
+21        1         0.89      0.56                0.28       0.19
+42        2         0.97      0.84                0.44
+49        7                   0.88                0.67
+55        5                                       0.66
+63        3         1.32      0.85      0.72      0.69       0.60
+84        4                   1.17      1.03      0.81
+105       5                                       1.05       0.92
+168       8                                       1.34
+========  ========  ========  ========  ========  =========  =========
 """
 MOST_CURVES = 256
 """So many are followed side by side: of twice as many each takes hardly less time."""
@@ -89,9 +103,9 @@ def alike(first: CurveRequest, other: CurveRequest) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class _Reactions:
-    """A ``Reaction`` of each point: numbers of ``inverses`` (n,), tangents (n, N + 1) and bends (n,)."""
+    """A ``Reaction`` of each point: numbers of ``factors`` (n,), tangents (n, N + 1) and bends (n,)."""
 
-    inverses: Inverses
+    factors: Factors
     near: Numbers
     tangents: Array
     bends: Array
@@ -104,7 +118,7 @@ class _Reactions:
         return replace(self, near=self.near[which], tangents=self.tangents[which], bends=self.bends[which])
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
-        z = self.inverses.times(self.near[which], residuals)
+        z = self.factors.solve(self.near[which], residuals)
         return at_their_parameter(z, self.tangents[which], self.bends[which])
 
 
@@ -266,7 +280,7 @@ class Lockstep:
             iterations=np.where(solved, nodes.iterations[node], 0), kind=kind, peak_of=peak_of,
             part=np.ones(count, dtype=int), inputs=self._systems.inputs.at(branch),
             reactions=_Reactions(
-                inverses=self._correctors.inverses, near=nodes.inverse[near], tangents=tangents, bends=bends
+                factors=self._correctors.factors, near=nodes.factors[near], tangents=tangents, bends=bends
             ),
         )  # fmt: skip
 

@@ -19,14 +19,22 @@ from slipstick.results.measures import amplitude_with_slope
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ArclengthScaling, Step
+from slipstick.solve.continuation.brackets import (
+    DIP,
+    PARTINGS,
+    SECANTS,
+    TINY,
+    fall,
+    is_bottom,
+    leads_on,
+)  # fmt: skip
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTTOM_SECANTS, Locator, Minimum, shown
 from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solved
-from slipstick.solve.continuation.lockstep_narrowing import Brackets, Ends, Observed
+from slipstick.solve.continuation.lockstep_brackets import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
-from slipstick.solve.continuation.maxima import _HIDDEN, _PARTINGS, _SECANTS, _STEADY, _STEEP, DEEP, DIP, TINY, fall
 from slipstick.solve.continuation.metric import Measure, Metric
 from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.newton import NewtonResult
@@ -40,6 +48,12 @@ class Located:
     nodes: dict[int, list[int]]
     kinds: dict[int, tuple[str, str]]
     """Kind and name by node."""
+
+    def drop(self, alone: BoolArray) -> None:
+        """Those on segments that are to be looked at ``alone``."""
+        for s in [s for s in self.nodes if alone[s]]:
+            for node in self.nodes.pop(s):
+                del self.kinds[node]
 
 
 class Events:
@@ -57,7 +71,7 @@ class Events:
     ) -> None:  # fmt: skip
         self._requests, self._scalings, self._correctors, self._dense = requests, scalings, correctors, dense
         self._first, self._segments = requests[0], dense.segments
-        self._measures, self._cubics = dense.cubics(dense.segments)
+        self._metric, self._cubics = dense.cubics(dense.segments)
         outputs = Outputs(self._first.balance, self._first.peaks_of)
         self._names = outputs.names
         ports = [port for port in outputs._ports if port is not None]
@@ -79,66 +93,47 @@ class Events:
             a, b = rates[:, :-1], rates[:, 1:]
             alone |= (((a < 0.0) & (b >= 0.0)) | ((a > 0.0) & (b <= 0.0))).any(axis=1) | _near_miss(rates)
             before.append(known)
-        plain, between = list[tuple[int, Numbers, Array]](), list[tuple[int, Numbers, Array, Array]]()
-        minima = list[tuple[int, Array, Array]]()
+        found = Located(nodes={}, kinds={})
         if self._names:
             slopes, heights = self._slopes(begins)
+            values = np.stack([_carried(part, begins) for part in np.moveaxis(slopes, 2, 0)], axis=2)
+            times = ((values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0)).sum(axis=1)
+            missed = _near_miss(np.concatenate((values[:, :1], slopes[:, 1:]), axis=1))
+            alone |= segments.smooth & (missed | (times > 1)).any(axis=1)
+            self._together(values, heights, segments.smooth[:, None] & (times == 1), alone, found)
             for i in range(len(self._names)):
-                values = _carried(slopes[:, :, i], begins)
-                crossed = (values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0)
-                missed = _near_miss(np.column_stack((values[:, :1], slopes[:, 1:, i])))
-                alone |= segments.smooth & (missed | (crossed.sum(axis=1) > 1))
-                minima.append((i, values, heights[:, :, i]))
-                plain.append((i, np.flatnonzero(segments.smooth & (crossed.sum(axis=1) == 1)), values))
-                ends = values[:, [0, -1]]
-                falls = (ends[:, 0] > 0.0) & (ends[:, 1] <= 0.0)
-                tangents = nodes.tangents[segments.first], nodes.tangents[segments.second]
-                hidden = ~_plain(ends, heights[:, :, i], self._measures, *tangents, cubics.length)
-                between.append((i, np.flatnonzero(~segments.smooth & (hidden | falls)), ends, heights[:, :, i]))
-                before.append(values[:, 0])
-        found = self._together(plain, between, alone)
-        for i, values, height in minima:
-            self._minima(i, values, height, found, alone)
-        for s in [s for s in found.nodes if alone[s]]:
-            for node in found.nodes.pop(s):
-                del found.kinds[node]
+                self._minima(i, values[:, :, i], heights[:, :, i], found, alone)
+            found.drop(alone)
+            before.extend(values[:, 0].T)
         self._each(np.flatnonzero(alone), np.array(before), found)
         return found
 
-    def _together(
-        self, plain: Sequence[tuple[int, Numbers, Array]], between: Sequence[tuple[int, Numbers, Array, Array]],
-        alone: BoolArray,
-    ) -> Located:  # fmt: skip
-        """Peaks by output: on segments where one is seen, and on those that are not near the branch, with slopes along
-        them or slopes and heights at their ends. What is not found so is to be located ``alone``."""
+    def _together(self, values: Array, heights: Array, once: BoolArray, alone: BoolArray, found: Located) -> None:
+        """Peaks by output: on segments where one is seen ``once``, (n, n_outputs), and on those that are not near the
+        branch, with slopes (n, 9, n_outputs) along them and heights (n, 2, n_outputs) at their ends. What is not found
+        so is to be located ``alone``."""
         branch, known = self._dense.nodes.branch[self._segments.first], self._correctors.doubtful.copy()
-        brackets, sought = list[tuple[int, Brackets]](), np.zeros(alone.size, dtype=int)
-        for i, which, ends, heights in between:
-            which = which[~alone[which]]
-            parts = self._parted(i, self._brackets(which, ends[which], heights[which]))
+        whole = self._brackets(np.arange(branch.size), values[:, [0, -1]], heights)
+        hidden = ~self._segments.smooth[:, None] & (~whole.plain() | whole.falls)
+        which = np.flatnonzero(hidden.any(axis=1) & ~alone)
+        brackets = list(enumerate(self._parted(whole.at(which), hidden[which])))
+        sought = once.sum(axis=1)
+        for _, parts in brackets:
             np.add.at(sought, parts.segment, 1)
-            brackets.append((i, parts))
-        for _, which, _ in plain:
-            sought[which] += 1
         alone |= sought > 1
-        found = Located(nodes={}, kinds={})
-        for i, which, values in plain:
-            which = which[~alone[which]]
-            which = which[~self._by_secants(i, which, values[which], found)]
-            beside = self._beside(i, which, values[which])
+        for i in range(len(self._names)):
+            which = np.flatnonzero(once[:, i] & ~alone)
+            which = which[~self._by_secants(i, which, values[which, :, i], found)]
+            beside = self._beside(i, which, values[which, :, i])
             alone[np.setdiff1d(which, beside.segment)] = True
             brackets.append((i, beside))
         for i, some in brackets:
             self._narrowed(i, some.at(~alone[some.segment]), found)
-        self._with_dips(found, np.stack([ends for _, _, ends, _ in between], axis=1) if between else None, alone)
+        self._with_dips(found, values[:, [0, -1]], alone)
         doubted = self._correctors.doubtful & ~known
         self._correctors.doubtful[:] = known
-        for which in [*(part[1] for part in plain), *(part[1] for part in between)]:
-            alone[which[doubted[branch[which]]]] = True
-        for s in [s for s in found.nodes if alone[s]]:
-            for node in found.nodes.pop(s):
-                del found.kinds[node]
-        return found
+        alone |= doubted[branch] & (once | hidden).any(axis=1)
+        found.drop(alone)
 
     def _minima(self, i: int, values: Array, heights: Array, found: Located, alone: BoolArray) -> None:
         """Points at minima where ``Locator`` puts them, by slopes (n, 9) and heights (n, 2); those on segments where
@@ -180,10 +175,11 @@ class Events:
         live = np.arange(which.size)
         for _ in range(BOTTOM_SECANTS):
             segments = which[live]
-            cubics, measures = self._cubics.at(segments), self._measures.at(segments)
-            solved, good = self._solved(segments, measures, cubics, cubics.point(u[live]), cubics.derivative(u[live]))
+            cubics, metric = self._cubics.at(segments), self._metric.at(segments)
+            normal = cubics.derivative(u[live])
+            solved, good = self._solved(segments, metric, cubics, cubics.point(u[live]), normal)
             live = live[good]
-            new = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
+            new = Ends.found(solved, normal, np.flatnonzero(good), self._observed(i))
             side, size = (new.slopes >= 0.0).astype(int), np.abs(new.slopes)
             for end, own in (
                 (brackets.low, side == 0),
@@ -194,8 +190,9 @@ class Events:
             corner = size > 0.5 * slopes[live, side]
             slopes[live, side], places[live, side] = size, u[live]
             here, known = brackets.at(live), best.heights[live]
-            rest = map(fall, here.low.heights, slopes[live, 0], here.high.heights, slopes[live, 1], here.rooms())
-            enough = (np.fromiter(rest, float, live.size) <= DIP * known) | (known < (1.0 - DEEP) * least[live])
+            low, high = here.low.heights, here.high.heights
+            rest = fall(low, slopes[live, 0], high, slopes[live, 1], here.chord.room)
+            enough = is_bottom(known, rest, least[live])
             self._as_minima(best.at(live[enough]), which[live[enough]], found)
             u[live] -= new.slopes / rate[live]
             live = live[~enough & ~corner & (places[live, 0] < u[live]) & (u[live] < places[live, 1])]
@@ -206,13 +203,13 @@ class Events:
     def _as_minima(self, ends: Ends, segments: Numbers, found: Located) -> None:
         """Put ordinary points on the segments named."""
         number = len(self._dense.nodes.branch)
-        points = self._as_nodes(ends, np.arange(segments.size), ends.inverse, segments)
+        points = self._as_nodes(ends, np.arange(segments.size), self._kept(ends, segments), segments)
         self._dense.nodes = Points.joined([self._dense.nodes, points])
         for j, s in enumerate(segments.tolist()):
             found.nodes[s], found.kinds[number + j] = [number + j], ("regular", "")
 
-    def _with_dips(self, found: Located, slopes: Array | None, alone: BoolArray) -> None:
-        """Segments of which an end is higher than the peak, or that by slopes (n, n_outputs, 2) at their ends have one
+    def _with_dips(self, found: Located, slopes: Array, alone: BoolArray) -> None:
+        """Segments of which an end is higher than the peak, or that by slopes (n, 2, n_outputs) at their ends have one
         of another output beside it: minima, and that peak, are found where each is ``alone``."""
         segments = np.array(list(found.nodes), dtype=int)
         if not segments.size:
@@ -226,14 +223,13 @@ class Events:
         )
         size, ends = at_peaks[0][every, of], [sizes[every, of] for sizes, _ in at_ends]
         alone[segments[np.maximum(*ends) > size]] = True
-        if slopes is not None:
-            slope, (before, after) = at_peaks[1], np.moveaxis(slopes[segments], 2, 0)
-            falls = ((before > 0.0) & (slope <= 0.0)) | ((slope > 0.0) & (after <= 0.0))
-            for sizes, sign, end in ((at_ends[0][0], 1.0, before), (at_ends[1][0], -1.0, after)):
-                gain = sign * (at_peaks[0] / np.maximum(sizes, TINY) - 1.0)
-                falls |= (end * slope > 0.0) & (gain * slope < 0.0) & (np.abs(gain) > _EXCEEDS)
-            falls[every, of] = False
-            alone[segments[falls.any(axis=1)]] = True
+        slope, before, after = at_peaks[1], slopes[segments, 0], slopes[segments, 1]
+        falls = ((before > 0.0) & (slope <= 0.0)) | ((slope > 0.0) & (after <= 0.0))
+        for sizes, sign, end in ((at_ends[0][0], 1.0, before), (at_ends[1][0], -1.0, after)):
+            gain = sign * (at_peaks[0] / np.maximum(sizes, TINY) - 1.0)
+            falls |= (end * slope > 0.0) & (gain * slope < 0.0) & (np.abs(gain) > _EXCEEDS)
+        falls[every, of] = False
+        alone[segments[falls.any(axis=1)]] = True
 
     def _motion(self, z: Array) -> Array:
         """Motion of the outputs (k, n_outputs, L) that goes with states or their derivatives (k, N + 1)."""
@@ -288,32 +284,38 @@ class Events:
             Ends.of(nodes, at[which], heights[:, k], slopes[:, k])
             for k, at in enumerate((segments.first, segments.second))
         )
-        branch, measures = nodes.branch[segments.first[which]], self._measures.at(which)
-        return Brackets(segment=which, branch=branch, measures=measures, low=low, high=high)
+        branch, metric = nodes.branch[segments.first[which]], self._metric.at(which)
+        return Brackets(segment=which, branch=branch, metric=metric, low=low, high=high)
 
-    def _parted(self, i: int, whole: Brackets) -> Brackets:
-        """Parts of segments that are not near the branch, over which the slope of an output falls through zero.
+    def _parted(self, todo: Brackets, wanted: BoolArray) -> list[Brackets]:
+        """By output, parts of segments that are not near the branch over which its slope falls through zero.
 
-        ``Maxima._parted``: they are halved until slopes and heights at the ends tell what is between.
+        ``Maxima.parted``: they are halved until slopes and heights at the ends tell what is between, for the outputs
+        ``wanted`` (k, n_outputs). What is solved for in the middle tells of all.
         """
-        parts, todo = list[Brackets](), whole
-        for _ in range(_PARTINGS):
-            cubics = todo.cubics
-            slopes = np.column_stack((todo.low.slopes, todo.high.slopes))
-            heights = np.column_stack((todo.low.heights, todo.high.heights))
-            told = _plain(slopes, heights, todo.measures, todo.low.tangents, todo.high.tangents, cubics.length)
-            parts.append(todo.at(told))
-            rest, some = todo.at(~told), cubics.at(~told)
-            if not rest.segment.size:
-                return _falling(parts)
-            u = np.full(rest.segment.size, 0.5)
-            solved, good = self._solved(rest.segment, rest.measures, some, some.point(u), some.derivative(u))
-            parts.append(rest.at(~good))
-            middle = Ends.found(self._correctors, solved, np.flatnonzero(good), self._observed(i))
-            rest = rest.at(good)
+        parts = [[todo.of_output(i).at(slice(0))] for i in range(wanted.shape[1])]
+        for times in range(PARTINGS + 1):
+            told = wanted if times == PARTINGS else wanted & todo.plain()
+            open_ = wanted & ~told
+            some = np.flatnonzero(open_.any(axis=1))
+            rest, good = todo.at(some), np.zeros(some.size, dtype=bool)
+            if some.size:
+                cubics, u = rest.cubics, np.full(some.size, 0.5)
+                guess, normal = cubics.point(u), cubics.derivative(u)
+                solved, good = self._solved(rest.segment, rest.metric, cubics, guess, normal)
+                told[some[~good]] = wanted[some[~good]]
+            for i, which in enumerate(told.T):
+                parts[i].append(todo.of_output(i).at(which))
+            if not good.any():
+                break
+            rest, wanted = rest.at(good), open_[some[good]]
+            middle = Ends.found(solved, normal, np.flatnonzero(good), self._at)
             middle.slopes = np.where(middle.slopes == 0.0, np.copysign(TINY, rest.low.slopes), middle.slopes)
-            todo = Brackets.joined([replace(rest, high=middle), replace(rest, low=middle)])
-        return _falling([*parts, todo])
+            todo, wanted = (
+                Brackets.joined([replace(rest, high=middle), replace(rest, low=middle)]),
+                np.tile(wanted, (2, 1)),
+            )
+        return [_falling(of) for of in parts]
 
     def _beside(self, i: int, which: Numbers, values: Array) -> Brackets:
         """Solutions on both sides of where the slope of an output falls through zero on segments, as ``Maxima.near``.
@@ -333,10 +335,10 @@ class Events:
         ):
             inside = np.flatnonzero(u != edge)
             if inside.size:
-                here, cubics = self._measures.at(which[inside]), self._cubics.at(which[inside])
+                here, cubics = self._metric.at(which[inside]), self._cubics.at(which[inside])
                 guess, direction = cubics.point(u[inside]), cubics.derivative(u[inside])
                 solved, fine = self._solved(which[inside], here, cubics, guess, direction, exact=True)
-                end.put(inside[fine], Ends.found(self._correctors, solved, np.flatnonzero(fine), self._observed(i)))
+                end.put(inside[fine], Ends.found(solved, direction, np.flatnonzero(fine), self._observed(i)))
                 good[inside[~fine]] = False
         return _falling([out.at(good)])
 
@@ -347,7 +349,7 @@ class Events:
         tolerance, nodes = self._first.options.event_tolerance, self._dense.nodes
         brackets.narrow(self._correctors, self._exact, self._observed(i), tolerance)
         top, known = brackets.tops(tolerance)
-        points = self._as_nodes(top, np.arange(known.size), top.inverse, brackets.segment)
+        points = self._as_nodes(top, np.arange(known.size), self._kept(top, brackets.segment), brackets.segment)
         for k, (s, certain) in enumerate(zip(brackets.segment.tolist(), known.tolist(), strict=True)):
             number = len(nodes.branch) + k
             found.nodes[s], found.kinds[number] = [number], ("peak" if certain else "near peak", self._names[i])
@@ -359,7 +361,7 @@ class Events:
         ``Maxima.quickly``, from slopes (n, 9) along each.
         """
         nodes, tolerance = self._dense.nodes, self._first.options.event_tolerance
-        measures, cubics = self._measures.at(which), self._cubics.at(which)
+        metric, cubics = self._metric.at(which), self._cubics.at(which)
         every, place = np.arange(which.size), np.argmax((values[:, :-1] > 0.0) & (values[:, 1:] <= 0.0), axis=1)
         at, step = _PLACES.u[place], float(_PLACES.u[1])
         rate = (values[every, place + 1] - values[every, place]) / step
@@ -367,13 +369,13 @@ class Events:
         room = np.maximum(0.0, at - step), np.minimum(1.0, at + 2.0 * step)
         known_at, known = np.full(which.size, np.nan), np.zeros(which.size)
         good, live, parts, whose = np.zeros(which.size, dtype=bool), every, list[Points](), list[Numbers]()
-        for _ in range(_SECANTS):
+        for _ in range(SECANTS):
             if not live.size:
                 break
             some = cubics.at(live)
             guess = some.point(u[live]) + off[live]
             direction = some.derivative(u[live])
-            solved, fine = self._solved(which[live], measures.at(live), some, guess, direction, exact=True)
+            solved, fine = self._solved(which[live], metric.at(live), some, guess, direction, exact=True)
             live, kept = live[fine], np.flatnonzero(fine)
             value = self._at(solved.states[kept], solved.tangents[kept])[1][:, i] if kept.size else np.empty(0)
             again = ~np.isnan(known_at[live]) & (u[live] != known_at[live])
@@ -387,8 +389,8 @@ class Events:
             shift = -value / rate[live]
             done = np.abs(shift) * cubics.length[live] < tolerance
             if done.any():
-                inverse = self._correctors.inverses.add(solved.inverse, kept[done])
-                parts.append(self._as_nodes(solved, kept[done], inverse, which[live[done]]))
+                factors = self._correctors.factors.add(solved.factors, kept[done])
+                parts.append(self._as_nodes(solved, kept[done], factors, which[live[done]]))
                 whose.append(which[live[done]])
                 good[live[done]] = True
             u[live] += shift
@@ -401,7 +403,7 @@ class Events:
         return good
 
     def _solved(
-        self, which: Numbers, measures: Metric, cubics: HermiteSegment, guess: Array, direction: Array, *,
+        self, which: Numbers, metric: Metric, cubics: HermiteSegment, guess: Array, direction: Array, *,
         exact: bool = False,
     ) -> tuple[Solved, BoolArray]:  # fmt: skip
         """``Maxima.solved``: solutions on planes across segments, and which of them are those expected."""
@@ -409,23 +411,31 @@ class Events:
         branch = nodes.branch[segments.first[which]]
         across = np.zeros(which.size, dtype=bool)
         solved = self._correctors.correct(
-            branch, guess, direction, across, measures, forward=direction, options=self._exact if exact else None
+            branch, guess, direction, across, metric, forward=direction, options=self._exact if exact else None
         )
         with np.errstate(invalid="ignore"):
-            near = is_near(measures, solved.states - guess, cubics.length)
+            near = is_near(metric, solved.states - guess, cubics.length)
         ways = (nodes.orientation[ends[which]] for ends in (segments.first, segments.second))
-        elsewhere = np.logical_and.reduce([solved.orientation * way < 0 for way in ways])
-        return solved, np.asarray(solved.found & near & ~elsewhere)
+        return solved, np.asarray(solved.found & near & leads_on(solved.orientation, *ways))
 
-    def _as_nodes(self, solved: Solved | Ends, kept: Numbers, inverse: Numbers, which: Numbers) -> Points:
+    def _kept(self, ends: Ends, which: Numbers) -> Numbers:
+        """Numbers of the factors of ends, on the segments named, that become points."""
+        factors, new = ends.factors.copy(), np.flatnonzero(ends.factors < 0)
+        if new.size:
+            segments = which[new]
+            branch = self._dense.nodes.branch[self._segments.first[segments]]
+            some = ends.at(new)
+            factors[new] = self._correctors.keep(branch, some.states, some.normals, self._metric.at(segments))
+        return factors
+
+    def _as_nodes(self, solved: Solved | Ends, kept: Numbers, factors: Numbers, which: Numbers) -> Points:
         """Some of what was solved for, on the segments named."""
         nodes, first, owner = self._dense.nodes, self._segments.first[which], self._segments.owner[which]
-        measures, states = nodes.measures.at(owner), solved.states[kept]
+        metric, states = nodes.metric.at(owner), solved.states[kept]
         return Points(
-            branch=nodes.branch[first], states=states, tangents=solved.tangents[kept], inverse=inverse,
-            orientation=solved.orientation[kept], iterations=solved.iterations[kept],
-            arclength=nodes.arclength[first] + measures.length(states - nodes.states[first]),
-            apart=np.full(kept.size, np.inf), measures=measures,
+            **solved.columns(kept), branch=nodes.branch[first], factors=factors,
+            arclength=nodes.arclength[first] + metric.length(states - nodes.states[first]),
+            apart=np.full(kept.size, np.inf), metric=metric,
         )  # fmt: skip
 
     # one by one
@@ -434,14 +444,14 @@ class Events:
         """Those on the segments named, as each curve locates them alone."""
         segments, nodes = self._segments, self._dense.nodes
         branch = nodes.branch[segments.first[wanted]]
-        steps, owners, inverses = list[Step](), list[int](), list[int]()
+        steps, owners, factors = list[Step](), list[int](), list[int]()
         locators: dict[int, tuple[Corrector, Locator]] = {}
         for s, i in zip(wanted.tolist(), branch.tolist(), strict=True):
             if i not in locators:
                 locators[i] = self._locator(i)
             corrector, locator = locators[i]
             owner = int(segments.owner[s])
-            _, *sizes = (float(part[owner]) for part in nodes.measures.measure)
+            _, *sizes = (float(part[owner]) for part in nodes.metric.measure)
             corrector.metric = corrector.metric.measuring(Measure(1.0, *sizes))
             locator.values = tuple(before[:, s].tolist())
             ends = int(segments.first[s]), int(segments.second[s])
@@ -453,29 +463,28 @@ class Events:
                 found.kinds[number] = step.kind, step.name
                 steps.append(step)
                 owners.append(owner)
-                inverses.append(self._inverse(step, ends))
+                factors.append(self._factors(step, ends))
         for i, (corrector, _) in locators.items():
             self._correctors.evaluations[i] += corrector.evaluations
             self._correctors.solves[i] += corrector.solves
         if steps:
-            self._dense.nodes = Points.joined([nodes, self._as_points(steps, owners, inverses)])
+            self._dense.nodes = Points.joined([nodes, self._as_points(steps, owners, factors)])
 
-    def _inverse(self, step: Step, ends: tuple[int, int]) -> int:
-        """The number of the inverse of what was located: where that is an end of the segment, the one of its node."""
+    def _factors(self, step: Step, ends: tuple[int, int]) -> int:
+        """The number of the factors at what was located: where that is an end of the segment, the one of its node."""
         if step.jacobian is not None:
-            return int(self._correctors.inverses.add(step.jacobian.solve(np.eye(step.state.size))[None])[0])
+            return int(self._correctors.factors.of(step.jacobian.multiply(np.eye(step.state.size))[None])[0])
         nodes = self._dense.nodes
-        return int(next(nodes.inverse[end] for end in ends if np.array_equal(nodes.states[end], step.state)))
+        return int(next(nodes.factors[end] for end in ends if np.array_equal(nodes.states[end], step.state)))
 
-    def _as_points(self, steps: Sequence[Step], owners: Sequence[int], inverses: Sequence[int]) -> Points:
+    def _as_points(self, steps: Sequence[Step], owners: Sequence[int], factors: Sequence[int]) -> Points:
         nodes = self._dense.nodes
         return Points(
             branch=nodes.branch[owners], states=np.array([s.state for s in steps]),
-            tangents=np.array([s.tangent for s in steps]),
-            inverse=np.array(inverses),
+            tangents=np.array([s.tangent for s in steps]), factors=np.array(factors),
             orientation=np.array([s.orientation for s in steps]), iterations=np.array([s.iterations for s in steps]),
             arclength=np.array([s.arclength for s in steps]), apart=np.full(len(steps), np.inf),
-            measures=nodes.measures.at(np.array(owners)),
+            metric=nodes.metric.at(np.array(owners)),
         )  # fmt: skip
 
     def _locator(self, i: int) -> tuple[Corrector, Locator]:
@@ -528,16 +537,3 @@ def _falling(parts: list[Brackets]) -> Brackets:
     """Those between whose ends the slope falls through zero."""
     every = Brackets.joined(parts)
     return every.at(every.falls)
-
-
-def _plain(slopes: Array, heights: Array, measures: Metric, first: Array, second: Array, length: Array) -> BoolArray:
-    """``Maxima._plain`` of segments: slopes and heights (n, 2) and tangents (n, N + 1) at both ends, lengths (n,)."""
-    before, after = slopes[:, 0] / measures.length(first), slopes[:, 1] / measures.length(second)
-    gain = heights[:, 1] - heights[:, 0]
-    hidden = np.minimum(
-        np.abs(gain - 0.5 * length * (before + after)), np.maximum(np.abs(before), np.abs(after)) * length
-    )
-    steady = np.minimum(before * gain, after * gain) > 0.0
-    height = heights.max(axis=1)
-    limit = np.where(steady, np.minimum(_STEADY * np.abs(gain), _STEEP * height), 0.0)
-    return np.asarray(hidden <= np.maximum(_HIDDEN * height, limit))

@@ -9,11 +9,23 @@ from math import copysign
 
 import numpy as np
 
+from slipstick.solve.continuation.brackets import (
+    DIP,
+    TINY,
+    Both,
+    Bracket,
+    Chord,
+    Known,
+    Located,
+    Maxima,
+    carried,
+    fall,
+    is_bottom,
+    narrowing,
+)  # fmt: skip
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.maxima import DEEP, DIP, TINY, Both, Known, Located, Maxima, carried, fall
-from slipstick.solve.continuation.narrowing import Bracket, narrowing
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
@@ -153,7 +165,7 @@ class Locator:
             room = (end - begin) * segment.length
             deep = fall(height(low), minimum.down, height(high), minimum.up, room) > DIP * height(high)
             if deep or not all(known):
-                whole = Bracket(low, max(falling, TINY), high, min(rising, -TINY), begin, end)
+                whole = Bracket(self._corrector.metric, low, max(falling, TINY), high, min(rising, -TINY), begin, end)
                 located.append(self._bottom(event, segment, whole, known, minimum, least))
         return [one for one in located if one is not None]
 
@@ -172,7 +184,7 @@ class Locator:
         The segment says nothing of a corner at which the slope jumps: the bottom is known once the slopes at solutions
         on both sides tell that the branch between them falls no further.
         """
-        height, metric = event.height, self._corrector.metric
+        height = event.height
         assert height is not None
         u, slopes = minimum.u, [minimum.down, minimum.up]
         best: Located = None
@@ -190,8 +202,8 @@ class Locator:
                 bracket = replace(bracket, high=step, falling=min(-slope, -TINY), end=u)
             side = int(slope >= 0.0)
             corner, slopes[side], known[side] = abs(slope) > 0.5 * slopes[side], abs(slope), True
-            rest = fall(height(bracket.low), slopes[0], height(bracket.high), slopes[1], bracket.room(metric))
-            if rest <= DIP * height(best[1]) or height(best[1]) < (1.0 - DEEP) * least:
+            rest = fall(height(bracket.low), slopes[0], height(bracket.high), slopes[1], bracket.room)
+            if is_bottom(height(best[1]), rest, least):
                 return best
             u -= slope / minimum.rate
             if corner or not bracket.begin < u < bracket.end:
@@ -222,15 +234,16 @@ class Locator:
                 continue
             if (falls and rises and not second.smooth) or higher:
                 ends = TINY if i or values[0] >= 0.0 else -values[0], -values[-1] if i + 1 == last and rises else -TINY
-                dips.append(self._maxima.bottom(event, Bracket(low[1], ends[0], high[1], ends[1], low[0], high[0])))
+                between = Bracket(self._corrector.metric, low[1], ends[0], high[1], ends[1], low[0], high[0])
+                dips.append(self._maxima.bottom(event, between))
         return [dip for dip in dips if dip is not None]
 
     def _in_order(self, first: Step, second: Step, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
         """What was located, in order along the branch: their places tell it only where the segment is near to that."""
         if len(points) < 2:
             return points
-        whole = Bracket(first, 1.0, second, -1.0, 0.0, 1.0)
-        return sorted(points, key=lambda located: whole.part(located[1], self._corrector.metric))
+        whole = Chord(self._corrector.metric, (first.state, first.tangent), (second.state, second.tangent))
+        return sorted(points, key=lambda located: whole.part(located[1].state, located[1].tangent))
 
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, segment: HermiteSegment
@@ -330,9 +343,7 @@ class Locator:
             return None
         change = self._event(event, segment, (places[0], low[1]), (places[1], high[1]))
         if change is None:
-            change = self._maxima.narrowed(event, places, low, high).root(
-                event, self._corrector.metric, self._tolerance
-            )
+            change = self._maxima.narrowed(event, places, low, high).root(event, self._tolerance)
         return change
 
     def _passages(
@@ -361,9 +372,10 @@ class Locator:
             return u, step
         before, after = (end[1].parameter - value for end in (low, high))
         event = BranchEvent(name="", kind="requested", function=lambda point: point.parameter - value).falling(before)
-        bracket, metric = Bracket(low[1], abs(before), high[1], -abs(after), low[0], high[0]), self._corrector.metric
+        metric = self._corrector.metric
+        bracket = Bracket(metric, low[1], abs(before), high[1], -abs(after), low[0], high[0])
         for narrower in narrowing(self._corrector, event, bracket, self._tolerance):
-            ends, room = (narrower.low, narrower.high), narrower.room(metric)
+            ends, room = (narrower.low, narrower.high), narrower.room
             for end in sorted(ends, key=lambda end: abs(end.parameter - value)):
                 shift = (value - end.parameter) / (end.tangent_parameter or np.inf)
                 step = self._at(value, end.state + shift * end.tangent, ends, room)

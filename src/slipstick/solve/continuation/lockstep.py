@@ -9,10 +9,9 @@ on, stands before a corner, or is known to rounding only is ``given_up``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,8 @@ from slipstick.solve.continuation.metric import Metric, angle_of, dots, norms
 from slipstick.solve.continuation.options import ContinuationOptions, next_step
 from slipstick.solve.continuation.predictor import Span, along_tangent, goes_on, place_ahead, shortened
 from slipstick.solve.continuation.step_acceptance import cubic_distance, is_far, is_kink, is_short, reach
-from slipstick.solve.newton import NewtonOptions
+from slipstick.solve.continuation.tables import Table
+from slipstick.solve.newton import NewtonOptions, gains, is_clear_gain, may_be_taken_whole, stalls
 from slipstick.typing import Array, BoolArray
 
 _ROUNDING = 1e-10
@@ -30,9 +30,6 @@ _ROUNDING = 1e-10
 
 _CORNER = 4.0
 """Steps that fail this near to the smallest one, at which a corner is believed, stand before one."""
-
-_GATHERED = 256
-"""Matrices that are gathered in one go: as many as stay near to the processor."""
 
 Numbers = NDArray[np.intp]
 
@@ -45,64 +42,80 @@ class Systems(Protocol):
         ...
 
 
-def products(matrices: Array, vectors: Array) -> Array:
-    """Products (k, n) of matrices (k, n, m) and vectors (k, m)."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0])
-
-
 @cache
-def _inverses() -> Callable[[Array], Array]:
+def _linear() -> Any:
     """Loaded with the first step: what is compiled takes a while to import."""
-    from slipstick.solve.linear.inverses import inverses
+    from slipstick.solve.linear import many_factors
 
-    return inverses
+    return many_factors
 
 
-class Inverses:
-    """Inverses (size, size) of the Jacobians of many points: kept in one place, where points name them by number."""
+class Factors:
+    """Factors of the bordered Jacobians of many points: kept in one place, where points name them by number."""
 
     def __init__(self, size: int) -> None:
-        self._room, self._count = np.empty((0, size, size)), 0
+        self._room, self._count = np.empty((0, size + 1, size)), 0
 
-    def add(self, matrices: Array, which: Numbers | None = None) -> Numbers:
-        """Keep some more (k, size, size), or those named of them; their numbers."""
-        which = np.arange(len(matrices)) if which is None else which
+    def of(self, matrices: Array) -> Numbers:
+        """Keep those of some more matrices (k, size, size); their numbers."""
+        factors = np.empty((len(matrices), *self._room.shape[1:]))
+        factors[:, :-1] = matrices
+        _linear().factorise(factors)
+        return self.add(factors)
+
+    def add(self, factors: Array, which: Numbers | None = None) -> Numbers:
+        """Keep some more (k, size + 1, size), or those named of them; their numbers."""
+        which = np.arange(len(factors)) if which is None else which
         begin, end = self._count, self._count + which.size
         if end > len(self._room):
             room = np.empty((max(end, 2 * len(self._room)), *self._room.shape[1:]))  # memory once it is written to
             room[:begin] = self._room[:begin]
             self._room = room
-        np.take(matrices, which, axis=0, out=self._room[begin:end], mode="clip")
+        np.take(factors, which, axis=0, out=self._room[begin:end], mode="clip")
         self._count = end
         return np.arange(begin, end)
 
-    def times(self, which: Numbers, vectors: Array) -> Array:
-        """Products (k, size) of inverses and vectors (k, m), zero beyond their ends."""
-        out = np.empty((len(vectors), self._room.shape[1]))
-        for begin in range(0, len(vectors), _GATHERED):
-            part = slice(begin, begin + _GATHERED)
-            out[part] = products(self._room[which[part]][:, :, : vectors.shape[1]], vectors[part])
-        return out
+    def solve(self, which: Numbers, right: Array) -> Array:
+        """Solutions (k, size) for right-hand sides (k, m), zero beyond their ends."""
+        return np.asarray(_linear().solutions(self._room, which, right))
 
 
 @dataclass(kw_only=True)
-class Solved:
-    """Solutions sought on k planes; what is not ``found`` means nothing.
+class Solutions(Table):
+    """Solutions of k branches.
 
     Attributes
     ----------
-    states, tangents, inverse
-        (k, N + 1) each, and inverses (k, N + 1, N + 1) of the bordered Jacobians.
-    orientation, iterations, contraction, stagnated
-        As of ``Step`` and ``NewtonResult``, (k,).
+    states, tangents
+        (k, N + 1).
+    orientation, iterations
+        As of ``Step``, (k,).
     """
 
     states: Array
     tangents: Array
-    inverse: Array
-    found: BoolArray
     orientation: NDArray[np.int_]
     iterations: NDArray[np.int_]
+
+    def columns(self, which: Any) -> dict[str, Any]:
+        """Some of them, for a table that tells more."""
+        return {name: vars(self)[name][which] for name in Solutions.__dataclass_fields__}
+
+
+@dataclass(kw_only=True)
+class Solved(Solutions):
+    """Solutions sought on k planes; what is not ``found`` means nothing.
+
+    Attributes
+    ----------
+    factors
+        Of the bordered Jacobians (k, N + 2, N + 1), see ``many_factors.py``.
+    contraction, stagnated
+        As of ``NewtonResult``, (k,).
+    """
+
+    factors: Array
+    found: BoolArray
     contraction: Array
     stagnated: BoolArray
 
@@ -116,7 +129,7 @@ class Correctors:
         Work so far, by branch (n,).
     doubtful
         Branches (n,) on which an iteration failed that may have met rounding.
-    inverses
+    factors
         Of the bordered Jacobians of points that were taken.
     """
 
@@ -125,7 +138,7 @@ class Correctors:
         self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
         self.evaluations, self.solves = np.zeros(count, dtype=int), np.zeros(count, dtype=int)
         self.doubtful = np.zeros(count, dtype=bool)
-        self.inverses = Inverses(size + 1)
+        self.factors = Factors(size + 1)
 
     def correct(
         self, branches: Numbers, guess: Array, normal: Array, fixed: BoolArray, metric: Metric, *,
@@ -133,35 +146,41 @@ class Correctors:
     ) -> Solved:  # fmt: skip
         """As ``Corrector.correct``: on the planes through ``guess`` across ``normal``, or where ``fixed`` at its
         parameter, the tangent then along ``forward``."""
-        weights = metric.weights
-        row = normal * weights * weights
+        row = _row(normal, metric)
         row[fixed] = 0.0
         row[fixed, -1] = 1.0
-        row /= np.abs(row).max(axis=1)[:, None]
         solved = self._iterated(branches, guess, row, metric, options or self._options, reach)
         states, found = solved.states, solved.found
         states[fixed, -1] = guess[fixed, -1]
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            solved.tangents = np.ascontiguousarray(solved.inverse[:, :, -1])
+            last = np.zeros_like(states)
+            last[:, -1] = 1.0
+            solved.tangents = _linear().solutions(solved.factors, np.arange(len(last)), last)
             solved.tangents /= metric.length(solved.tangents)[:, None]
         self.solves += np.bincount(branches[found], minlength=self.solves.size)
         some = np.flatnonzero(found)
         solved.orientation = np.ones(len(guess), dtype=int)
         if some.size:
-            solved.orientation[some] = np.linalg.slogdet(solved.inverse[some])[0].astype(int)
+            solved.orientation[some] = _linear().signs(solved.factors[some]).astype(int)
             back = some[fixed[some] & (metric.at(some).cosine(solved.tangents[some], forward[some]) < 0.0)]
             solved.tangents[back] *= -1.0
             solved.orientation[back] *= -1
         return solved
 
+    def keep(self, branches: Numbers, states: Array, normal: Array, metric: Metric) -> Numbers:
+        """Keep the factors at solutions across ``normal`` that become points; their numbers."""
+        row = _row(normal, metric)
+        return self.factors.add(self._bordered(branches, states, row, dots(row, states))[1])
+
     def _bordered(self, branches: Numbers, z: Array, row: Array, level: Array) -> tuple[Array, Array]:
-        """Residuals (k, N + 1) and inverse Jacobians (k, N + 1, N + 1)."""
+        """Residuals (k, N + 1) and factors of the Jacobians (k, N + 2, N + 1)."""
         N = z.shape[1] - 1
-        residual, jacobian = np.empty_like(z), np.empty((len(z), N + 1, N + 1))
+        residual, jacobian = np.empty_like(z), np.empty((len(z), N + 2, N + 1))
         residual[:, :N], jacobian[:, :N] = self._systems.evaluate(branches, z)
         residual[:, N], jacobian[:, N] = dots(row, z) - level, row
         self.evaluations += np.bincount(branches, minlength=self.evaluations.size)
-        return residual, _inverses()(jacobian)
+        _linear().factorise(jacobian)
+        return residual, jacobian
 
     def _iterated(
         self, branches: Numbers, guess: Array, row: Array, metric: Metric, options: NewtonOptions,
@@ -170,20 +189,20 @@ class Correctors:
         """``newton.iterate`` on each."""
         count, level = len(guess), dots(row, guess)
         z = guess.copy()
-        residual, inverse = self._bordered(branches, z, row, level)
+        residual, factors = self._bordered(branches, z, row, level)
         found, stagnated = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
         iterations, contraction = np.zeros(count, dtype=int), np.zeros(count)
         allowance, sizes = np.full(count, options.non_monotone), np.full((3, count), np.nan)
         live = np.arange(count)
         while live.size:
-            step = products(inverse[live], residual[live])
+            step = _linear().solutions(factors, live, residual[live])
             size = norms(step * metric.inverse[live])
             self.solves += np.bincount(branches[live], minlength=self.solves.size)
             sizes[:, live] = size, sizes[0, live], sizes[1, live]
             done = size <= options.tolerance
             with np.errstate(invalid="ignore"):
-                shrinks = ~((size > 0.5 * sizes[1, live]) & (sizes[1, live] > 0.1 * sizes[2, live]))
-            rounded = ~done & ~shrinks & (size <= options.stagnation)
+                stalled = stalls(*sizes[:, live])
+            rounded = ~done & stalled & (size <= options.stagnation)
             lost = ~done & ~rounded & (~np.isfinite(size) | (iterations[live] >= options.max_iterations))
             self._doubt(branches, live[lost], z, residual, size[lost])
             if reach is not None:
@@ -194,12 +213,12 @@ class Correctors:
             live, step, size = live[on], step[on], size[on]
             if live.size:
                 taken = self._searched(
-                    branches, live, step, size, (z, residual, inverse), (row, level), metric, options, allowance,
+                    branches, live, step, size, (z, residual, factors), (row, level), metric, options, allowance,
                     contraction, iterations,
                 )  # fmt: skip
                 live = live[taken]
         return Solved(
-            states=z, tangents=z, inverse=inverse, found=found, orientation=iterations, iterations=iterations,
+            states=z, tangents=z, factors=factors, found=found, orientation=iterations, iterations=iterations,
             contraction=contraction, stagnated=stagnated,
         )  # fmt: skip
 
@@ -209,14 +228,14 @@ class Correctors:
         contraction: Array, iterations: NDArray[np.int_],
     ) -> BoolArray:  # fmt: skip
         """``newton.line_search`` of each; which of them took a correction."""
-        z, residual, inverse = at
+        z, residual, factors = at
 
         def tried(which: Numbers, damping: float) -> tuple[Array, Array, Array, Array]:
             i = live[which]
             trial = z[i] - damping * step[which]
             R, V = self._bordered(branches[i], trial, plane[0][i], plane[1][i])
             with np.errstate(invalid="ignore", over="ignore"):
-                natural = norms(products(inverse[i], R) * metric.inverse[i]) / size[which]
+                natural = norms(_linear().solutions(factors, i, R) * metric.inverse[i]) / size[which]
             finite = np.isfinite(norms(R))
             self.solves += np.bincount(branches[i[finite]], minlength=self.solves.size)
             return trial, R, V, np.where(finite, natural, np.inf)
@@ -225,12 +244,12 @@ class Correctors:
         trial, R, V, natural = tried(every, 1.0)
         first = iterations[live] == 0
         contraction[live[first]] = natural[first]
-        good = (natural <= 0.5) | ((size <= options.stagnation) & np.isfinite(natural))
+        good = is_clear_gain(natural, size, options)
         rest = np.flatnonzero(~good)
         self._doubt(branches, live[rest], z, residual, size[rest])
         if rest.size:
             best, taken = natural[rest].copy(), rest
-            usable, damping = natural[rest] < 10.0, 0.5
+            usable, damping = may_be_taken_whole(natural[rest]), 0.5
             trials = [array[rest].copy() for array in (trial, R, V)]
             while damping >= options.min_damping and taken.size:
                 place = np.searchsorted(rest, taken)
@@ -239,16 +258,16 @@ class Correctors:
                 for kept, new in zip(trials, more, strict=True):
                     kept[place[better]] = new[better]
                 best[place[better]] = natural_here[better]
-                taken = taken[better | ~(best[place] < 1.0 - 0.1 * damping)]
+                taken = taken[better | ~gains(best[place], damping)]
                 damping *= 0.5
-            whole = (best >= 1.0 - 0.1 * options.min_damping) & usable & (allowance[live[rest]] > 0)
+            whole = ~gains(best, options.min_damping) & usable & (allowance[live[rest]] > 0)
             allowance[live[rest[whole]]] -= 1
             better = ~whole & (best < 1.0)
             for kept, full in zip(trials, (trial, R, V), strict=True):
                 full[rest[better]] = kept[better]
             good[rest] = whole | better
         took = live[good]
-        z[took], residual[took], inverse[took] = trial[good], R[good], V[good]
+        z[took], residual[took], factors[took] = trial[good], R[good], V[good]
         iterations[took] += 1
         return good
 
@@ -259,48 +278,35 @@ class Correctors:
         self.doubtful[branches[near[rounding]]] = True
 
 
+def _row(normal: Array, metric: Metric) -> Array:
+    """The rows (k, N + 1) that border Jacobians, of planes across ``normal``."""
+    row = normal * metric.weights * metric.weights
+    return np.asarray(row / np.abs(row).max(axis=1)[:, None])
+
+
 @dataclass(kw_only=True)
-class Points:
+class Points(Solutions):
     """Points that were stepped to, branch after branch, each in order.
 
     Attributes
     ----------
     branch
         Whose each is, (p,).
-    states, tangents, orientation, iterations, arclength
+    arclength
         As of ``Step``.
-    inverse
-        Number of that of the bordered Jacobian among ``Correctors.inverses``.
+    factors
+        Number of those of the bordered Jacobian among ``Correctors.factors``.
     apart
         See ``Step.apart``; of a first point infinite.
-    measures
+    metric
         In which what comes after each is measured.
     """
 
     branch: Numbers
-    states: Array
-    tangents: Array
-    inverse: Numbers
-    orientation: NDArray[np.int_]
-    iterations: NDArray[np.int_]
+    factors: Numbers
     arclength: Array
     apart: Array
-    measures: Metric
-
-    def at(self, which: Numbers | BoolArray) -> Points:
-        """Some of them."""
-        arrays = {name: getattr(self, name)[which] for name in self.__dataclass_fields__ if name != "measures"}
-        return Points(**arrays, measures=self.measures.at(which))
-
-    @classmethod
-    def joined(cls, parts: list[Points]) -> Points:
-        """All of several."""
-        arrays = {
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in cls.__dataclass_fields__
-            if name != "measures"
-        }
-        return cls(**arrays, measures=Metric.joined([part.measures for part in parts]))
+    metric: Metric
 
 
 @dataclass(kw_only=True)
@@ -332,7 +338,7 @@ def follow(
     curved, arclength, length = np.zeros(n, dtype=bool), np.zeros(n), step_length.copy()
     order = np.full(n, 2)
     found = np.flatnonzero(first.found)
-    accepted = [_taken(correctors.inverses, first, everyone, found, metric, arclength, np.full(found.size, np.inf))]
+    accepted = [_taken(correctors.factors, first, everyone, found, metric, arclength, np.full(found.size, np.inf))]
     count, live = np.ones(n, dtype=int), np.flatnonzero(first.found)
     while live.size:
         here, last, along, reaching = metric.at(live), z[live], tangent[live], length[live]
@@ -363,7 +369,7 @@ def follow(
             z[new], tangent[new], orientation[new] = those, solved.tangents[good], solved.orientation[good]
             metric.put(new, measured.renewed(those[:, :-1]))
             taken = np.flatnonzero(good)
-            accepted.append(_taken(correctors.inverses, solved, live, taken, metric, arclength, off))
+            accepted.append(_taken(correctors.factors, solved, live, taken, metric, arclength, off))
             count[new] += 1
             length[new] = step_length[new]
         missed = live[~good]
@@ -393,22 +399,19 @@ def _first(correctors: Correctors, every: Numbers, guess: Array, metric: Metric,
         again = correctors.correct(
             grew, first.states[grew], ahead[grew], fixed[grew], renewed.at(grew), forward=ahead[grew]
         )
-        for name in Solved.__dataclass_fields__:
-            getattr(first, name)[grew] = getattr(again, name)
+        first.put(grew, again)
     return first
 
 
 def _taken(
-    inverses: Inverses, solved: Solved, live: Numbers, which: Numbers, metric: Metric, arclength: Array,
+    store: Factors, solved: Solved, live: Numbers, which: Numbers, metric: Metric, arclength: Array,
     apart: Array,
 ) -> Points:  # fmt: skip
     """Solutions that were accepted, as points."""
     branches = live[which]
     return Points(
-        branch=branches, states=solved.states[which].copy(), tangents=solved.tangents[which].copy(),
-        inverse=inverses.add(solved.inverse, which), orientation=solved.orientation[which].copy(),
-        iterations=solved.iterations[which], arclength=arclength[branches],
-        apart=apart, measures=metric.at(branches),
+        **solved.columns(which), branch=branches, factors=store.add(solved.factors, which),
+        arclength=arclength[branches], apart=apart, metric=metric.at(branches),
     )  # fmt: skip
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,20 +22,11 @@ from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step_acceptance import cubic_distance, is_near
+from slipstick.solve.continuation.tables import Table
 from slipstick.typing import Array, BoolArray
 
 _TOGETHER = 4096
 """States that are evaluated in one go."""
-
-
-def some(of: Any, which: Any) -> dict[str, Any]:
-    """Every array of a table, at some places."""
-    return {field.name: getattr(of, field.name)[which] for field in fields(of)}
-
-
-def joined(parts: Sequence[Any]) -> dict[str, Any]:
-    """Every array of several tables of one kind, one after the other."""
-    return {field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(parts[0])}
 
 
 def parted(pieces: NDArray[np.int_]) -> tuple[Numbers, Array]:
@@ -48,7 +37,7 @@ def parted(pieces: NDArray[np.int_]) -> tuple[Numbers, Array]:
 
 
 @dataclass(kw_only=True)
-class Segments:
+class Segments(Table):
     """Pairs of neighbouring points, branch after branch, each in order.
 
     Attributes
@@ -71,18 +60,9 @@ class Segments:
     apart: Array
     smooth: BoolArray
 
-    def at(self, which: Numbers | BoolArray) -> Segments:
-        """Some of them."""
-        return Segments(**some(self, which))
-
-    @classmethod
-    def joined(cls, parts: list[Segments]) -> Segments:
-        """All of several."""
-        return cls(**joined(parts))
-
 
 @dataclass(kw_only=True)
-class Interpolated:
+class Interpolated(Table):
     """Points of segments: whose, at which places ``u``, states and tangents (k, N + 1).
 
     ``node`` is the number of a point that was solved for there, where corrections did not get there; else -1.
@@ -96,7 +76,7 @@ class Interpolated:
 
 
 @dataclass(kw_only=True)
-class _Seen:
+class _Seen(Table):
     """States at places of segments, corrected once: ``dense_output._Seen``."""
 
     segment: Numbers
@@ -106,13 +86,6 @@ class _Seen:
     bent: Array
     states: Array
     last: Array
-
-    def at(self, which: Numbers | BoolArray) -> _Seen:
-        return _Seen(**some(self, which))
-
-    @classmethod
-    def joined(cls, parts: list[_Seen]) -> _Seen:
-        return cls(**joined(parts))
 
 
 class Outputs:
@@ -140,9 +113,9 @@ class Outputs:
 
     def cubics(self, segments: Segments) -> tuple[Metric, HermiteSegment]:
         """The cubics of segments, and in what they are measured."""
-        nodes, measures = self.nodes, self.nodes.measures.at(segments.owner)
+        nodes, metric = self.nodes, self.nodes.metric.at(segments.owner)
         ends = [(nodes.states[i], nodes.tangents[i]) for i in (segments.first, segments.second)]
-        return measures, HermiteSegment.of(measures, ends[0], ends[1])
+        return metric, HermiteSegment.of(metric, ends[0], ends[1])
 
     def _halved(self) -> Segments:
         """``DenseOutput.halves`` of every step."""
@@ -155,14 +128,14 @@ class Outputs:
         )  # fmt: skip
         ended, seen_before, count = [todo.at(first[:0])], [], 0
         while todo.first.size:
-            measures, cubics = self.cubics(todo)
+            metric, cubics = self.cubics(todo)
             todo.smooth = todo.apart <= _SURE * self._tolerance
             pieces = np.ceil(cubics.length / self._step).astype(int)
             looked = np.flatnonzero(~todo.smooth & (pieces > 1))
             open_ = np.zeros(todo.first.size, dtype=bool)
             middles = Points.joined([self.nodes.at(first[:0])])
             if looked.size:
-                seen = self._look(todo, looked, pieces[looked], measures, cubics)
+                seen = self._look(todo, looked, pieces[looked], metric, cubics)
                 bent = np.zeros(todo.first.size)
                 np.maximum.at(bent, seen.segment, seen.bent)
                 todo.smooth[looked] = bent[looked] <= _BENT * self._tolerance
@@ -171,9 +144,7 @@ class Outputs:
                     of = np.flatnonzero(np.isin(seen.segment, wanted))
                     of = of[np.lexsort((of, -seen.bent[of], seen.segment[of]))]
                     worst = seen.at(of[np.unique(seen.segment[of], return_index=True)[1]])
-                    halves, middles, found = self._middles(
-                        todo.at(wanted), worst, measures.at(wanted), cubics.at(wanted)
-                    )
+                    halves, middles, found = self._middles(todo.at(wanted), worst, metric.at(wanted), cubics.at(wanted))
                     open_[wanted[found]] = True
                     self.lost[self.nodes.branch[todo.first[wanted[~found]]]] = True
             over = np.flatnonzero(~open_)
@@ -199,22 +170,22 @@ class Outputs:
         return segments.at(order)
 
     def _look(
-        self, segments: Segments, which: Numbers, pieces: NDArray[np.int_], measures: Metric, cubics: HermiteSegment
+        self, segments: Segments, which: Numbers, pieces: NDArray[np.int_], metric: Metric, cubics: HermiteSegment
     ) -> _Seen:
         """States at the places that part some segments into pieces."""
         number, u = parted(pieces)
         each = which[number]
-        here, of = measures.at(each), cubics.at(each)
+        here, of = metric.at(each), cubics.at(each)
         cubic, slopes = of.point(u), of.derivative(u)
-        sizes = self._sizes(segments, measures)[each]
+        sizes = self._sizes(segments, metric)[each]
         off = self._off(segments.second[each], cubic)
         bent = here.judged(off, sizes)
         off = at_their_parameter(off, slopes)
         states, last = cubic - finite(off), here.judged(off, sizes)
         return _Seen(segment=each, u=u, cubic=cubic, slopes=slopes, bent=bent, states=states, last=last)
 
-    def _sizes(self, segments: Segments, measures: Metric) -> Array:
-        return measures.sizes(self.nodes.states[segments.first], self.nodes.states[segments.second])
+    def _sizes(self, segments: Segments, metric: Metric) -> Array:
+        return metric.sizes(self.nodes.states[segments.first], self.nodes.states[segments.second])
 
     def _off(self, near: Numbers, states: Array) -> Array:
         """``Corrector.off`` of states (k, N + 1), by the Jacobians of points nearby."""
@@ -222,22 +193,22 @@ class Outputs:
         for begin in range(0, len(states), _TOGETHER):
             part = slice(begin, begin + _TOGETHER)
             residual = self._systems.evaluate(branch[part], states[part])[0]
-            off[part] = self._correctors.inverses.times(self.nodes.inverse[near[part]], residual)
+            off[part] = self._correctors.factors.solve(self.nodes.factors[near[part]], residual)
         work = np.bincount(branch, minlength=self._correctors.evaluations.size)
         self._correctors.evaluations += work
         self._correctors.solves += work
         return np.where(np.isfinite(off), off, np.inf)
 
     def _middles(
-        self, segments: Segments, worst: _Seen, measures: Metric, cubics: HermiteSegment
+        self, segments: Segments, worst: _Seen, metric: Metric, cubics: HermiteSegment
     ) -> tuple[Segments, Points, BoolArray]:
         """Both parts of segments at the worst places seen of each, the points between, and where there is one."""
         u, guess, direction = worst.u, worst.cubic, cubics.derivative(worst.u)
-        near = is_near(measures, worst.states - guess, cubics.length)
+        near = is_near(metric, worst.states - guess, cubics.length)
         start = np.where(near[:, None], worst.states, guess)
-        middles, found = self._solved(segments, measures, cubics, u, start)
+        middles, found = self._solved(segments, metric, cubics, u, start)
         at, number = np.flatnonzero(found), len(self.nodes.branch) + np.arange(int(found.sum()))
-        middles, measured, parts = middles.at(at), measures.at(at), segments.at(at)
+        middles, measured, parts = middles.at(at), metric.at(at), segments.at(at)
         states, tangents = middles.states, middles.tangents
 
         def apart(way: Array) -> Array:
@@ -256,14 +227,14 @@ class Outputs:
         return Segments.joined([before, after]), middles, found
 
     def _solved(
-        self, segments: Segments, measures: Metric, cubics: HermiteSegment, u: Array, guess: Array
+        self, segments: Segments, metric: Metric, cubics: HermiteSegment, u: Array, guess: Array
     ) -> tuple[Points, BoolArray]:
         """``DenseOutput._solved`` on each segment: points, and which of them are to be believed."""
         nodes, branch = self.nodes, self.nodes.branch[segments.first]
         across = np.zeros(u.size, dtype=bool)
-        solved = self._correctors.correct(branch, guess, cubics.derivative(u), across, measures, forward=guess)
+        solved = self._correctors.correct(branch, guess, cubics.derivative(u), across, metric, forward=guess)
         expected = cubics.point(u)
-        good = solved.found & self._near(segments, measures, solved.states, solved.orientation, expected, cubics.length)
+        good = solved.found & self._near(segments, metric, solved.states, solved.orientation, expected, cubics.length)
         rest = np.flatnonzero(~good)
         if rest.size:
             first, second = nodes.states[segments.first[rest]], nodes.states[segments.second[rest]]
@@ -271,7 +242,7 @@ class Outputs:
             value = expected[rest, -1]
             inside = (value - first[:, -1]) * (value - second[:, -1]) < 0.0
             chord[inside, -1] = value[inside]
-            here, way = measures.at(rest), second - first
+            here, way = metric.at(rest), second - first
             again = self._correctors.correct(
                 branch[rest], chord, way, np.ones(rest.size, dtype=bool), here, forward=way,
                 options=self._correctors.patient,
@@ -279,24 +250,21 @@ class Outputs:
             length = np.maximum(cubics.length[rest], _PEAK)
             near = self._near(segments.at(rest), here, again.states, again.orientation, chord, length)
             good[rest] = again.found & near
-            for name in ("states", "tangents", "inverse", "orientation", "iterations"):
-                getattr(solved, name)[rest] = getattr(again, name)
-        arclength = nodes.arclength[segments.first] + measures.length(solved.states - nodes.states[segments.first])
-        points = Points(
-            branch=branch, states=solved.states, tangents=solved.tangents,
-            inverse=self._correctors.inverses.add(solved.inverse), orientation=solved.orientation,
-            iterations=solved.iterations, arclength=arclength, apart=np.full(u.size, np.inf), measures=measures,
-        )  # fmt: skip
-        return points, good
+            solved.put(rest, again)
+        arclength = nodes.arclength[segments.first] + metric.length(solved.states - nodes.states[segments.first])
+        return Points(
+            **solved.columns(slice(None)), branch=branch, factors=self._correctors.factors.add(solved.factors),
+            arclength=arclength, apart=np.full(u.size, np.inf), metric=metric,
+        ), good  # fmt: skip
 
     def _near(
-        self, segments: Segments, measures: Metric, states: Array, orientation: NDArray[np.int_], expected: Array,
+        self, segments: Segments, metric: Metric, states: Array, orientation: NDArray[np.int_], expected: Array,
         length: Array,
     ) -> BoolArray:  # fmt: skip
         """``DenseOutput._believed``."""
         same_way = orientation * self.nodes.orientation[segments.first] >= 0
         with np.errstate(invalid="ignore"):
-            near = is_near(measures, states - expected, length)
+            near = is_near(metric, states - expected, length)
         return np.asarray(same_way & near & ~self._span.outside(states[:, -1]))
 
     def points(self, pieces: Segments, whole: Numbers) -> Interpolated:
@@ -304,7 +272,7 @@ class Outputs:
 
         ``whole`` is the number of the segment of which a piece is all, else -1: what was seen of it is known.
         """
-        measures, cubics = self.cubics(pieces)
+        metric, cubics = self.cubics(pieces)
         count = np.ceil(cubics.length / self._step).astype(int)
         wanted = (count > 1) & pieces.smooth
         plain = np.flatnonzero(wanted & (pieces.apart <= _SURE * self._tolerance))
@@ -321,21 +289,21 @@ class Outputs:
             parts.append(part)
         fresh = np.flatnonzero(wanted & ~known & (pieces.apart > _SURE * self._tolerance))
         if fresh.size:
-            parts.append(self._look(pieces, fresh, count[fresh], measures, cubics))
+            parts.append(self._look(pieces, fresh, count[fresh], metric, cubics))
         number, u = parted(count[plain])
         each = plain[number]
         smooth = cubics.at(each)
         found = [Interpolated(
-            segment=each, u=u, states=smooth.point(u), tangents=self._unit(measures.at(each), smooth.derivative(u)),
+            segment=each, u=u, states=smooth.point(u), tangents=self._unit(metric.at(each), smooth.derivative(u)),
             node=np.full(u.size, -1),
         )]  # fmt: skip
         if parts:
-            found.append(self._settled(pieces, _Seen.joined(parts), measures, cubics))
-        return Interpolated(**joined(found))
+            found.append(self._settled(pieces, _Seen.joined(parts), metric, cubics))
+        return Interpolated.joined(found)
 
-    def _settled(self, pieces: Segments, seen: _Seen, measures: Metric, cubics: HermiteSegment) -> Interpolated:
+    def _settled(self, pieces: Segments, seen: _Seen, metric: Metric, cubics: HermiteSegment) -> Interpolated:
         """What was seen, corrected to the tolerance; what is not known to it then is solved for."""
-        sizes, tolerance = self._sizes(pieces, measures), self._tolerance
+        sizes, tolerance = self._sizes(pieces, metric), self._tolerance
         for _ in range(_CORRECTIONS - 1):
             rest = np.flatnonzero((seen.last > tolerance) & (seen.last < np.inf))
             if not rest.size:
@@ -344,16 +312,16 @@ class Outputs:
             off = self._off(pieces.second[of], seen.states[rest])
             off = at_their_parameter(off, seen.slopes[rest])
             before = seen.last[rest]
-            last = measures.at(of).judged(off, sizes[of])
+            last = metric.at(of).judged(off, sizes[of])
             seen.states[rest] -= finite(off)
             seen.last[rest] = np.where(last > 0.5 * before, np.inf, last)
-        tangents, node = self._unit(measures.at(seen.segment), seen.slopes), np.full(seen.u.size, -1)
+        tangents, node = self._unit(metric.at(seen.segment), seen.slopes), np.full(seen.u.size, -1)
         rest = np.flatnonzero(~(seen.last <= tolerance))
         keep = np.ones(seen.u.size, dtype=bool)
         if rest.size:
             of = seen.segment[rest]
             here, guess = cubics.at(of), cubics.at(of).point(seen.u[rest])
-            solved, good = self._solved(pieces.at(of), measures.at(of), here, seen.u[rest], guess)
+            solved, good = self._solved(pieces.at(of), metric.at(of), here, seen.u[rest], guess)
             keep[rest] = good
             node[rest[good]] = len(self.nodes.branch) + np.arange(int(good.sum()))
             seen.states[rest], tangents[rest] = solved.states, solved.tangents
@@ -364,5 +332,5 @@ class Outputs:
             node=node[keep],
         )  # fmt: skip
 
-    def _unit(self, measures: Metric, slopes: Array) -> Array:
-        return np.asarray(slopes / measures.length(slopes)[:, None])
+    def _unit(self, metric: Metric, slopes: Array) -> Array:
+        return np.asarray(slopes / metric.length(slopes)[:, None])

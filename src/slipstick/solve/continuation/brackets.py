@@ -1,0 +1,477 @@
+"""Extremes and roots between two solved points of a branch, on both sides of a corner where there is one.
+
+Formulas hold for one branch and for k; the drivers are ``narrowing`` here and ``lockstep_brackets.py``: on tables of
+one row a single curve would take six times as long for each trial.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
+from math import copysign, inf
+
+import numpy as np
+
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
+from slipstick.solve.continuation.metric import Marks, Metric, Scalars, chosen, column, dots, larger, norms, smaller
+from slipstick.solve.continuation.step import Step
+from slipstick.solve.newton import NewtonOptions
+from slipstick.typing import Array
+
+TINY = float(np.finfo(float).tiny)
+MOST = 100
+"""Trials by which a bracket is narrowed at most."""
+SHARES = (0.95, 0.5, 0.125, 0.03, 0.008, 0.002)
+"""Parts of the way to a corner, and of a bracket (but the first), by which steps from an end are tried."""
+_KNOWN = 1e-6
+"""Part of a height to which it must be known, however narrow the bracket is."""
+_ENOUGH = 100.0
+"""Tolerances to which a turning point must be known where no nearer solution is found."""
+_REVERSED = 1e-12
+"""Square of the sine of an angle below which two tangents are on one line."""
+_HIDDEN = 2e-4
+"""Part of a height that a maximum may stand out by unseen between two solutions."""
+_STEADY = 0.05
+"""Part of the gain that a monotone one may differ by from that of a parabola."""
+_STEEP = 6e-4
+"""Part of a height up to which that holds."""
+DIP = 2e-5
+"""Part of its height to which a minimum is known: it tells how far the maxima on both sides stand out."""
+DEEP = 1.1e-3
+"""Part of a height by which a minimum is deeper where more need not be known of it."""
+
+SECANTS = 8
+PARTINGS = 5
+"""Times that a segment which is not near the branch is halved to see maxima between its ends."""
+_TRIALS = 12
+"""Solutions that are sought for a minimum."""
+_BESIDE = 0.02
+"""Part of the way to a corner by which it is tried beside it; twice as much each time that this is the other side."""
+_FLAT = 10.0
+"""Times further than it is known that a minimum may be, by the slope at the side next to it."""
+_SAME = 10.0
+"""Tolerances apart that two locations of one maximum are at most."""
+
+Guess = tuple[Array, Array]
+"""Where a solution may be, and the direction of the branch there."""
+Both = tuple[float, float]
+Known = tuple[Step, float]
+Located = tuple[float, Step] | None
+
+
+class Chord:
+    """The line between two solutions, each a state and a tangent (..., N + 1), and what they tell of the branch.
+
+    Attributes
+    ----------
+    turns
+        Whether the branch turns by more than a right angle.
+    before, after
+        Ways from both ends to where their tangents meet; 0 where it does not turn.
+    gap, room
+        Scaled length of the line, and of the branch: that, or more where it turns back.
+    """
+
+    def __init__(self, metric: Metric, low: tuple[Array, Array], high: tuple[Array, Array]) -> None:
+        self._metric, self._low, self._high = metric, low, high
+        (state, tangent), (other, direction) = low, high
+        a, b = tangent * metric.weights, direction * metric.weights
+        self._a, self._b = a / column(norms(a)), b / column(norms(b))
+        self._chord = (other - state) * metric.weights
+        g, p, q = dots(self._a, self._b), dots(self._a, self._chord), dots(self._b, self._chord)
+        square_of_sine = 1.0 - g * g
+        self.turns = (g < 0.0) & (square_of_sine >= _REVERSED)
+        over = chosen(self.turns, square_of_sine, inf)
+        self.before, self.after = abs(p - g * q) / over, abs(q - g * p) / over
+        self.gap = norms(self._chord)
+        self.room = larger(self.gap, self.before + self.after)
+
+    def part(self, state: Array, tangent: Array) -> float:
+        """How far along one branch a solution between the ends is: larger the further."""
+        w = self._metric.weights
+        after, before = (state - self._low[0]) * w, (self._high[0] - state) * w
+        if not self.turns:
+            return float(after.dot(self._chord))
+        tangent = tangent * w
+        if tangent.dot(self._a) > tangent.dot(self._b):
+            return float(after.dot(self._a)) - self.before
+        return self.after - float(before.dot(self._b))
+
+    def beside(self, part: float, *, nearer: bool) -> Guess:
+        """A guess at a part of the way from the end that is further from the corner, or from the ``nearer`` one."""
+        before, after = chosen(self.turns, self.before, self.gap), chosen(self.turns, self.after, self.gap)
+        from_low = (after > before) == nearer
+        state, tangent = (
+            chosen(column(from_low), one, other) for one, other in zip(self._low, self._high, strict=True)
+        )
+        direction = tangent / column(self._metric.length(tangent))
+        return state + column(part * chosen(from_low, before, -after)) * direction, direction
+
+
+def leads_on(orientation: Scalars, before: Scalars, after: Scalars) -> Marks:
+    """Whether a solution between two others is of their branch, not of another or of the way back."""
+    return (orientation * before >= 0) | (orientation * after >= 0)
+
+
+def is_within(metric: Metric, state: Array, low: Array, high: Array, room: Scalars) -> Marks:
+    """Whether a state lies between two others with so much room between."""
+    before, after = metric.length(state - low), metric.length(state - high)
+    return (before > 0.0) & (before < room) & (after > 0.0) & (after < room)
+
+
+def share_of(rising: Scalars, falling: Scalars, bisect: Marks, room: Scalars, tolerance: float) -> Scalars:
+    """The part of a bracket at which a function vanishes by its values at both ends; away from these."""
+    edge = smaller(0.5, 0.5 * tolerance / room)
+    return smaller(1.0 - edge, larger(edge, chosen(bisect, 0.5, rising / (rising - falling))))
+
+
+def is_known(height: Scalars, rising: Scalars, falling: Scalars, room: Scalars, tolerance: float) -> Marks:
+    """Whether no maximum in a bracket, with those slopes at its ends, is higher than the higher of them."""
+    return (room <= tolerance) | (larger(rising, -falling) * room <= _KNOWN * height)
+
+
+def crossing(before: Scalars, down: Scalars, after: Scalars, up: Scalars, length: Scalars) -> Scalars:
+    """The way from the first of two points, some ``length`` apart, to where their tangents cross."""
+    return smaller(larger(0.0, (before - after + up * length) / (down + up)), length)
+
+
+def fall(before: Scalars, down: Scalars, after: Scalars, up: Scalars, length: Scalars) -> Scalars:
+    """How much lower than the lower of two points, some ``length`` apart, the branch is where their tangents cross.
+
+    No minimum between is deeper, smooth or at a corner, if the height falls from the one at a rate ``down`` at most and
+    rises to the other at a rate ``up`` at most. Infinite where such a rate is not known, beside a maximum.
+    """
+    known = smaller(down, up) > TINY
+    way = crossing(before, chosen(known, down, inf), after, up, length)
+    return chosen(known, smaller(before, after) - smaller(before - down * way, after - up * (length - way)), inf)
+
+
+def is_bottom(least: Scalars, rest: Scalars, ends: Scalars) -> Marks:
+    """Whether the ``least`` height solved for is as good as a minimum: the branch falls by no more than ``rest``, or it
+    is so much lower than the ``ends`` that more need not be known."""
+    return (rest <= DIP * least) | (least < (1.0 - DEEP) * ends)
+
+
+def is_plain(before: Scalars, after: Scalars, low: Scalars, high: Scalars, length: Scalars) -> Marks:
+    """Whether a height is as good as a parabola between two solutions, by its slopes ``before`` and ``after`` and its
+    values ``low`` and ``high`` at both: no maximum hides there."""
+    gain, height = high - low, larger(low, high)
+    hidden = smaller(abs(gain - 0.5 * length * (before + after)), larger(abs(before), abs(after)) * length)
+    steady = smaller(before * gain, after * gain) > 0.0
+    limit = chosen(steady, smaller(_STEADY * abs(gain), _STEEP * height), 0.0)
+    return hidden <= larger(_HIDDEN * height, limit)
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """Two solutions, the event function positive at the first and not at the second: an extreme or a root is between.
+
+    ``begin`` and ``end`` are their places on a segment.
+    """
+
+    metric: Metric
+    low: Step
+    rising: float
+    high: Step
+    falling: float
+    begin: float
+    end: float
+
+    @cached_property
+    def chord(self) -> Chord:
+        """From the one to the other."""
+        return Chord(self.metric, (self.low.state, self.low.tangent), (self.high.state, self.high.tangent))
+
+    @property
+    def room(self) -> float:
+        """Length of the branch between them."""
+        return float(self.chord.room)
+
+    def with_inside(self, step: Step, value: float) -> Bracket:
+        """The part of it that a solution between its ends leaves."""
+        before, after = (self.metric.length(step.state - end.state) for end in (self.low, self.high))
+        place = self.begin + (self.end - self.begin) * before / (before + after)
+        if value > 0.0:
+            return replace(self, low=step, rising=value, begin=place)
+        return replace(self, high=step, falling=value, end=place)
+
+    def holds(self, step: Step) -> bool:
+        """Whether a solution lies between its ends, and on this branch."""
+        low, high = self.low, self.high
+        return bool(
+            leads_on(step.orientation, low.orientation, high.orientation)
+            and is_within(self.metric, step.state, low.state, high.state, self.room)
+        )
+
+    def top(self, event: BranchEvent, tolerance: float) -> tuple[float, Step]:
+        """The place and the solution of its higher end; of kind "near ..." where the extreme may be higher."""
+        assert event.height is not None
+        ends = [(event.height(step), place, step) for step, place in ((self.low, self.begin), (self.high, self.end))]
+        height, place, step = max(ends, key=lambda end: end[0])
+        if event.maximum:
+            known = is_known(height, self.rising, self.falling, self.room, tolerance)
+        else:
+            known = self.room <= _ENOUGH * tolerance
+        return place, step.named(event.kind if known else f"near {event.kind}", event.name)
+
+    def root(self, event: BranchEvent, tolerance: float) -> tuple[float, Step] | None:
+        """The place and the solution of the end with the smaller value; None where that is not good enough."""
+        if event.exact and self.room > tolerance:
+            return None
+        place, step = (self.begin, self.low) if self.rising < -self.falling else (self.end, self.high)
+        return place, step.named(event.kind, event.name)
+
+
+def narrowed(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolerance: float) -> Bracket:
+    """The last of ``narrowing``."""
+    *_, last = narrowing(corrector, event, bracket, tolerance)
+    return last
+
+
+def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolerance: float) -> Iterator[Bracket]:
+    """The bracket, then narrower ones, to the scaled ``tolerance`` if there are solutions between the ends.
+
+    Every trial lies on a cubic between the present ends: each is nearer to the branch than the one before, on both
+    sides of a corner. Where no solution is near it, shorter and shorter steps are taken from the ends.
+    """
+    bisect = False
+    yield bracket
+    for _ in range(MOST):
+        room = bracket.room
+        if room <= tolerance:
+            return
+        guesses = guesses_of(corrector, bracket, share_of(bracket.rising, bracket.falling, bisect, room, tolerance))
+        narrower = with_inside(corrector, event, bracket, guesses, corrector.exact)
+        if narrower is None:
+            return
+        bracket = narrower
+        yield bracket
+        # secants approach a smooth maximum from one side; a second slow one in a row is a corner
+        bisect = not bisect and bracket.room > 0.5 * room
+
+
+def with_inside(
+    corrector: Corrector, event: BranchEvent, bracket: Bracket, guesses: Iterable[Guess], options: NewtonOptions
+) -> Bracket | None:
+    """The part of a bracket that a solution between its ends leaves; None where there is none near any guess."""
+    for guess, normal in guesses:
+        step, _ = corrector.correct(guess.copy(), normal, event.kind, name=event.name, options=options)
+        near = step is not None and corrector.near(step.state - guess, bracket.room)
+        if step is not None and near and bracket.holds(step):
+            value = float(event.function(step)) or TINY  # a plateau goes on as what comes before
+            return bracket.with_inside(step, value)
+    return None
+
+
+def guesses_of(corrector: Corrector, bracket: Bracket, share: float) -> Iterator[Guess]:
+    """Where solutions may be, at a ``share`` of a bracket first."""
+    segment, chord = corrector.segment(bracket.low, bracket.high), bracket.chord
+    yield segment.point(share), segment.derivative(share)
+    for part in SHARES if chord.turns else SHARES[1:]:
+        yield chord.beside(part, nearer=False)
+        yield chord.beside(part, nearer=True)
+
+
+class Maxima:
+    """Solutions on the segment between two neighbours, and the sign changes and maxima that they bracket."""
+
+    def __init__(self, corrector: Corrector, tolerance: float) -> None:
+        self.corrector, self.tolerance = corrector, tolerance
+        self._middles: dict[tuple[int, int], tuple[Step, Step, Known | None]] = {}
+        self._orientations: tuple[int, int] = (0, 0)
+
+    def begin(self, first: Step, second: Step) -> None:
+        """Take two other neighbours."""
+        self._middles.clear()
+        self._orientations = first.orientation, second.orientation
+
+    def elsewhere(self, step: Step) -> bool:
+        """Whether a solution is of another branch, or of the way back of this one."""
+        return not leads_on(step.orientation, *self._orientations)
+
+    def near(
+        self,
+        event: BranchEvent,
+        segment: HermiteSegment,
+        at: Both,
+        of: Both,
+        first: Known,
+        second: Known,
+        between: Callable[[BranchEvent, Both, Known | None, Known | None], Located],
+    ) -> Located:
+        """A sign change near where the segment has one: by secants, else ``between`` solutions on both sides of it."""
+        margin = at[1] - at[0]
+        room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
+        expected = event.along is not None or event.maximum
+        located = self.quickly(event, segment, at, of, room) if expected and second[0].smooth else None
+        if located is None and (margin < 1.0 or event.maximum):
+            ends = ({0.0: first, 1.0: second}.get(u) or self.solved(event, segment, u, 0.0) for u in room)
+            located = between(event, room, *ends)
+        return located
+
+    def solved(
+        self,
+        event: BranchEvent,
+        segment: HermiteSegment,
+        u: float,
+        off: Array | float,
+        options: NewtonOptions | None = None,
+    ) -> tuple[Step, float] | None:
+        """The solution on the plane across the segment at ``u``, expected ``off`` it, and the event function there.
+
+        As exactly as a located point is known unless there are other ``options``.
+        """
+        guess, options = segment.point(u) + off, options or self.corrector.exact
+        step, _ = self.corrector.correct(guess, segment.derivative(u), event.kind, name=event.name, options=options)
+        if step is None or not self.corrector.near(step.state - guess, segment.length):
+            return None
+        return None if self.elsewhere(step) else (step, float(event.function(step)))
+
+    def quickly(self, event: BranchEvent, segment: HermiteSegment, at: Both, of: Both, room: Both) -> Located:
+        """By secants from where the sign change is expected; None where they lead out of the ``room``."""
+        rate = (of[1] - of[0]) / (at[1] - at[0])
+        u, off, known = at[0] - of[0] / rate, np.zeros(1), None
+        for trial in range(SECANTS):
+            solved = self.solved(event, segment, u, off, None if trial else self.corrector.rough)
+            if solved is None:
+                return None
+            step, value = solved
+            if known is not None and u != known[0]:
+                slope = (value - known[1]) / (u - known[0])
+                if slope * rate <= 0.0:
+                    return None
+                rate = slope
+            known, off = (u, value), step.state - segment.point(u)
+            shift = -value / rate
+            if trial and abs(shift) * segment.length < self.tolerance:
+                return u, step
+            u += shift
+            if not room[0] <= u <= room[1]:
+                return None
+        return None
+
+    def top(self, event: BranchEvent, places: Both, low: Known | None, high: Known | None) -> Located:
+        """The extreme between two solutions, at ``places`` on the segment, that bracket one."""
+        if low is None or high is None or not event.crossed(low[1], high[1]):
+            return None
+        narrow = self.narrowed(event, places, low, high)
+        place, step = narrow.top(event.falling(low[1]), self.tolerance)
+        if any(np.array_equal(step.state, end.state) for end, _ in (low, high)):  # it may be known roughly only
+            better, _ = self.corrector.correct(
+                step.state.copy(), step.tangent, step.kind, name=step.name, options=self.corrector.exact
+            )
+            step = better or step
+        return place, step
+
+    def bottom(self, event: BranchEvent, bracket: Bracket, *, corner: bool = False) -> Located:
+        """The minimum between two solutions, the height falling from the first and rising to the second: as an ordinary
+        point, None where it is one of them. ``corner``: it seems to be one.
+
+        Sought where the slope vanishes by a secant; while the slopes hardly change, where the tangents cross, from the
+        side that is further away: there the corner is.
+        """
+        height, metric, falling = event.height, self.corrector.metric, event.falling(-1.0)
+        assert height is not None
+        least, found, now = min(height(bracket.low), height(bracket.high)), None, bracket
+        best, known, bends, misses = least, [False, False], [0.0, 0.0], 0
+        for _ in range(_TRIALS):
+            room, slopes, heights = now.room, (now.rising, -now.falling), (height(now.low), height(now.high))
+            down, up = (slope + bend * room for slope, bend in zip(slopes, bends, strict=True))
+            lowest = min(heights) - fall(heights[0], down, heights[1], up, room)
+            flat = min(slopes) * room <= _FLAT * DIP * best
+            if is_bottom(best, best - lowest if all(known) or flat else inf, least):
+                break
+            share = slopes[0] / sum(slopes) if lowest > -inf else 0.5
+            beside, from_low = list[Guess](), True
+            if corner and min(slopes) > TINY:
+                way = crossing(heights[0], slopes[0], heights[1], slopes[1], room)
+                part, from_low = max(1.0 - _BESIDE * 2.0**misses, 0.5), way > 0.5 * room
+                share = part * way / room if from_low else 1.0 - part * (1.0 - way / room)
+                end, along = (now.low, share * room) if from_low else (now.high, (share - 1.0) * room)
+                unit = end.tangent / metric.length(end.tangent)
+                beside.append((end.state + along * unit, unit))
+            edge = min(0.25, 0.5 * self.tolerance / room)
+            guesses = chain(beside, guesses_of(self.corrector, now, min(max(share, edge), 1.0 - edge)))
+            narrower = with_inside(self.corrector, falling, now, guesses, self.corrector.usual)
+            if narrower is None:
+                break
+            side = int(narrower.low is now.low)
+            misses = misses + 1 if beside and from_low != (side == 0) else 0
+            old, new = (now.low, now.high)[side], (narrower.low, narrower.high)[side]
+            slope = (narrower.rising, -narrower.falling)[side]
+            bends[side] = max(0.0, (slope - slopes[side]) / metric.length(new.state - old.state))
+            corner, known[side], now = slope > 0.5 * slopes[side] > TINY, True, narrower
+            if height(new) < best:
+                best, found = height(new), ((now.begin, now.end)[side], new)
+        return None if found is None else (found[0], found[1].named("regular", ""))
+
+    def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
+        """What two solutions between which an event function changes its sign are narrowed to."""
+        seen = event.falling(low[1])
+        bracket = Bracket(self.corrector.metric, low[0], abs(low[1]), high[0], -abs(high[1]), *places)
+        return narrowed(self.corrector, seen, bracket, self.tolerance)
+
+    def maxima(
+        self, event: BranchEvent, segment: HermiteSegment, crossed: list[tuple[Both, Both]], first: Known, second: Known
+    ) -> list[Located]:
+        """The maxima between two neighbours.
+
+        They are expected where the slope of the segment falls through zero. A segment that is not known to be near the
+        branch is parted by solutions instead, until the slopes at their ends tell what is between.
+        """
+        located: list[Located] = []
+        if second[0].smooth:
+            located = [self.near(event, segment, *change, first, second, self.top) for change in crossed]
+        if not any(located) and (event.crossed(first[1], second[1]) or not second[0].smooth):
+            parts = self.parted(event, (0.0, 1.0), first, second)
+            located = [self.top(event, *part) for part in parts]
+        return self.apart(located)
+
+    def parted(
+        self, event: BranchEvent, places: Both, low: Known, high: Known, times: int = PARTINGS
+    ) -> list[tuple[Both, Known, Known]]:
+        """Parts of the branch between two solutions, with their places, over which the slope falls through zero."""
+        if times and not self._plain(event, low, high):
+            key = (id(low[0]), id(high[0]))
+            if key not in self._middles:
+                between = self.solved(event, self.corrector.segment(low[0], high[0]), 0.5, 0.0, self.corrector.rough)
+                self._middles[key] = low[0], high[0], between
+            middle = self._middles[key][2]
+            if middle is not None:
+                value = float(event.function(middle[0]))
+                at, known = 0.5 * (places[0] + places[1]), (middle[0], carried([low[1], value])[1])
+                return [
+                    *self.parted(event, (places[0], at), low, known, times - 1),
+                    *self.parted(event, (at, places[1]), known, high, times - 1),
+                ]
+        return [(places, low, high)] if event.crossed(low[1], high[1]) else []
+
+    def _plain(self, event: BranchEvent, low: Known, high: Known) -> bool:
+        """Whether what is largest at maxima is as good as a parabola between two solutions."""
+        assert event.height is not None
+        before, after = (slope / self.corrector.metric.length(step.tangent) for step, slope in (low, high))
+        length = self.corrector.segment(low[0], high[0]).length
+        return bool(is_plain(before, after, event.height(low[0]), event.height(high[0]), length))
+
+    def apart(self, located: list[Located]) -> list[Located]:
+        """What was located, each once: the brackets of neighbouring places overlap."""
+        kept: list[Located] = []
+        for one in located:
+            if one is None or all(
+                other is None or self.corrector.metric.length(one[1].state - other[1].state) > _SAME * self.tolerance
+                for other in kept
+            ):
+                kept.append(one)
+        return kept
+
+
+def carried(values: list[float]) -> list[float]:
+    """Slopes of which a plateau, where they are 0, has the sign of those before it."""
+    out = values[:1]
+    for value in values[1:]:
+        out.append(value or copysign(TINY, out[-1]))
+    return out
