@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import warnings
 from abc import abstractmethod
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
 from math import log
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -31,9 +32,15 @@ from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
+if TYPE_CHECKING:
+    from slipstick.branch import Branch
+
 _NEWTON = NewtonOptions(tolerance=1e-12, stagnation=1e-8)
 _RISE = 1e-7
 """Of its terms, the change of all equations with the size of the motion, below which it may have any size there."""
+_STILL = "steady sliding does not vibrate"
+_OPEN = "where cycles rise straight from the Hopf point their size is open"
+_LOST = "Newton's method does not come back to the motion"
 
 
 class _Solved(NamedTuple):
@@ -56,46 +63,36 @@ class _Slope(NamedTuple):
 
 
 class FreeSensitivities(Sensitivities):
-    """Derivatives along a branch of free vibration. A subclass says what vibrates.
-
-    Attributes
-    ----------
-    none
-        Why points have no derivatives by any parameter.
-    """
+    """Derivatives along a branch of free vibration. A subclass says what vibrates."""
 
     found: tuple[str, ...] = ("omega",)
-    none: ClassVar[str] = "no free vibration was found there again"
 
-    def _prepare(self) -> None:
-        super()._prepare()
-        self._without_any = 0
+    def __init__(self, branch: Branch, parameters: tuple[str, ...], dof: str) -> None:
+        super().__init__(branch, parameters, dof)
+        self._none: Counter[str] = Counter()
 
     @abstractmethod
-    def _state(self, point: int) -> _Solved | None:
-        """The solution at a point; None where nothing vibrates, or motion of any size solves the equations."""
+    def _state(self, point: int) -> _Solved | str:
+        """The solution at a point, or why nothing is known of it."""
 
     def _linearized(self, point: int) -> Linearization | None:
-        self._at = self._state(point)
-        self._known: list[_Slope] | None = None
-        if self._at is None:
-            self._without_any += 1
+        solved = self._state(point)
+        if isinstance(solved, str):
+            self._none[solved] += 1
             return None
-        return self._at.at.here
+        self._at, self._known = solved, list[_Slope]()
+        return solved.at.here
 
     def warnings(self) -> Iterator[str]:
-        """By which parameters there was no derivative; and at how many points there was none by any."""
+        """By which parameters there was no derivative; at how many points there was none by any, and why."""
         yield from super().warnings()
-        if self._without_any:
-            points = "1 point" if self._without_any == 1 else f"{self._without_any} points"
-            yield f"there are no derivatives at {points}: {self.none}"
+        for reason, times in self._none.items():
+            yield f"there are no derivatives at {times} {'point' if times == 1 else 'points'}: {reason}"
 
     def _answers(self, directions: Directions) -> list[_Slope]:
         """Of every parameter, at the point looked at."""
-        if self._known is None:
-            assert self._at is not None
-            dY = self._at.at.slopes(directions.moves).T if directions.moves else ()
-            ways = enumerate(zip(dY, directions.moves, strict=True))
+        if directions.moves and not self._known:
+            ways = enumerate(zip(self._at.at.slopes(directions.moves).T, directions.moves, strict=True))
             self._known = [self._answer(self._at, dy, way, k) for k, (dy, way) in ways]
         return self._known
 
@@ -142,30 +139,30 @@ class FreeSensitivities(Sensitivities):
     @staticmethod
     def _solve(
         system: Augmented, y: Array, scale: Array, parameter: float, context: Array | None = None
-    ) -> _Solved | None:
+    ) -> _Solved | str:
         evaluate = partial(system.evaluate, parameter=parameter, context=context)
         result = newton(evaluate, y, options=_NEWTON, scale=scale)
         at = system.state(result.x, parameter, context) if result.converged else None
-        return None if at is None or at.jacobian.singular else _Solved(system, result.x, parameter, at)
+        return _LOST if at is None or at.jacobian.singular else _Solved(system, result.x, parameter, at)
 
 
 class CycleSensitivities(FreeSensitivities):
     """Derivatives of limit cycles, at a fixed value of the parameter followed."""
 
-    none = "steady sliding does not vibrate, and where cycles rise straight from the Hopf point their size is open"
-
-    def _state(self, point: int) -> _Solved | None:
+    def _state(self, point: int) -> _Solved | str:
         x = unknowns(self._table, self._problem, point)
         omega, value = float(self._table["omega"].to_numpy()[point]), float(self._along[point])
         rate = self.balance.harmonics.derivative(x).reshape(-1)
         vibration = np.append(np.where(np.arange(x.shape[1]) > 0, x, 0.0).reshape(-1), 0.0)
         if not norm(rate) > 0.0:
-            return None
+            return _STILL
         space = StateSpace(self.outputs, self._problem.inputs, self._path)
         system, y = CycleSystem(space, rate), np.append(x.reshape(-1), omega)
         at = system.state(y, value)
-        if at is None or norm(at.jacobian.multiply(vibration)) <= _RISE * norm(at.jacobian.bound(np.abs(vibration))):
-            return None
+        if at is None:
+            return _LOST
+        if norm(at.jacobian.multiply(vibration)) <= _RISE * norm(at.jacobian.bound(np.abs(vibration))):
+            return _OPEN
         return self._solve(system, y, np.append(np.full(x.size, norm(x.reshape(-1))), omega), value)
 
 
@@ -175,7 +172,7 @@ class ModeSensitivities(FreeSensitivities):
     found = ("omega", "modal_damping")
 
     def _prepare(self) -> None:
-        attributes, self._without_any = self._table.attrs, 0
+        attributes = self._table.attrs
         self._mode = int(attributes["mode"]) - 1, str(attributes["mode_of"])
         self._along = self._table["modal_amplitude"].to_numpy()
         self._free = self._free_problem(self._problem)
@@ -192,7 +189,7 @@ class ModeSensitivities(FreeSensitivities):
         free.outputs = Outputs(free.balance, (self._mode[1], self.dof))
         return free
 
-    def _state(self, point: int) -> _Solved | None:
+    def _state(self, point: int) -> _Solved | str:
         table = self._table
         x = unknowns(table, self._free.problem, point).reshape(-1)
         omega, A = float(table["omega"].to_numpy()[point]), float(self._along[point])
@@ -234,6 +231,5 @@ class ModeSensitivities(FreeSensitivities):
         return slope._replace(dU=slope.dU + U)
 
     def _of_found(self, slopes: Sequence[_Slope]) -> Sequence[Array]:
-        assert self._at is not None
-        y = self._at.y
-        return (*super()._of_found(slopes), np.array([damping_rate(y, slope.dy) for slope in slopes]))
+        rates = np.array([damping_rate(self._at.y, slope.dy) for slope in slopes])
+        return (*super()._of_found(slopes), rates)
