@@ -1,7 +1,8 @@
 """The balance with further unknowns and as many further equations: peaks, limit cycles, free vibration in a mode.
 
 ``R(X, v, s) = 0`` and ``g(X, v, s) = 0`` for motion ``X`` (N,) and further unknowns ``v`` (k,), such as the frequency.
-An analysis writes ``state``; the system of equations and how its solutions move with parameters follow from that.
+An analysis writes ``state``; the system of equations and how its solutions move with parameters [THEORY.md (15.7)]
+follow from that.
 """
 
 from __future__ import annotations
