@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.augmented import Bordered
 from slipstick.analysis.peaks.continuation import LEVEL, bracketed_peak
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
@@ -280,6 +281,7 @@ class AtPeak(SteadyWear):
         super().__init__(balance, omega[0], dof)
         self._space, self._range, self._dof = StateSpace(self.outputs, self.inputs), omega, dof
         self._peaks = PeakSystem(self._space)
+        self._latest: tuple[WornMotion, Bordered | None] | None = None
 
     def guess(self) -> Array | None:
         """The highest peak in the range."""
@@ -314,7 +316,9 @@ class AtPeak(SteadyWear):
     def slopes_by(self, motion: WornMotion, directions: list[Move]) -> Array:
         """With the frequency in the last row; it is held where the peak sits on a change of state."""
         if motion.smooth:
-            at = self._peaks.state(motion.y, 0.0, motion.near)
+            if self._latest is None or self._latest[0] is not motion:
+                self._latest = motion, self._peaks.state(motion.y, 0.0, motion.near)
+            at = self._latest[1]
             assert at is not None
             return at.slopes(directions)
         return np.vstack([super().slopes_by(motion, directions), np.zeros(len(directions))])
