@@ -84,7 +84,8 @@ def test_cycles_of_one_harmonic_move_as_the_closed_form():
     at = np.array([float(here.omega), float(here.amplitude[0]), KT, LEVEL, float(here.parameter)])
     J = np.column_stack([(left(at + step) - left(at - step)) / 2e-6 for step in 1e-6 * np.eye(5)])
     expected = -np.linalg.solve(J[:, :2], J[:, 2:])
-    assert [slopes.omega.values, slopes.amplitude.values] == [pytest.approx(row, rel=1e-7, abs=1e-9) for row in expected]
+    assert slopes.omega.values == pytest.approx(expected[0], rel=1e-7, abs=1e-9)
+    assert slopes.amplitude.values == pytest.approx(expected[1], rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize(
