@@ -72,6 +72,9 @@ class Branch:
         saved each on its own.
     """
 
+    excited: Problem | None = None
+    """Of a nonlinear mode the problem with its loads, whose parameters move it; None where it is not known."""
+
     def __init__(
         self, dataset: object, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
     ) -> None:
@@ -442,7 +445,7 @@ class Branch:
         """Exact derivatives by named parameters at every point, and of peaks: where they are and how high.
 
         Each point takes one factorisation, however many parameters there are. Friction heat is in them: temperatures
-        follow.
+        follow. The frequency of limit cycles and nonlinear modes moves with the parameters: it is differentiated too.
 
         Parameters
         ----------
@@ -473,16 +476,22 @@ class Branch:
             corner of the curve; those by the velocity of an opposing surface at rest where its contact is stuck all
             period (the mean force jumps); by ``kt`` at 0; and by what moves the sides of a contact that just touches.
 
+            Of limit cycles also ``omega``, at a fixed value of the parameter followed; all are nan in steady sliding
+            and where the cycles rise straight from the Hopf point. Of nonlinear modes ``omega`` and ``modal_damping``,
+            at a fixed amplitude of the mode; by parameters of structure and loads these are central differences of the
+            equations, to about seven digits. Their ``displacement`` is at a fixed phase of harmonic 1 of the dof.
+
         Raises
         ------
         InputError
             For an unknown name, a parameter that follows the temperature by its table, and where the problem is not
-            known.
+            known, as of a nonlinear mode from a file: there ``ss.load(path, problem)`` gives it.
 
         Warns
         -----
         SlipstickWarning
-            For each parameter by which there is no derivative at some points, with the reason.
+            For each parameter by which there is no derivative at some points, with the reason; and where points have
+            none by any.
 
         Examples
         --------

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from slipstick.balance.parameters import parameter_path, parameter_units
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names
 from slipstick.results.schema import VARIABLES, state_names
+from slipstick.results.view import analysis_of, view_of
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -21,6 +23,15 @@ if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
+
+
+def known_problem(branch: Branch) -> Problem:
+    """The problem whose parameters results depend on; InputError where it is not known."""
+    problem = branch.problem or branch.excited
+    if problem is None:
+        remedy = "; give it to ss.load(path, problem)" if analysis_of(branch.table) == "modes" else ""
+        raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}{remedy}")
+    return problem
 
 
 def parameter_names(problem: Problem, asked: Any = None) -> tuple[str, ...]:
@@ -87,6 +98,8 @@ class PointDerivatives(NamedTuple):
     """Of the amplitude where the parameter grows: not that where it falls if the amplitude is a tie of extremes."""
     below: Array
     """Of the amplitude where it falls."""
+    found: Mapping[str, Array] = MappingProxyType({})
+    """Of what is found with the motion where nothing prescribes it, by name: of the frequency of free vibration."""
 
 
 SUBJECTS = {
@@ -103,8 +116,7 @@ def sensitivity_dataset(
     """The dataset of ``Branch.sensitivity``, at the points of the numbers ``at``."""
     import xarray
 
-    problem, table, followed = branch.problem, branch.table, branch.followed
-    assert problem is not None
+    problem, table, followed = known_problem(branch), branch.table, branch.followed
     label = problem.units.label
     rates = {name: np.array([getattr(p, name) for p in points]).T for name in (*SUBJECTS, "followed")}
     subjects = {name: (subject.format(dof=dof), VARIABLES[name].units) for name, subject in SUBJECTS.items()}
@@ -118,6 +130,10 @@ def sensitivity_dataset(
     for name, (subject, units) in subjects.items():
         meaning = {"long_name": f"derivative of the {subject}", "of": label(units)}
         data[name] = (("parameter", "point"), rates[name], meaning)
+    for name in points[0].found if points else ():
+        about = table[name].attrs
+        meaning = {"long_name": f"derivative of the {about['long_name']}", "of": str(about["units"])}
+        data[name] = (("parameter", "point"), np.array([p.found[name] for p in points]).T, meaning)
     of = table["peak_dof"].to_numpy()[list(at)] == branch.dof_index(dof)
     peaks, where = np.flatnonzero(of), table[followed]
     place = {"long_name": f"derivative of where {dof} peaks", "of": str(where.attrs.get("units", "1"))}
@@ -152,8 +168,7 @@ def motion_dataset(
     """Derivatives (parameter, point, coefficient) of a motion, and of the phase of its harmonics."""
     import xarray
 
-    problem, table = branch.problem, branch.table
-    assert problem is not None
+    problem, table = known_problem(branch), branch.table
     U = table["displacement"].to_numpy()[list(at), branch.dof_index(dof)]
     orders = branch.harmonics.orders[1:]
     c, s, dc, ds = U[:, 1::2], U[:, 2::2], rates[..., 1::2], rates[..., 2::2]
@@ -180,8 +195,8 @@ def _about(
     branch: Branch, dof: str, parameters: Sequence[str], at: Sequence[int]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Coordinates and attributes of derivatives along a branch."""
-    problem, table, where = branch.problem, branch.table, branch.table[branch.followed]
-    assert problem is not None
+    problem, followed = known_problem(branch), view_of(branch.table).over[0]
+    where = branch.table[followed]
     by = [problem.units.label(parameter_units(problem, name)) for name in parameters]
     coordinates = {
         "parameter": ("parameter", np.array(parameters, dtype=np.str_)),
@@ -190,4 +205,4 @@ def _about(
         "point": ("point", np.asarray(at)),
         "at": ("point", where.to_numpy()[list(at)], dict(where.attrs)),
     }
-    return coordinates, {"dof": dof, "followed": str(table.attrs.get("parameter", "")) or "omega"}
+    return coordinates, {"dof": dof, "followed": str(branch.table.attrs.get("parameter", "")) or followed}

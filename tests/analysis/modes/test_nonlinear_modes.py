@@ -121,7 +121,7 @@ def test_one_more_mode_and_its_results(tmp_path):
     assert again.dataset.modal_damping.values == pytest.approx(branch.dataset.modal_damping.values)
     assert branch.states(0)["rub"][0][2] == "stick"
     with pytest.raises(ss.InputError, match="it is a free vibration"):
-        branch.sensitivity()
+        again.sensitivity()
 
 
 @pytest.mark.parametrize(

@@ -41,11 +41,11 @@ def ring(harmonics: Iterable[int]) -> ss.Problem:
     return ss.Problem(structure, contacts=shroud, harmonics=harmonics)
 
 
-def friction_stiffness(size: float) -> complex:
+def friction_stiffness(size: float, kt: float = KT, level: float = LEVEL) -> complex:
     """Of motion ``size cos(tau)`` that slips, first harmonic of the force over the motion."""
-    ratio = min(1.0, LEVEL / KT / size)
+    ratio = min(1.0, level / kt / size)
     angle = np.arccos(1.0 - 2.0 * ratio)
-    return KT / np.pi * (angle - 0.5 * np.sin(2.0 * angle) + 4j * ratio * (1.0 - ratio))
+    return kt / np.pi * (angle - 0.5 * np.sin(2.0 * angle) + 4j * ratio * (1.0 - ratio))
 
 
 def cycles(branch: ss.Branch) -> Any:
@@ -66,6 +66,26 @@ def test_cycles_of_one_harmonic_are_in_closed_form():
     hopf = [point for point in branch.bifurcations() if point.kind == "Hopf"]
     omega = np.sqrt(1.6 + 3.0 * KT)
     assert [(point.value, point.omega) for point in hopf] == [pytest.approx((FED / DAMPED / omega, omega), rel=1e-9)]
+
+
+@pytest.mark.filterwarnings("ignore:stability is not known:slipstick.SlipstickWarning")
+def test_cycles_of_one_harmonic_move_as_the_closed_form():
+    """Its implicit derivatives of frequency and amplitude, by a contact's parameters and by the one followed."""
+    branch = ss.limit_cycles(wave([0, 1]), "damping", (0.9, 0.75), options={"max_step": 0.3})
+    point = int(np.flatnonzero(branch.dataset.branch_part.values == 1)[4])
+    here = branch.dataset.isel(point=point)
+    slopes = branch.sensitivity(["shroud.kt", "shroud.mu", "damping"], points=point).isel(point=0)
+
+    def left(numbers: Any) -> Any:
+        w, x, kt, mu, p = numbers
+        total = 1.6 - w * w + 3.0 * friction_stiffness(np.sqrt(3.0) * x, kt, mu) + 1j * (DAMPED * p * w - FED)
+        return np.array([total.real, total.imag])
+
+    at = np.array([float(here.omega), float(here.amplitude[0]), KT, LEVEL, float(here.parameter)])
+    J = np.column_stack([(left(at + step) - left(at - step)) / 2e-6 for step in 1e-6 * np.eye(5)])
+    expected = -np.linalg.solve(J[:, :2], J[:, 2:])
+    assert slopes.omega.values == pytest.approx(expected[0], rel=1e-7, abs=1e-9)
+    assert slopes.amplitude.values == pytest.approx(expected[1], rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from math import exp, log
+from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -23,17 +23,16 @@ from slipstick.analysis.identification.measured import conditions_at
 from slipstick.analysis.modes.following import first_guess
 from slipstick.analysis.modes.nonlinear_modes import FreeProblem, free_problem
 from slipstick.analysis.modes.start import LinearMode
-from slipstick.analysis.modes.system import ModeSystem
+from slipstick.analysis.modes.system import Beside, ModeSystem, damping_rate
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.analysis.road.run import stopped_too
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, Move
+from slipstick.analysis.sensitivity.linearization import Move
 from slipstick.balance.balance import Balance
 from slipstick.balance.problem import Problem
 from slipstick.errors import SlipstickError, SlipstickWarning
 from slipstick.results.record import Outputs, contact_states, unknowns
 from slipstick.results.sensitivities import direction_of
-from slipstick.solve.linear.bordered import Eliminated
 from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.solve.norm import norm
 from slipstick.typing import Array, IntArray
@@ -43,8 +42,6 @@ _ASIDE = (0.6, 1.6)
 """Peaks are first looked for between these shares of the lowest and highest measured frequency."""
 _PARTS = 32
 """A change of parameters or of amplitude is made in at most so many parts where it is too much at once."""
-_STEP = 1e-6
-"""Relative change of a parameter over which residuals of modes are differenced."""
 
 
 class _Kept(NamedTuple):
@@ -151,18 +148,12 @@ class PeakPredictor:
         out = np.empty((len(p), *self.measured.values.shape))
         for point, tried in enumerate(self._tried):
             problem = self._problem_at(point, p)
-            sloped = self._system(problem).slope(tried.y, 0.0, tried.context)
-            assert sloped is not None
-            here, slope = sloped
-            beside = slope.displaced(here.omega)
-            row = np.append(beside.by_motion(), beside.along(FREQUENCY))
-            J = Eliminated(here.jacobian, slope.R[:, None], row[None], -slope.t[:, None])
-            for k, name in enumerate(self.names):
-                move = Move(inputs=direction_of(problem, name))
-                R, U = here.change(np.zeros_like(here.x), move)
-                moved = -J.solve(np.append(R, beside.along(move)))
-                # at a peak the frequency does not matter
-                out[k, point] = moved[-1], float(np.sum(slope.extreme.h * U) - slope.z @ R)
+            system = self._system(problem)
+            at = system.state(tried.y, 0.0, tried.context)
+            assert at is not None
+            moves = [Move(inputs=direction_of(problem, name)) for name in self.names]
+            for k, (dy, move) in enumerate(zip(at.slopes(moves).T, moves, strict=True)):
+                out[k, point] = dy[-1], np.sum(at.detail.extreme.h * at.here.change(*system.moved(at, dy, move))[1])
             self._kept[point] = tried
         return out
 
@@ -245,36 +236,25 @@ class ModePredictor:
     def slopes(self, p: Array) -> Array:
         """Their derivatives (n_p, n, 2)."""
         out = np.empty((len(p), *self.measured.values.shape))
-        steps = [_STEP * abs(value) if value else _STEP for value in p]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
             for group in self.measured.groups:
                 first = int(group[0])
-                here = self._system(first, p, float(self.measured.amplitude[first]))[0]
-                sides = []
-                for k, step in enumerate(steps):
-                    moved = [p.copy(), p.copy()]
-                    moved[0][k] += step
-                    moved[1][k] -= step
-                    sides.append([self._beside(first, each) for each in moved])
+                here = self._beside(first, p)
+                sides = [Beside(partial(self._with, first, p, k), float(value)) for k, value in enumerate(p)]
                 for point in group.tolist():
                     y, at = self._found[point], log(float(self.measured.amplitude[point]))
                     J = here.evaluate(y, at).jacobian
-                    for k, (up, down) in enumerate(sides):
-                        change = self._residual(up, y, at, here) - self._residual(down, y, at, here)
-                        dy = -J.solve(change / (2.0 * steps[k]))
-                        out[k, point] = dy[-2], (dy[-1] - y[-1] / y[-2] * dy[-2]) / (2.0 * y[-2])
+                    for k, side in enumerate(sides):
+                        dy = -J.solve(side.rates(here, y, at)[0])
+                        out[k, point] = dy[-2], damping_rate(y, dy)
         return out
 
     def _beside(self, point: int, p: Array) -> ModeSystem:
         return self._system(point, p, float(self.measured.amplitude[point]))[0]
 
-    def _residual(self, system: ModeSystem, y: Array, at: float, here: ModeSystem) -> Array:
-        """At the unknowns of another problem: what they stand for is the same, whatever sizes they are divided by."""
-        A, own, z = exp(at), here.sizes(exp(at)), y.copy()
-        z[:-2] *= own / system.sizes(A)
-        value = system.evaluate(z, at).residual.copy()
-        n = system.balance.size
-        value[:n] *= system.sizes(A)[:n] / own[:n]
-        value[-1] = 0.0  # the phase is not asked
-        return value
+    def _with(self, point: int, p: Array, k: int, value: float) -> ModeSystem:
+        """The equations with the value of one parameter."""
+        moved = p.copy()
+        moved[k] = value
+        return self._beside(point, moved)

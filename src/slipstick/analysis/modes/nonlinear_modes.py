@@ -311,7 +311,9 @@ class ModeRequest(Request):
     def branch(self) -> Branch:
         """The points, in memory."""
         branch = super().branch()
-        return Branch(branch.table, branch.outcome, None, branch.message, without=self.without)
+        free = Branch(branch.table, branch.outcome, None, branch.message, without=self.without)
+        free.excited = self.problem
+        return free
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
         """That of ``ModePath.stands``."""

@@ -13,18 +13,19 @@ harmonic 1 may vanish and ``A`` does not. With ``at_dof`` it is the amplitude of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import exp, isfinite
 
 import numpy as np
 
+from slipstick.analysis.augmented import Augmented, Bordered
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
-from slipstick.balance.evaluation import Detail, terms
+from slipstick.balance.evaluation import Detail
 from slipstick.balance.inputs import Inputs
+from slipstick.errors import InputError
 from slipstick.results.record import Outputs
 from slipstick.solve.linear.bordered import Eliminated, Scaled
-from slipstick.solve.newton import Evaluation
 from slipstick.solve.norm import norm
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.prescribed_mode import XI, CoupledModes
@@ -32,6 +33,11 @@ from slipstick.typing import AnyArray, Array, ComplexArray
 
 _TRANSVERSAL = 0.5
 """Cosine between a shift in time and the direction that the phase is fixed along, below which that is chosen anew."""
+
+_STEP = 1e-6
+"""Relative change of a parameter over which equations are differenced."""
+_BENT, _ROUNDING = 1e-2, 1e-10
+"""Part of a first difference above which a second one says that equations have a corner; and what of it is rounding."""
 
 _EPS = float(np.finfo(float).eps)
 
@@ -116,7 +122,7 @@ class TargetMode:
         return out
 
 
-class ModeSystem:
+class ModeSystem(Augmented):
     """The system of equations for ``(X / A, q / A, w, xi)`` over ``log A``.
 
     The direction along which the phase is fixed is the ``context``: a shift in time of an earlier point, with the
@@ -187,10 +193,14 @@ class ModeSystem:
         P[-1, self._pair] = q
         return replace(self._base, P=P, structure={XI: xi})
 
-    def evaluate(self, y: Array, parameter: float, context: Array | None = None) -> Evaluation:
-        """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``ModeDetail``."""
+    def context(self, near: Array | None) -> Array | None:
+        """What points are sought with near contact states (n_states,); None without any."""
+        return None if near is None else np.append(self._reference, near)
+
+    def state(self, y: Array, parameter: float, context: Array | None = None) -> Bordered | None:
+        """The balance with the equations of the mode, its size and its phase; ``detail`` is a ``ModeDetail``."""
         if not (isfinite(y.dot(y)) and isfinite(parameter) and abs(parameter) < 600.0 and y[-2] > 0.0):
-            return Evaluation.undefined(y.size)
+            return None
         reference, near, n = self._reference, None, self._reference.size
         if context is not None:
             reference, near = context[:n], context[n:] if context.size > n else None
@@ -199,7 +209,7 @@ class ModeSystem:
         q = A * y[-4:-2]
         here = Linearization(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), near)
         if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
-            return Evaluation.undefined(y.size)
+            return None
         pushed, grown = here.pushed(FREQUENCY), A * A / sizes * y[:-4]  # dx / dlog A
         of_mode = np.column_stack(self._columns_of_mode(here))
         columns = np.column_stack([A * of_mode, *self._other_columns(here, pushed)]) / sizes[:, None]
@@ -209,21 +219,29 @@ class ModeSystem:
         size, row, rate = self._of_dof(here, A, U, y, grown) if self._at_dof else self._of_size(motion)
         rows[:, :-4] *= sizes
         shift = self.shifted(motion)
-        evaluation = Evaluation(
-            np.concatenate([here.at.residual / sizes, equation, [size, reference @ motion]]),
-            Eliminated(Scaled(here.jacobian, sizes), columns, np.vstack([rows, row, [*reference, 0.0, 0.0]])),
-            np.concatenate([by_log / sizes, equation_by_log, [rate, 0.0]]),
+        turned, carried = reference, here.detail.carried
+        if reference @ shift < _TRANSVERSAL * norm(shift):
+            turned = shift / norm(shift)
+        return Bordered(
+            here, Eliminated(Scaled(here.jacobian, sizes), columns, np.vstack([rows, row, [*reference, 0.0, 0.0]])),
+            np.concatenate([equation, [size, reference @ motion]]), np.array([2.0, 2.0, 2.0, 1.0]),
+            lambda way: self._along(here, A, way), np.concatenate([by_log / sizes, equation_by_log, [rate, 0.0]]),
             ModeDetail(
                 responses=here.detail.responses, inputs=here.detail.inputs, omega=omega, states=here.detail.states,
                 size=A,
                 xi=xi, at_dof=complex(U[self._pair[0]], -U[self._pair[1]]), modal=self._modal(here, q, omega, xi),
             ),
-            lambda: np.concatenate([terms(self.balance, here.x, here.at) / sizes, [2.0, 2.0, 2.0, 1.0]]),
+            turned if carried is None else np.append(turned, carried), sizes,
         )  # fmt: skip
-        if reference @ shift < _TRANSVERSAL * norm(shift):
-            reference = shift / norm(shift)
-        carried = here.detail.carried
-        return evaluation._replace(context=reference if carried is None else np.append(reference, carried))
+
+    def with_mode(self, x: Array, omega: float, xi: float, motion: Array, near: Array | None = None) -> Array:
+        """A motion (N + 2,) of ports and mode from that of ports (N,) and of the first output (L,) at a solution."""
+        here, still = Linearization(self.outputs, x, omega, self.inputs((0.0, 0.0), xi), near), np.zeros_like(x)
+        units = [self.inputs(q, 0.0) for q in ((1.0, 0.0), (0.0, 1.0))]
+        P = [np.where(np.arange(len(i.P))[:, None] == len(i.P) - 1, i.P, 0.0) for i in units]
+        moves = [here.change(still, Move(inputs=replace(self._zero, P=load))) for load in P]
+        known = np.concatenate([here.at.residual, here.motion()[0] - motion])
+        return np.append(x, -np.linalg.lstsq(np.column_stack([np.append(R, U[0]) for R, U in moves]), known)[0])
 
     def _columns_of_mode(self, here: Linearization) -> list[Array]:
         """Derivatives of the balance by the motion of the mode, cosine and sine."""
@@ -274,8 +292,7 @@ class ModeSystem:
 
     def _of_dof(self, here: Linearization, A: float, U: Array, y: Array, grown: Array) -> tuple[float, Array, float]:
         """The same of harmonic 1 at the output, whose motion ``U`` is (L,)."""
-        still, h = np.zeros_like(here.x), np.zeros((1, self.balance.L))
-        h[0, self._pair] = 2.0 * U[self._pair] / A**2
+        still, h = np.zeros_like(here.x), self._level(A, U)
         P = np.zeros((2, *self._base.P.shape))
         P[[0, 1], -1, self._pair] = 1.0
         moves = [here.change(still, Move(inputs=replace(self._zero, P=load)))[1] for load in P]
@@ -284,6 +301,39 @@ class ModeSystem:
         pulled, level = here.pull(h=h), float(U[self._pair] @ U[self._pair]) / A**2
         row = np.append(self.sizes(A)[:-2] * pulled, rates)
         return level - 1.0, row, float(pulled @ grown + rates[:2] @ y[-4:-2]) - 2.0 * level
+
+    def _level(self, A: float, U: Array) -> Array:
+        """Gradient (n_outputs, L) of the square of harmonic 1 at the first output, whose motion ``U`` is (L,)."""
+        h = np.zeros((len(self.outputs), self.balance.L))
+        h[0, self._pair] = 2.0 * U[self._pair] / A**2
+        return h
+
+    def _along(self, here: Linearization, A: float, way: Move) -> Array:
+        """Derivatives (4,) of the further equations along a direction of contacts."""
+        t, size = self.target, 0.0
+        shape = t.answer(here.omega, here.inputs.structure[XI])[1][0]
+        if self._at_dof:
+            size = float(np.sum(self._level(A, here.motion()[0]) * here.change(np.zeros_like(here.x), way)[1]))
+        return np.append(self._force(shape, here.pushed(way)) / (A * t.square / t.scale**2), [size, 0.0])
+
+    def moved(self, at: Bordered, dy: Array, direction: Move) -> tuple[Array, Move]:
+        """The motion (N,); frequency, motion of the mode and what is taken of damping."""
+        *q, omega, xi = dy[-4:].tolist()
+        inputs = direction.inputs or self._zero
+        P = inputs.P.copy()
+        P[-1, self._pair] += at.detail.size * np.array(q)
+        return at.units * dy[:-4], Move(omega, replace(inputs, P=P, structure={XI: xi}))
+
+    def beside(self, y: Array, parameter: float, here: ModeSystem, context: Array | None = None) -> tuple[Array, Array]:
+        """Residual (N + 4,) and motion of the outputs at the motion that ``y`` is in ``here``, of another problem.
+
+        In the sizes of that; the phase is not asked.
+        """
+        n, own, other = self.balance.size, self.sizes(exp(parameter)), here.sizes(exp(parameter))
+        at = self.state(np.append(y[:-2] * other / own, y[-2:]), parameter, context)
+        if at is None:
+            return np.full(y.size, np.nan), np.full((len(self.outputs), self.balance.L), np.nan)
+        return np.concatenate([at.here.at.residual / other[:n], at.values[:-1], [0.0]]), at.here.motion()
 
     def _modal(self, here: Linearization, q: Array, omega: float, xi: float) -> ComplexArray:
         """Mass-normalised modal coordinates of harmonic 1, (n_modes,)."""
@@ -298,3 +348,43 @@ class ModeSystem:
         coordinates = -(self._ports.T @ G.conj()) / np.where(np.abs(dynamic) < least, least, dynamic)
         coordinates[self.target.number] = complex(q[0], -q[1]) / self.target.scale
         return np.asarray(coordinates)
+
+
+def damping_rate(y: Array, dy: Array) -> float:
+    """Change of the damping ratio ``xi / (2 w)`` for a change of the unknowns, both (N + 4,)."""
+    return float((dy[-1] - y[-1] / y[-2] * dy[-2]) / (2.0 * y[-2]))
+
+
+class Beside:
+    """The equations of a mode on both sides of a value of a parameter that they are made anew with.
+
+    Parameters
+    ----------
+    system
+        The equations at a value; InputError where it is not allowed: then those on the other side serve.
+    """
+
+    def __init__(self, system: Callable[[float], ModeSystem], value: float) -> None:
+        self._step = _STEP * (abs(value) or 1.0)
+        try:
+            other = {-1: system(value - self._step)}
+        except InputError:
+            other = {2: system(value + 2.0 * self._step)}
+        self._sides = {1: system(value + self._step), **other}
+
+    def rates(
+        self, here: ModeSystem, y: Array, parameter: float, context: Array | None = None
+    ) -> tuple[Array, Array, bool]:
+        """Derivatives of the residual (N + 4,) and of the motion of the outputs at a solution ``y`` of ``here``.
+
+        And whether the residual has neither jump nor corner there.
+        """
+        up, other = (self._sides[k].beside(y, parameter, here, context) for k in self._sides)
+        if -1 in self._sides:
+            R, U = ((a - b) / (2.0 * self._step) for a, b in zip(up, other, strict=True))
+            bend = 0.5 * (up[0] + other[0])  # the residual is 0 at a solution
+        else:
+            at = here.beside(y, parameter, here, context)
+            R, U = ((4.0 * b - c - 3.0 * a) / (2.0 * self._step) for a, b, c in zip(at, up, other, strict=True))
+            bend = up[0] - 0.5 * other[0]
+        return R, U, norm(bend) <= _BENT * norm(up[0]) + _ROUNDING

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.augmented import Augmented, Bordered
 from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, PeakPoint
 from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
@@ -15,7 +17,6 @@ from slipstick.analysis.peaks.tracking import PeakRun, TrackedPeak, tracked_peak
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
-from slipstick.balance.evaluation import terms
 from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
@@ -140,20 +141,20 @@ def optimum_request(
     return OptimumRequest(**vars(request), beside=beside)
 
 
-class OptimumSystem:
+class OptimumSystem(Augmented):
     """``(R, da/dw, da/ds) = 0`` for the unknowns ``(X, w, s)``."""
 
     def __init__(self, peaks: PeakSystem, context: Array | None) -> None:
         self.peaks, self._context = peaks, context
         self.hessian: Array = np.full((2, 2), np.nan)
 
-    def evaluate(self, u: Array) -> Evaluation:
-        """Residual and Jacobian; of the balance one factorisation."""
-        sloped = self.peaks.slope(u[:-1], float(u[-1]), self._context) if np.all(np.isfinite(u)) else None
+    def state(self, y: Array, parameter: float = 0.0, context: Array | None = None) -> Bordered | None:
+        """The balance with both slopes, of one factorisation; ``parameter`` and ``context`` mean nothing."""
+        sloped = self.peaks.slope(y[:-1], float(y[-1]), self._context) if np.all(np.isfinite(y)) else None
         if sloped is None:
-            return Evaluation.undefined(u.size)
+            return None
         here, over_w = sloped
-        space, s = self.peaks.space, float(u[-1])
+        space, s = self.peaks.space, float(y[-1])
         along = space.along(s)
         over_s = PeakGradient(space, here, s, over_w.extreme, along, over_w.z)
         sides = over_w.displaced(here.omega), over_s.displaced(abs(s) or 1.0)
@@ -161,11 +162,10 @@ class OptimumSystem:
         rows = np.array([self._row(sides[0], (along,)), self._row(sides[1], turned)])
         steps = np.column_stack([over_w.t, over_s.t])
         self.hessian = rows @ np.vstack([steps, np.eye(2)])
-        columns = np.column_stack([over_w.R, over_s.R])
-        return Evaluation(
-            np.concatenate([here.at.residual, [over_w.value, over_s.value]]),
-            Eliminated(here.jacobian, columns, rows, -steps), None, here,
-            lambda: np.concatenate([terms(self.peaks.balance, here.x, here.at), [over_w.size, over_s.size]]),
+        return Bordered(
+            here, Eliminated(here.jacobian, np.column_stack([over_w.R, over_s.R]), rows, -steps),
+            np.array([over_w.value, over_s.value]), np.array([over_w.size, over_s.size]),
+            lambda way: np.array([side.along(way) for side in sides]), None, here,
         )  # fmt: skip
 
     @staticmethod
@@ -229,7 +229,7 @@ class OptimumSearch(PeakRun):
             self._best = self._searched()
         else:
             system, u = OptimumSystem(self.system, None), own["optimum"]
-            self._best = self._stationary(system, u, system.evaluate(u), own["optimum_iterations"])
+            self._best = self._stationary(system, u, system.evaluate(u, float(u[-1])), own["optimum_iterations"])
             self._factorisations = own["optimum_factorisations"]
         if self._best is None:
             return
@@ -311,7 +311,7 @@ class OptimumSearch(PeakRun):
         size = scales(self.system.balance, self.system.at(value)[0], float(y[-1])).displacement
         scale = np.full(y.size + 1, max(size, norm(y[:-1])))
         scale[-2:] = y[-1], abs(value) or 1.0
-        result = newton(system.evaluate, np.append(y, value), options=_NEWTON, scale=scale)
+        result = newton(partial(system.evaluate, parameter=value), np.append(y, value), options=_NEWTON, scale=scale)
         near = abs(value) / _SEARCHED <= abs(result.x[-1]) <= abs(value) * _SEARCHED or value == 0.0
         if not (result.converged and near):
             return None

@@ -11,12 +11,12 @@ from math import isfinite
 
 import numpy as np
 
+from slipstick.analysis.augmented import Augmented, Bordered
 from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, NOTHING, Linearization
-from slipstick.balance.evaluation import Detail, terms
+from slipstick.balance.evaluation import Detail
 from slipstick.balance.inputs import Inputs
 from slipstick.solve.linear.bordered import Eliminated
-from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
 
 
@@ -44,7 +44,7 @@ class PeakDetail(Detail):
     extreme: Extreme
 
 
-class PeakSystem:
+class PeakSystem(Augmented):
     """``(R, G) = 0`` for the unknowns ``(X, w)`` over a parameter.
 
     Parameters
@@ -87,11 +87,11 @@ class PeakSystem:
         self.factorisations += 1
         return here, PeakGradient(self.space, here, parameter, extreme)
 
-    def evaluate(self, y: Array, parameter: float, context: Array | None = None) -> Evaluation:
-        """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``PeakDetail``."""
+    def state(self, y: Array, parameter: float, context: Array | None = None) -> Bordered | None:
+        """The balance with ``G = 0``; ``detail`` is a ``PeakDetail``."""
         sloped = self.slope(y, parameter, context)
         if sloped is None:
-            return Evaluation.undefined(y.size)
+            return None
         here, slope = sloped
         beside = slope.displaced(here.omega)
         row = np.append(beside.by_motion(), beside.along(FREQUENCY))
@@ -104,11 +104,8 @@ class PeakSystem:
             bend=float(row @ np.append(slope.t, 1.0)), ahead=slope.extreme.ahead(here.motion()[0]),
             motion=here.motion()[0], extreme=slope.extreme,
         )  # fmt: skip
-        return Evaluation(
-            np.append(here.at.residual, slope.value),
-            Eliminated(here.jacobian, slope.R[:, None], row[None], -slope.t[:, None]),
-            np.append(R, beside.along(along)),
-            detail,
-            lambda: np.append(terms(self.balance, here.x, here.at), slope.size),
-            np.append(slope.extreme.time, carried),
-        )
+        return Bordered(
+            here, Eliminated(here.jacobian, slope.R[:, None], row[None], -slope.t[:, None]),
+            np.array([slope.value]), np.array([slope.size]), lambda way: np.array([beside.along(way)]),
+            np.append(R, beside.along(along)), detail, np.append(slope.extreme.time, carried),
+        )  # fmt: skip

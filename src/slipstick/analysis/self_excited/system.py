@@ -10,19 +10,19 @@ from math import isfinite
 
 import numpy as np
 
+from slipstick.analysis.augmented import Augmented, Bordered
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.harmonic_form import HarmonicForm
 from slipstick.analysis.stability.special_points import SpecialPoints
-from slipstick.balance.evaluation import Detail, terms
+from slipstick.balance.evaluation import Detail
 from slipstick.balance.inputs import Inputs
 from slipstick.results.stability import PointStability
-from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array, ComplexArray
 
 
-class CycleSystem:
+class CycleSystem(Augmented):
     """``(R, p . X) = 0`` for the unknowns ``(X, w)`` over a parameter; its Jacobian is written out.
 
     Without the border the Jacobian of the balance is singular at every limit cycle: the phase is free.
@@ -39,20 +39,18 @@ class CycleSystem:
         self.space, self.balance = space, space.outputs.balance
         self.phase = phase / np.linalg.norm(phase)
 
-    def evaluate(self, y: Array, parameter: float) -> Evaluation:
-        """Residual, Jacobian and derivative by the parameter at ``y = (X, w)``; nan where it is no motion."""
+    def state(self, y: Array, parameter: float, context: Array | None = None) -> Bordered | None:
+        """The balance at ``y = (X, w)`` with ``p . X = 0``."""
         if not (isfinite(y.dot(y)) and y[-1] > 0.0 and isfinite(parameter)):
-            return Evaluation.undefined(y.size)
+            return None
         x, still = y[:-1], np.zeros(y.size - 1)
         here = self.space.at(x, float(y[-1]), parameter)
         by_omega, by_parameter = (here.change(still, way)[0] for way in (FREQUENCY, self.space.along(parameter)))
-        return Evaluation(
-            np.append(here.at.residual, self.phase @ x),
-            here.jacobian.bordered(by_omega, np.append(self.phase, 0.0)),
-            np.append(by_parameter, 0.0),
-            here.detail,
-            lambda: np.append(terms(self.balance, x, here.at), np.abs(self.phase) @ np.abs(x)),
-        )
+        size = np.abs(self.phase) @ np.abs(x)
+        return Bordered(
+            here, here.jacobian.bordered(by_omega, np.append(self.phase, 0.0)), np.array([self.phase @ x]),
+            np.array([size]), lambda way: np.zeros(1), np.append(by_parameter, 0.0), here.detail,
+        )  # fmt: skip
 
 
 class CycleWatch(StabilityWatch):

@@ -112,7 +112,7 @@ class Linearization:
             for total, more in zip(forces, by_inputs(here, inputs), strict=True):
                 for i, part in more.items():
                     add_to(total, i, part)
-        dpowers = [self._power_rate(state, direction) for state in here.states]
+        dpowers = [self.power_rate(state, direction) for state in here.states]
         return forces, dpowers, np.zeros_like(here.inputs.P) if inputs is None else inputs.P
 
     def _outputs_change(self, dx: Array, dG: ComplexArray, direction: Move) -> Array:
@@ -239,7 +239,8 @@ class Linearization:
             pulled[port.rows] += (weights[:, None] * tangent)[port.members]
         return pulled.reshape(-1)
 
-    def _power_rate(self, state: Powered, direction: Move) -> Array:
+    def power_rate(self, state: Powered, direction: Move) -> Array:
+        """Change of the powers (n,) of a batch along a direction, at fixed motion and states."""
         inputs = self._at_states(direction.inputs)
         rate = np.zeros(self.balance.batches[state.batch].count)
         if direction.omega:

@@ -8,7 +8,7 @@ amplitude along the branch. All coefficients of a motion are had the direct way:
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,7 +23,6 @@ from slipstick.balance.evaluation import terms
 from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.states import Powered
-from slipstick.errors import InputError
 from slipstick.faults import point_numbers, warn, wrong
 from slipstick.results.record import Outputs, contact_states, unknowns
 from slipstick.results.schema import state_names
@@ -31,6 +30,7 @@ from slipstick.results.sensitivities import (
     PointDerivatives,
     corner_warnings,
     direction_of,
+    known_problem,
     motion_dataset,
     parameter_names,
     sensitivity_dataset,
@@ -51,7 +51,7 @@ class Functional(NamedTuple):
     """``h . U`` and weighted powers: what is differentiated at a point."""
 
     h: Array
-    """Numbers on the motion of the output, (1, L)."""
+    """Numbers on the motion of the outputs, (n_outputs, L): on that of the last."""
     powers: tuple[tuple[Powered, Array], ...]
     """Powers of batches at fixed contact states with their weights (n,), which hold what the states add."""
     gradient: Array
@@ -59,7 +59,7 @@ class Functional(NamedTuple):
 
 
 class Sensitivities:
-    """Derivatives along a branch.
+    """Derivatives along a branch: here of vibration at a given frequency.
 
     Parameters
     ----------
@@ -69,62 +69,88 @@ class Sensitivities:
         Their names.
     dof
         The output looked at.
+
+    Attributes
+    ----------
+    found
+        What is found with the motion where nothing prescribes it: variables of the results.
     """
 
+    found: tuple[str, ...] = ()
+
     def __init__(self, branch: Branch, parameters: tuple[str, ...], dof: str) -> None:
-        assert branch.problem is not None
         self.parameters, self.dof, self._table = parameters, dof, branch.table
-        self.balance = Balance(branch.problem)
-        self.balance.anchor_if_undamped(float(self._table["omega"].to_numpy()[0]))
-        self.outputs = Outputs(self.balance, (dof,))
-        followed = str(self._table.attrs.get("parameter", ""))
+        self._problem = known_problem(branch)
         self._worn = analysis_of(self._table) == "wear"
+        followed = str(self._table.attrs.get("parameter", ""))
         self._followed = "" if self._worn else followed  # at each point the gaps are held as worn
-        self._path = parameter_path(branch.problem, self._followed) if self._followed else None
+        self._path = parameter_path(self._problem, self._followed) if self._followed else None
         self._along = self._table[branch.followed].to_numpy()
         self._without: Counter[tuple[str, str]] = Counter()
-        self._sizes = np.abs([branch.problem.parameter(name) or 1.0 for name in parameters])
+        self._sizes = np.abs([self._problem.parameter(name) or 1.0 for name in parameters])
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Make the equations."""
+        self.balance = Balance(self._problem)
+        self.balance.anchor_if_undamped(float(self._table["omega"].to_numpy()[0]))
+        self.outputs = Outputs(self.balance, (self.dof,))
 
     def at(self, point: int) -> PointDerivatives:
         """At one point."""
         here = self._linearized(point)
-        if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
+        if here is None:
             unknown = np.full(len(self.parameters), np.nan)
             states = np.tile(unknown, (len(set(state_names(self.balance.problem))), 1))
-            return PointDerivatives(unknown, unknown, unknown, states, unknown, unknown, unknown)
+            return PointDerivatives(
+                unknown, unknown, unknown, states, unknown, unknown, unknown, dict.fromkeys(self.found, unknown)
+            )
         parts = list(self._functionals(here))
         ties = list(self._ties(here))
-        Z = here.jacobian.solve(np.column_stack([part.gradient for part in (*parts, *ties)]), transposed=True).T
         directions = self._directions(float(self._along[point]))
-        rates = directions.changes(here, list(zip((*parts, *ties), Z, strict=True)))
+        rates, found = self._rates(here, (*parts, *ties), directions)
         place = self._place_rates(here, point, directions)
-        rows = np.where(self._undecided(here, directions), np.nan, [*rates, place])
+        undecided = self._undecided(here, directions)
+        rows = np.where(undecided, np.nan, [*rates, place])
         either = rows[[0, *range(len(parts), len(parts) + len(ties))]]
         above, below = either.max(axis=0), either.min(axis=0)
-        least = _ROUNDING * Extreme.largest(self.balance.harmonics, here.motion()[0]).value / self._sizes
+        least = _ROUNDING * Extreme.largest(self.balance.harmonics, here.motion()[-1]).value / self._sizes
         corner = above - below > np.maximum(_ONE_SLOPE * np.maximum(np.abs(above), np.abs(below)), least)
         amplitude, followed = (np.where(corner, np.nan, row) for row in (rows[0], rows[-1]))
         return PointDerivatives(
             amplitude, rows[1], rows[2], states=rows[3 : len(parts)], followed=followed,
             above=np.where(corner, above, amplitude), below=np.where(corner, below, amplitude),
+            found={name: np.where(undecided, np.nan, row) for name, row in zip(self.found, found, strict=True)},
         )  # fmt: skip
 
     def motion_at(self, point: int) -> Array:
         """Of all coefficients of the output at one point, (n_parameters, L)."""
         here = self._linearized(point)
-        unknown = np.full((len(self.parameters), self.balance.L), np.nan)
-        if not self.parameters:
-            return unknown
-        if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
-            return unknown
+        if here is None or not self.parameters:
+            return np.full((len(self.parameters), self.balance.L), np.nan)
         directions = self._directions(float(self._along[point]))
-        rates = here.solutions(directions.moves)[1][:, 0]
+        rates = self._motions(here, directions)
         return np.where(self._undecided(here, directions)[:, None], np.nan, rates)
+
+    def _rates(
+        self, here: Linearization, parts: Sequence[Functional], directions: Directions
+    ) -> tuple[Array, Sequence[Array]]:
+        """Derivatives (n_parts, K) of functionals along the solutions, and (K,) of each that is ``found``."""
+        Z = here.jacobian.solve(np.column_stack([part.gradient for part in parts]), transposed=True).T
+        return directions.changes(here, list(zip(parts, Z, strict=True))), ()
+
+    def _slopes(self, here: Linearization, directions: Directions) -> Array:
+        """Derivatives (K, N) of the unknowns of the balance."""
+        return here.solutions(directions.moves)[0]
+
+    def _motions(self, here: Linearization, directions: Directions) -> Array:
+        """Derivatives (K, L) of the motion of the output."""
+        return here.solutions(directions.moves)[1][:, -1]
 
     def _undecided(self, here: Linearization, directions: Directions) -> NDArray[np.bool_]:
         """By which parameters (K,) there is no derivative; why is kept."""
         out = np.zeros(len(self.parameters), dtype=bool)
-        for reason, undecided in directions.undecided(here).items():
+        for reason, undecided in directions.undecided(here, lambda: self._slopes(here, directions)).items():
             out |= undecided
             for k in np.flatnonzero(undecided):
                 self._without[self.parameters[k], reason] += 1
@@ -137,10 +163,11 @@ class Sensitivities:
 
     def _functionals(self, here: Linearization) -> Iterator[Functional]:
         """Amplitude, mean, power of all contacts, the largest of each contact state."""
-        still = np.zeros((1, self.balance.L))
+        still = np.zeros((len(here.outputs), self.balance.L))
         mean = still.copy()
-        mean[0, 0] = 1.0
-        h = Extreme.largest(self.balance.harmonics, here.motion()[0]).h
+        mean[-1, 0] = 1.0
+        h = still.copy()
+        h[-1] = Extreme.largest(self.balance.harmonics, here.motion()[-1]).h
         yield Functional(h, (), here.pull(h=h))
         yield Functional(mean, (), here.pull(h=mean))
         states, powers = here.detail.states, here.powers()
@@ -159,9 +186,11 @@ class Sensitivities:
 
     def _ties(self, here: Linearization) -> Iterator[Functional]:
         """Other extremes that are as large as the amplitude: along a parameter the larger of them is the amplitude."""
-        U = here.motion()[0]
+        U = here.motion()[-1]
         for extreme in Extreme.largest(self.balance.harmonics, U).tied(U):
-            yield Functional(extreme.h, (), here.pull(h=extreme.h))
+            h = np.zeros((len(here.outputs), self.balance.L))
+            h[-1] = extreme.h
+            yield Functional(h, (), here.pull(h=h))
 
     def _place_rates(self, here: Linearization, point: int, directions: Directions) -> Array:
         """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
@@ -185,14 +214,17 @@ class Sensitivities:
         explicit = [beside.along(*sides) for sides in zip(*turned, strict=True)]
         return -(directions.changes(here, [(still, q)])[0] + explicit) / bent
 
-    def _linearized(self, point: int) -> Linearization:
+    def _linearized(self, point: int) -> Linearization | None:
+        """The balance at a point; None where it has no derivatives."""
         near = contact_states(self._table, self.balance, point)
         x = unknowns(self._table, self.balance.problem, point).reshape(-1)
         omega = float(self._table["omega"].to_numpy()[point])
         inputs = self.balance.problem.inputs
         if self._path is not None:
             inputs = self._path.at(float(self._table["parameter"].to_numpy()[point]))[0]
-        return self._solved(x, omega, inputs, near)
+        here = self._solved(x, omega, inputs, near)
+        unknown = not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular
+        return None if unknown else here
 
     def _solved(self, x: Array, omega: float, inputs: Inputs, near: Array | None) -> Linearization:
         """The balance linearised at the solution, to which points between computed ones are brought first."""
@@ -212,11 +244,11 @@ class Sensitivities:
         """Of the parameters, at a value of what the branch follows: some turn with it."""
         if self._path is None:
             return self._unchanged
-        return self._directions_of(self.balance.problem.at_parameter(self._followed, value))
+        return self._directions_of(self._problem.at_parameter(self._followed, value))
 
     @cached_property
     def _unchanged(self) -> Directions:
-        return self._directions_of(self.balance.problem)
+        return self._directions_of(self._problem)
 
     def _directions_of(self, problem: Problem) -> Directions:
         return Directions(problem.inputs, [direction_of(problem, name) for name in self.parameters])
@@ -272,8 +304,8 @@ class Directions:
                 rates[:, k] += [float(np.sum(part.h * U) - z @ R) for part, z in parts]
         return rates
 
-    def undecided(self, here: Linearization) -> Mapping[str, NDArray[np.bool_]]:
-        """Along which (K,) the solution has a corner or jumps, by the reason."""
+    def undecided(self, here: Linearization, solutions: Callable[[], Array]) -> Mapping[str, NDArray[np.bool_]]:
+        """Along which (K,) the solution has a corner or jumps, by the reason; ``solutions`` are its slopes (K, N)."""
         jumps, begins, opens = (np.zeros(len(self.moves), dtype=bool) for _ in range(3))
         for k, (batch, response) in enumerate(zip(here.balance.batches, here.detail.responses, strict=True)):
             loose = batch.law.undecided(response)
@@ -285,10 +317,10 @@ class Directions:
                 begins |= [bool(np.any(loose & (along.values["kt"] != 0.0))) for along in inputs]
             touching = _touching(here, k)
             if np.any(touching):
-                opens |= self._parted(here, k, touching)
+                opens |= self._parted(here, k, touching, solutions())
         return {_JUMPS: jumps, _BEGINS: begins, _OPENS: opens}
 
-    def _parted(self, here: Linearization, k: int, touching: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _parted(self, here: Linearization, k: int, touching: NDArray[np.bool_], slopes: Array) -> NDArray[np.bool_]:
         """Which (K,) bring the sides of contacts (n,) of a batch nearer to each other, or away."""
         batch, balance = here.balance.batches[k], here.balance
         i = batch.law.ports.index(batch.law.surface_ports["normal"])
@@ -297,7 +329,7 @@ class Directions:
         own = np.array([np.abs(along.motion[i]).max(axis=1) for along in moved]) + np.abs(parted)
         port = batch.ports[i]
         if port.size:
-            dX = here.solutions(self.moves)[0].reshape(-1, balance.n_ports, balance.L)
+            dX = slopes.reshape(-1, balance.n_ports, balance.L)
             own[:, port.members] += np.abs(dX[:, port.rows]).max(axis=2)
         return np.asarray(np.any((own > 0.0) & touching, axis=1))
 
@@ -326,28 +358,31 @@ OF = ("amplitude", "displacement")
 """What can be differentiated: the amplitude with all else that is one number, or every coefficient of the motion."""
 
 
+def _sensitivities(branch: Branch) -> type[Sensitivities]:
+    """Of the kind of vibration that a branch holds; that of free vibration is loaded where there is any."""
+    if analysis_of(branch.table) not in ("cycles", "modes"):
+        return Sensitivities
+    from slipstick.analysis.sensitivity.free_vibration import CycleSensitivities, ModeSensitivities
+
+    return CycleSensitivities if analysis_of(branch.table) == "cycles" else ModeSensitivities
+
+
 def sensitivity_of(
     branch: Branch, parameters: Any = None, dof: str | None = None, *, points: Any = None, of: Any = OF[0],
     together: bool = True,
 ) -> xarray.Dataset:  # fmt: skip
     """As ``Branch.sensitivity``; ``together``: the parameters are compared, and must not be the same thing twice."""
-    if branch.problem is None:
-        raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}")
-    table = branch.table
-    if analysis_of(table) == "cycles":
-        raise InputError(
-            "sensitivities of self-excited vibration are not known: its frequency moves with the parameters"
-        )
+    problem = known_problem(branch)
     branch.point(0)
     if not isinstance(of, str) or of not in OF:
         raise wrong("of", of, " or ".join(f'"{name}"' for name in OF))
-    chosen = parameter_names(branch.problem, parameters)
-    at = point_numbers("points", points, table.sizes["point"])
+    chosen = parameter_names(problem, parameters)
+    at = point_numbers("points", points, branch.table.sizes["point"])
     d = branch.dof_index(dof)
     if parameters is not None and together:
-        warn(product_warnings(branch.problem, chosen))
-    name = str(table["dof"].to_numpy()[d])
-    sensitivities = Sensitivities(branch, chosen, name)
+        warn(product_warnings(problem, chosen))
+    name = str(branch.table["dof"].to_numpy()[d])
+    sensitivities = _sensitivities(branch)(branch, chosen, name)
     with one_thread():
         if of == "displacement":
             rates = [sensitivities.motion_at(k) for k in at]

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.augmented import Bordered
 from slipstick.analysis.peaks.continuation import LEVEL, bracketed_peak
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
@@ -120,9 +121,11 @@ class SteadyWear(ABC):
     def evaluate(self, y: Array, near: Array) -> Evaluation:
         """Residual and Jacobian."""
 
-    @abstractmethod
     def slopes_by(self, motion: WornMotion, directions: list[Move]) -> Array:
-        """Derivatives (N,) or (N + 1,) of the unknowns along directions, as columns."""
+        """Derivatives (N,) or (N + 1,) of the unknowns along directions, as columns; here at a fixed frequency."""
+        here, still = self.linearized(motion), np.zeros(self.balance.size)
+        columns = np.column_stack([here.change(still, direction)[0] for direction in directions])
+        return -here.jacobian.solve(columns)
 
     def x(self, y: Array) -> Array:
         """Unknowns of the balance."""
@@ -270,12 +273,6 @@ class AtFrequency(SteadyWear):
         """The balance."""
         return self._system.evaluate(y, self._omega, near[1:])
 
-    def slopes_by(self, motion: WornMotion, directions: list[Move]) -> Array:
-        """One factorisation for all."""
-        here, still = self.linearized(motion), np.zeros(self.balance.size)
-        columns = np.column_stack([here.change(still, direction)[0] for direction in directions])
-        return -here.jacobian.solve(columns)
-
 
 class AtPeak(SteadyWear):
     """The peak of the response at one output, wherever it moves to."""
@@ -284,6 +281,7 @@ class AtPeak(SteadyWear):
         super().__init__(balance, omega[0], dof)
         self._space, self._range, self._dof = StateSpace(self.outputs, self.inputs), omega, dof
         self._peaks = PeakSystem(self._space)
+        self._latest: tuple[WornMotion, Bordered | None] | None = None
 
     def guess(self) -> Array | None:
         """The highest peak in the range."""
@@ -317,12 +315,10 @@ class AtPeak(SteadyWear):
 
     def slopes_by(self, motion: WornMotion, directions: list[Move]) -> Array:
         """With the frequency in the last row; it is held where the peak sits on a change of state."""
-        sloped = self._peaks.slope(motion.y, 0.0, motion.near)
-        assert sloped is not None
-        here, over = sloped
-        columns = np.column_stack([here.change(np.zeros(self.balance.size), way)[0] for way in directions])
-        if not motion.smooth:
-            return np.vstack([-here.jacobian.solve(columns), np.zeros(len(directions))])
-        beside = over.displaced(here.omega)
-        columns = np.vstack([columns, [beside.along(way) for way in directions]])
-        return -np.column_stack([motion.evaluation.jacobian.solve(column) for column in columns.T])
+        if motion.smooth:
+            if self._latest is None or self._latest[0] is not motion:
+                self._latest = motion, self._peaks.state(motion.y, 0.0, motion.near)
+            at = self._latest[1]
+            assert at is not None
+            return at.slopes(directions)
+        return np.vstack([super().slopes_by(motion, directions), np.zeros(len(directions))])
