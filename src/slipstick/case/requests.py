@@ -16,13 +16,14 @@ from pydantic import Field, PlainValidator
 from slipstick.case.table import NotNegative, Positive, Table, is_number, positive_frequency, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import shown, suggestion
+from slipstick.results.bifurcations import bifurcations_of
 from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.request import Request
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
     from slipstick.case.case import Case
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
 
 
@@ -71,11 +72,11 @@ class RequestTable(Table):
         """The unit of what is followed, as it stands after a number."""
         raise NotImplementedError
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """What was found, in sentences, and what a program is told besides."""
         raise NotImplementedError
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """What draws its figures, by name."""
         raise NotImplementedError
 
@@ -116,7 +117,7 @@ class TrackTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Optima, turning points and ties."""
         data = branch.table
         value, kinds = data["parameter"].to_numpy(), data["kind"].to_numpy()
@@ -132,9 +133,11 @@ class TrackTable(RequestTable):
         ]
         return lines, {"marked": answers}
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """The peak over the parameter."""
-        return {"response": lambda: branch.plot.response(str(branch.table.attrs["peak_of"]))}
+        from slipstick import plots
+
+        return {"response": lambda: plots.response(branch, str(branch.table.attrs["peak_of"]))}
 
 
 class OptimalTable(RequestTable):
@@ -195,7 +198,7 @@ class ModesTable(RequestTable):
         """That of a length."""
         return case.problem().units.after("length")
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """The forced peaks of the load factors."""
         data = branch.table
         factor, ratio, dof = (
@@ -214,7 +217,7 @@ class ModesTable(RequestTable):
         ]
         return lines, {"peaks": answers}
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """Frequency and damping over the amplitude."""
         from slipstick import plots
 
@@ -262,14 +265,14 @@ class CyclesTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Bifurcations, and the limit cycles at the values asked for; where there are several at one, each."""
         data, d = branch.table, branch.dof_index(self.dof)
         dof, unit = str(data["dof"].to_numpy()[d]), after_number(str(data["parameter"].attrs.get("units", "")))
         length = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
         lines: list[str] = []
         answers: dict[str, Any] = {"marked": [], "cycles": []}
-        for found in branch.bifurcations():
+        for found in bifurcations_of(branch):
             at = f"{self.parameter} = {found.value:.6g}{unit}"
             lines.append(f"{found.kind}: {at}, {case.frequency_text(found.omega)}")
             marked = {"kind": found.kind, "parameter": found.value, "omega": found.omega}
@@ -283,9 +286,11 @@ class CyclesTable(RequestTable):
             answers["cycles"].append({"parameter": value[k], **peak, "stable": sure})
         return lines, answers
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """The vibration over the parameter, and its stability."""
-        return {"response": lambda: branch.plot.response(self.dof), "stability": lambda: branch.plot.stability()}
+        from slipstick import plots
+
+        return {"response": lambda: plots.response(branch, self.dof), "stability": lambda: plots.stability(branch)}
 
 
 def _by_contact(value: Any) -> Any:
@@ -367,7 +372,7 @@ class WearTable(RequestTable):
         """Cycles."""
         return " cycles"
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """A sentence for each contact that is worn, the deepest first: its depth, and its load at first and at last."""
         data = branch.table
         depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
@@ -379,7 +384,7 @@ class WearTable(RequestTable):
             if last[i] > 0.0
         ], {}
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """Wear over cycles and, of several contacts, on their surface."""
         from slipstick import plots
 

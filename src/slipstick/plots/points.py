@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.branch import Branch
 from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import shown, truth, whole
@@ -30,7 +29,8 @@ from slipstick.plots.quantities import (
     with_unit,
 )
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
-from slipstick.results.contacts import contact_at, force_of, planar_contacts
+from slipstick.results.contacts import contact_at, force_of, loop_at, planar_contacts, states_at
+from slipstick.results.solutions import Solutions
 from slipstick.typing import Array, DrawnAxes, Names
 from slipstick.units import after_number, energy_unit
 
@@ -83,7 +83,7 @@ def loop(
     unit, limit = units_of(dataset), truth("limit", limit)
     if label is not None:
         one_text("label", label)
-    periods = {name: drawn.loop(point, name) for name in names}
+    periods = {name: loop_at(drawn, point, name) for name in names}
     force = with_unit(force_text(periods), unit.label("force"))
     ax = styled(ax, with_unit(text, unit.label("length")), force)
     for name, period in periods.items():
@@ -128,15 +128,15 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
     return left, right
 
 
-def _paths(branch: Branch, dataset: xarray.Dataset, point: int, names: list[str]) -> tuple[Axes, Axes]:
+def _paths(branch: Solutions, dataset: xarray.Dataset, point: int, names: list[str]) -> tuple[Axes, Axes]:
     """Friction forces and vibrations of planar contacts in their planes, in the colours of their states."""
     left, right = new_figure(10.0, 4.8).subplots(1, 2)
-    unit, states = units_of(dataset), branch.states(point)
+    unit, states = units_of(dataset), states_at(branch, point)
     for ax, text, kind in ((left, "Friction force", "force"), (right, "Vibration", "length")):
         styled(ax, *(with_unit(f"{text}, {which} direction", unit.label(kind)) for which in ("first", "second")))
         ax.set_aspect("equal", adjustable="datalim")
     for name in names:
-        first, second = (branch.loop(point, name, port=port) for port in ("tangential", "second"))
+        first, second = (loop_at(branch, point, name, port=port) for port in ("tangential", "second"))
         for ax, key in ((left, "force"), (right, "motion")):
             _state_path(ax, first["tau"], first[key], second[key], states[name])
         low, high = first["limit"].min(), first["limit"].max()
@@ -144,7 +144,7 @@ def _paths(branch: Branch, dataset: xarray.Dataset, point: int, names: list[str]
             _circle(left, radius)
     if len(names) > 1:
         for name in names:
-            first, second = (branch.loop(point, name, port=port) for port in ("tangential", "second"))
+            first, second = (loop_at(branch, point, name, port=port) for port in ("tangential", "second"))
             right.annotate(name, (first["motion"][0], second["motion"][0]), fontsize="small", parse_math=False)
     left.set_title("dashed: friction limit μ N, dot: τ = 0", fontsize="small")
     right.set_title("dot: τ = 0", fontsize="small")
@@ -202,9 +202,9 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
     return ax
 
 
-def _shade(ax: Axes, branch: Branch, point: int, contact: str) -> None:
+def _shade(ax: Axes, branch: Solutions, point: int, contact: str) -> None:
     """The area of a loop over the sliding motion, and how much it is."""
-    at, period = branch.dataset.isel(point=point), branch.loop(point, contact)
+    at, period = branch.dataset.isel(point=point), loop_at(branch, point, contact)
     unit, along = after_number(energy_unit(units_of(branch.dataset).label("force length"))), ""
     if "limit" in period:
         area = 2 * np.pi * float(at["dissipated_power"].sel(contact=contact)) / float(at["omega"])
@@ -228,9 +228,9 @@ def point_number(dataset: xarray.Dataset, point: int) -> int:
     return whole("point", point, -count, count - 1)
 
 
-def branch_of(branch: OneBranch) -> Branch:
+def branch_of(branch: OneBranch) -> Solutions:
     """The branch, or that of a dataset."""
-    return branch if isinstance(branch, Branch) else Branch.from_dataset(dataset_of(branch))
+    return branch if isinstance(branch, Solutions) else Solutions.from_dataset(dataset_of(branch))
 
 
 def point_titled(ax: Axes, dataset: xarray.Dataset, point: int, names: list[str]) -> None:
@@ -255,7 +255,7 @@ def states(branch: OneBranch, point: int, contact: Names = None, *, ax: Axes | N
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
     names, point = chosen(dataset, "contact", every if contact is None else contact), point_number(dataset, point)
-    intervals = drawn.states(point)
+    intervals = states_at(drawn, point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
     if new:
         point_titled(ax, dataset, point, names)
@@ -312,7 +312,7 @@ def history(
     dataset, new, limit = dataset_of(branch), ax is None, truth("limit", limit)
     point = point_number(dataset, point)
     names = _names(dataset, dof, contact)
-    periods = {name: branch_of(branch).loop(point, name) for name in names} if contact is not None else {}
+    periods = {name: loop_at(branch_of(branch), point, name) for name in names} if contact is not None else {}
     text = force_text(periods)
     y_label = with_unit(text, units_of(dataset).label("force")) if periods else motion_label(dataset, names)
     ax = styled(ax, "Phase τ = ω t", y_label)

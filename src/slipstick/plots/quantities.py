@@ -20,9 +20,9 @@ from slipstick.units import Units, after_number, is_rotation, power_unit, unit_o
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
-OneBranch: TypeAlias = "Branch | xarray.Dataset"
+OneBranch: TypeAlias = "Solutions | xarray.Dataset"
 """A branch, or its dataset."""
 
 Branches: TypeAlias = "OneBranch | Iterable[OneBranch] | Mapping[str, OneBranch]"

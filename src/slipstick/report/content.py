@@ -23,7 +23,7 @@ from slipstick.typing import Array
 from slipstick.units import FREQUENCIES, Units, after_number, energy_unit, is_rotation, unit_of_dof
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
     from slipstick.structure.skin import Skin
 
@@ -34,7 +34,7 @@ _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "C
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
 def content_of(
-    branch: Branch, label: str, *, contacts: int, dofs: int, tolerances: Mapping[str, float] | None = None
+    branch: Solutions, label: str, *, contacts: int, dofs: int, tolerances: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
     """One branch as JSON: the ``contacts`` that dissipate most and the ``dofs`` that move most.
 
@@ -129,7 +129,7 @@ def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:
     return {"names": [names[i] for i in kept], "count": len(names)}
 
 
-def _provenance(branch: Branch) -> dict[str, Any]:
+def _provenance(branch: Solutions) -> dict[str, Any]:
     dataset = branch.table
     told = provenance(dataset.attrs)
     about = told["about"]
@@ -220,7 +220,7 @@ def _notes(dataset: ResultTable, kept: Indices, view: View) -> list[list[Any]]:
     return notes
 
 
-def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
+def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
     dataset = branch.table
     friction = friction_of(dataset, branch.harmonics, kept)
     friction_places = np.array(friction["of"] if friction else [], dtype=np.intp)
@@ -240,7 +240,7 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
     }
 
 
-def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
+def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
     """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
     from slipstick.analysis.sensitivity.tolerances import amplitude_band
 
@@ -254,7 +254,7 @@ def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> 
     }
 
 
-def what_matters(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> list[list[str]]:
+def what_matters(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) -> list[list[str]]:
     """For each dof the change of its largest amplitude by each tolerance, the largest first, as rows of a table."""
     from slipstick.analysis.sensitivity.tolerances import ranked_bars
 
@@ -274,7 +274,7 @@ MOST_SHAPE_NODES = 1500
 """Of a surface, and so many contacts on it at most: a page has their motion at every point."""
 
 
-def shape_of(branch: Branch) -> dict[str, Any] | None:
+def shape_of(branch: Solutions) -> dict[str, Any] | None:
     """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
     skin = None if branch.problem is None else branch.problem.structure.skin
     if skin is None or not len(branch):
@@ -316,7 +316,7 @@ ON_SURFACE = {
 """Quantities of contacts that colour a surface; of a force its mean."""
 
 
-def _on_surface(branch: Branch, skin: Skin) -> dict[str, Any] | None:
+def _on_surface(branch: Solutions, skin: Skin) -> dict[str, Any] | None:
     """Contact shown at each node of a surface, counted from 1, 0 for none, and what they do at every point.
 
     Quantities are in steps of the 65535th part of their largest value anywhere.
@@ -364,7 +364,7 @@ MOST_ON_DISC = 3
 """Dofs whose motion at every sector is in a page."""
 
 
-def disc_content(branch: Branch) -> dict[str, Any] | None:
+def disc_content(branch: Solutions) -> dict[str, Any] | None:
     """Amplitudes and motion of the dofs of a disc that move most, of each sector or of the one of a wave."""
     disc = disc_of(branch)
     if disc is None or not disc.dofs or not len(branch):
@@ -391,7 +391,7 @@ _SECONDS = 0.2
 """About the time each limit may take."""
 
 
-def references_of(branch: Branch, kept: Indices) -> list[dict[str, Any]]:
+def references_of(branch: Solutions, kept: Indices) -> list[dict[str, Any]]:
     """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
     from slipstick.analysis.curve.linear import linear_references
 

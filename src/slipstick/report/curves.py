@@ -17,7 +17,7 @@ from slipstick.typing import Array
 from slipstick.units import after_number, power_unit
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
 
 _ROUNDING = 1e-11
@@ -30,7 +30,7 @@ _OF_POINTS = ("omega", "modal_damping", "modal_amplitude", "load_factor", "multi
 _WORK = ("truncation", "newton_iterations")
 
 
-def curves_of(branch: Branch, kept: Mapping[str, Indices], view: View) -> list[dict[str, Any]]:
+def curves_of(branch: Solutions, kept: Mapping[str, Indices], view: View) -> list[dict[str, Any]]:
     """All curves of a branch, the first the one to begin with; ``kept`` are the dofs and contacts that are shown.
 
     A quantity without a number, or that says nothing, is left out.
@@ -57,7 +57,7 @@ def _says_something(values: Array) -> bool:
     return known.size > 0 and bool((known != known[0]).any())
 
 
-def _of_dofs(branch: Branch, kept: Indices) -> Iterator[dict[str, Any]]:
+def _of_dofs(branch: Solutions, kept: Indices) -> Iterator[dict[str, Any]]:
     dataset = branch.table
     for name in ("amplitude", "mean"):
         if name in dataset:

@@ -21,7 +21,7 @@ from slipstick.units import Units, after_number, energy_unit, is_rotation, unit_
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 MOST_DRAWN = 4
 """Dofs with figures of their own in the page of a run-up; tables list more."""
@@ -33,7 +33,7 @@ _FIT_IN_TIME = "points are measured, the line is fitted"
 
 
 @for_files()
-def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foot: str) -> str:
+def run_up_body(run: RunUp, steady: Solutions | None, *, title: str, dofs: int, foot: str) -> str:
     """The page of a run-up: envelopes beside the steady curve, spectra, sections, peaks with lag, contacts, energy."""
     data = run.dataset
     if not data.sizes["period"]:
@@ -58,7 +58,7 @@ def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foo
     )
 
 
-def _check_steady(data: Any, steady: Branch) -> None:
+def _check_steady(data: Any, steady: Solutions) -> None:
     """InputError for a curve that envelopes cannot be compared with."""
     if steady.table.attrs.get("parameter") or view_of(steady.table).name != "response":
         raise InputError("report: the steady curve of a run-up is a response over a range of frequencies; leave it out")
@@ -167,7 +167,7 @@ def _facts_of_run_up(data: Any) -> Iterator[str]:
     yield f"{float(data['time'][-1]):.6g} {unit}"
 
 
-def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Branch | None) -> Iterator[tuple[str, Any]]:
+def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Solutions | None) -> Iterator[tuple[str, Any]]:
     from slipstick.plots import passing
 
     swept = bool(run.dataset.attrs["rate"])
@@ -185,7 +185,7 @@ def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Branch | None) -> 
             yield f"amplitudes of {dof} versus frequency and time", passing.spectrogram(run, dof)
 
 
-def _motions(run: RunUp, kept: Sequence[str], steady: Branch | None) -> str:
+def _motions(run: RunUp, kept: Sequence[str], steady: Solutions | None) -> str:
     """Peaks, with their lag behind those of the steady curve; at one speed what motion it is."""
     data = run.dataset
     speed, label = _speed(data), str(data["amplitude"].attrs.get("units", ""))
@@ -207,7 +207,7 @@ def _motions(run: RunUp, kept: Sequence[str], steady: Branch | None) -> str:
     return _table(head, rows)
 
 
-def _lag(run: RunUp, steady: Branch, dof: str) -> list[str]:
+def _lag(run: RunUp, steady: Solutions, dof: str) -> list[str]:
     label = str(run.dataset["amplitude"].attrs.get("units", ""))
     speed, unit = _speed(run.dataset), after_number(unit_of_dof(label, dof))
     try:
@@ -281,7 +281,7 @@ def _facts_of_fit(fitted: Any) -> Iterator[str]:
 
 
 def _values(fitted: Any, names: Sequence[str]) -> str:
-    from slipstick.analysis.identification.identification import error_text
+    from slipstick.analysis.identification.noise import error_text
 
     units = fitted["units"].to_numpy()
     rows, bound = [], np.isnan(fitted["standard_error"].to_numpy())

@@ -9,16 +9,16 @@ from slipstick.html import MOST_SHOWN, html_table
 from slipstick.units import Units, after_number, unit_of_dof
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 
-def branch_html(branch: Branch) -> str:
+def branch_html(branch: Solutions) -> str:
     """A small table of what was found."""
     title = str(branch.dataset.attrs.get("title", ""))
     return html_table(f"Branch{': ' if title else ''}{title}", _rows(branch))
 
 
-def _rows(branch: Branch) -> Iterator[tuple[str, Any]]:
+def _rows(branch: Solutions) -> Iterator[tuple[str, Any]]:
     yield "outcome", branch.message
     data = branch.dataset
     if not len(branch):
@@ -37,7 +37,7 @@ def _rows(branch: Branch) -> Iterator[tuple[str, Any]]:
         yield "warnings", "\n".join(branch.warnings)
 
 
-def _at(branch: Branch, value: float) -> str:
+def _at(branch: Solutions, value: float) -> str:
     """A value of what was followed, with its unit where that has a name."""
     data = branch.dataset
     if branch.followed == "omega":

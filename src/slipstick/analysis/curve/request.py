@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from slipstick.analysis.checkpoint import Checkpoint
     from slipstick.analysis.curve.record import Run
     from slipstick.analysis.stability.floquet import StabilityWatch
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 StabilityRequest = bool | Literal["full"]
 """What users ask for."""
@@ -150,9 +150,9 @@ class Request(ABC):
     def run(self) -> Run:
         """What computes it, not begun yet."""
 
-    def branch(self) -> Branch:
+    def solutions(self) -> Solutions:
         """The points, in memory."""
-        return self.run().branch()
+        return self.run().solutions()
 
     def recorder(self) -> Recorder:
         """What makes the numbers of the results from points."""

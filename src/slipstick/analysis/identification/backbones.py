@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.curve.response import forced_response
+from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.identification.kinds import Backbone
 from slipstick.analysis.identification.measured import conditions_at
 from slipstick.analysis.modes.following import first_guess
@@ -95,7 +95,7 @@ class PeakPredictor:
         problem = replace(problem, outputs=[self.measured.dof])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
-            branch = forced_response(problem, omega=span, peaks_of=[self.measured.dof])
+            branch = frequency_request(problem, span, peaks_of=[self.measured.dof]).solutions()
         table, balance = branch.table, Balance(problem)
         for point in np.flatnonzero(table["peak_dof"].to_numpy() == 0).tolist() if len(branch) else []:
             x = unknowns(table, problem, point).reshape(-1)

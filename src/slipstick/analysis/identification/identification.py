@@ -29,6 +29,7 @@ from slipstick.analysis.identification.mistakes import Change, Scaled, changes, 
 from slipstick.analysis.identification.noise import (
     Noise,
     Without,
+    error_text,
     found_noise,
     given_noise,
     listed,
@@ -220,13 +221,6 @@ class Identification:
     def __repr__(self) -> str:
         said = ", ".join(f"{name}={value:.6g}" for name, value in self.values.items())
         return f"Identification({said}; misfit {self.misfit:.3g})"
-
-
-def error_text(error: float, *, at_bound: bool) -> str:
-    """A standard error in words."""
-    if np.isinf(error):
-        return "not determined"
-    return f"+- {error:.2g}" if np.isfinite(error) else "at a bound" if at_bound else "no standard error"
 
 
 def identify(

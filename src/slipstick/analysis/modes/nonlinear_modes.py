@@ -117,7 +117,7 @@ def nonlinear_modes(
     >>> float(branch.dataset.omega[0].round(6)), float(branch.dataset.modal_damping[0].round(8))
     (6.403124, 0.00078087)
     """
-    return mode_request(problem, amplitude, mode, dof, load_factors, options, listeners).branch()
+    return Branch.of(mode_request(problem, amplitude, mode, dof, load_factors, options, listeners).solutions())
 
 
 def mode_request(
@@ -306,11 +306,6 @@ class ModeRequest(Request):
     def vibrating(self) -> Problem | None:
         """None: the problem is excited, the mode is not."""
         return None
-
-    def branch(self) -> Branch:
-        """The points, in memory."""
-        branch = super().branch()
-        return Branch(branch.table, branch.outcome, None, branch.message, without=self.without)
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
         """That of ``ModePath.stands``."""

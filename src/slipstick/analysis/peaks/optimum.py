@@ -125,7 +125,7 @@ def optimal(
     """
     request = tracked_peak(problem, parameter, start, omega, dof, (), options, listeners)
     search = OptimumRequest(**vars(request)).run()
-    return search.optimum(search.branch())
+    return search.optimum(Branch.of(search.solutions()))
 
 
 class OptimumSystem:

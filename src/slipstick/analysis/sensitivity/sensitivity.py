@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     import xarray
 
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 
 class Functional(NamedTuple):
@@ -71,7 +71,7 @@ class Sensitivities:
         The output looked at.
     """
 
-    def __init__(self, branch: Branch, parameters: tuple[str, ...], dof: str) -> None:
+    def __init__(self, branch: Solutions, parameters: tuple[str, ...], dof: str) -> None:
         assert branch.problem is not None
         self.parameters, self.dof, self._table = parameters, dof, branch.table
         self.balance = Balance(branch.problem)
@@ -327,7 +327,7 @@ OF = ("amplitude", "displacement")
 
 
 def sensitivity_of(
-    branch: Branch, parameters: Any = None, dof: str | None = None, *, points: Any = None, of: Any = OF[0],
+    branch: Solutions, parameters: Any = None, dof: str | None = None, *, points: Any = None, of: Any = OF[0],
     together: bool = True,
 ) -> xarray.Dataset:  # fmt: skip
     """As ``Branch.sensitivity``; ``together``: the parameters are compared, and must not be the same thing twice."""

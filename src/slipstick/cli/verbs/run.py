@@ -43,8 +43,8 @@ from slipstick.units import Units, after_number, is_rotation, unit_of_dof
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from slipstick.branch import Branch
     from slipstick.case.case import Case
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
     from slipstick.runs.run import CaseRun
 
@@ -237,7 +237,7 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
     return drawings
 
 
-def _references(case: Case) -> dict[str, Branch]:
+def _references(case: Case) -> dict[str, Solutions]:
     """Linear responses without contact and fully stuck, over the range of frequencies."""
     if case.parameter is not None:
         return {}
