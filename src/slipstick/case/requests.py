@@ -17,7 +17,8 @@ from slipstick.case.table import NotNegative, Positive, Table, is_number, positi
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import shown, suggestion
 from slipstick.results.bifurcations import bifurcations_of
-from slipstick.units import after_number, unit_of_dof
+from slipstick.results.view import after, names_of
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.request import Request
@@ -121,7 +122,7 @@ class TrackTable(RequestTable):
         """Optima, turning points and ties."""
         data = branch.table
         value, kinds = data["parameter"].to_numpy(), data["kind"].to_numpy()
-        dof, unit = str(data.attrs["peak_of"]), after_number(str(data["parameter"].attrs.get("units", "")))
+        dof, unit = str(data.attrs["peak_of"]), after(data, "parameter")
         marked = np.flatnonzero(np.isin(kinds, ("optimum", "turning point", "tie")))
         peaks = [_peak(data, dof, int(k)) for k in marked]
         lines = [
@@ -268,8 +269,8 @@ class CyclesTable(RequestTable):
     def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Bifurcations, and the limit cycles at the values asked for; where there are several at one, each."""
         data, d = branch.table, branch.dof_index(self.dof)
-        dof, unit = str(data["dof"].to_numpy()[d]), after_number(str(data["parameter"].attrs.get("units", "")))
-        length = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
+        dof, unit = names_of(data, "dof")[d], after(data, "parameter")
+        length = after(data, "amplitude", dof)
         lines: list[str] = []
         answers: dict[str, Any] = {"marked": [], "cycles": []}
         for found in bifurcations_of(branch):
@@ -472,13 +473,13 @@ def _unit_of(case: Case, parameter: str) -> str:
 
 def _peak(data: ResultTable, dof: str, point: int) -> dict[str, float]:
     """Frequency and amplitude of a dof at a point."""
-    d = [str(name) for name in data["dof"].to_numpy()].index(dof)
+    d = names_of(data, "dof").index(dof)
     return {"omega": data["omega"].to_numpy()[point], "amplitude": data["amplitude"].to_numpy()[point, d]}
 
 
 def _peak_text(case: Case, data: ResultTable, dof: str, peak: Mapping[str, float]) -> str:
     """How high a peak of a dof is, and where."""
-    unit = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
+    unit = after(data, "amplitude", dof)
     return f"amplitude {peak['amplitude']:.6g}{unit} of {dof} at {case.frequency_text(peak['omega'])}"
 
 

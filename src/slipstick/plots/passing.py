@@ -12,8 +12,8 @@ from slipstick.plots.quantities import with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, styled
 from slipstick.results.run_up import RunUp, half_range, time_unit
 from slipstick.results.solutions import Solutions
+from slipstick.results.view import unit_of
 from slipstick.typing import DrawnAxes
-from slipstick.units import unit_of_dof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,7 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Solutions | None = Non
         Axes to draw into; by default those of a new figure.
     """
     known, name = _known(run, dof)
-    unit = unit_of_dof(str(known.dataset["amplitude"].attrs.get("units", "1")), name)
+    unit = unit_of(known.dataset, "amplitude", name)
     time = time_unit(known.dataset)
     label = with_unit(f"half range of {name}", unit)
     if known.dataset.attrs["rate"]:

@@ -22,7 +22,6 @@ from slipstick.plots.quantities import (
     abscissa,
     chosen,
     dataset_of,
-    known_names,
     motion_label,
     title_of,
     units_of,
@@ -31,6 +30,7 @@ from slipstick.plots.quantities import (
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
 from slipstick.results.contacts import contact_at, force_of, loop_at, planar_contacts, states_at
 from slipstick.results.solutions import Solutions
+from slipstick.results.view import names_of
 from slipstick.typing import Array, DrawnAxes, Names
 from slipstick.units import after_number, energy_unit
 
@@ -113,7 +113,7 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
     """
     dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
     point, planar = point_number(dataset, point), planar_contacts(dataset)
-    if all(planar[known_names(dataset, "contact").index(name)] for name in names):
+    if all(planar[names_of(dataset, "contact").index(name)] for name in names):
         return _paths(branch_of(branch), dataset, point, names)
     left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
     for ax, over in ((left, "vibration"), (right, "sliding")):
@@ -184,7 +184,7 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
     """
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     point, (name,) = point_number(dataset, point), chosen(dataset, "contact", contact)
-    there = contact_at(drawn, point, known_names(dataset, "contact").index(name))
+    there = contact_at(drawn, point, names_of(dataset, "contact").index(name))
     if not isinstance(there.law, StatorContact):
         raise InputError(f"contact '{name}' is no contact of a rotor with its stator, so it has no orbit to draw")
     tau, unit = np.linspace(0.0, 2.0 * np.pi, 721), units_of(dataset).label("length")
@@ -210,7 +210,7 @@ def _shade(ax: Axes, branch: Solutions, point: int, contact: str) -> None:
         area = 2 * np.pi * float(at["dissipated_power"].sel(contact=contact)) / float(at["omega"])
     else:  # of the one port that is drawn: a law may dissipate along others too
         area = float(np.trapezoid(period["force"], period["total"]))
-        law = contact_at(branch, point, known_names(branch.dataset, "contact").index(contact)).law
+        law = contact_at(branch, point, names_of(branch.dataset, "contact").index(contact)).law
         along = f" along {law.ports[0]}" if law is not None and len(law.ports) > 1 else ""
     energy = f"{area:.4g}{unit}"
     w, force = (np.asarray(values) for values in ax.lines[0].get_data())
@@ -253,7 +253,7 @@ def states(branch: OneBranch, point: int, contact: Names = None, *, ax: Axes | N
     A contact whose law does not tell its states is a grey bar, "unknown".
     """
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
-    every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
+    every = names_of(dataset, "contact")
     names, point = chosen(dataset, "contact", every if contact is None else contact), point_number(dataset, point)
     intervals = states_at(drawn, point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
@@ -395,7 +395,7 @@ def _motion(dataset: xarray.Dataset, point: int, dof: str) -> Array:
 
 def _forces(dataset: xarray.Dataset, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
     """What the forces along the first port of contacts are called, with their unit, and their coefficients."""
-    at, names = dataset.isel(point=point), known_names(dataset, "contact")
+    at, names = dataset.isel(point=point), names_of(dataset, "contact")
     variables = {name: force_of(at, names.index(name)) for name in contacts}
     text = "Friction force" if all(friction for _, friction in variables.values()) else "Contact force"
     forces = {name: np.asarray(at[variable].sel(contact=name)) for name, (variable, _) in variables.items()}

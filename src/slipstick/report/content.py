@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, orbits_of, planar_of, series_of
-from slipstick.report.curves import abscissae_of, curves_of, meaning
+from slipstick.report.curves import abscissae_of, curves_of
 from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
@@ -18,9 +18,9 @@ from slipstick.results.disc import disc_of
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import UNKNOWN
-from slipstick.results.view import View, view_of
+from slipstick.results.view import View, after, frequency_unit, label_of, names_of, unit_of, view_of
 from slipstick.typing import Array
-from slipstick.units import FREQUENCIES, Units, after_number, energy_unit, is_rotation, unit_of_dof
+from slipstick.units import Units, after_number, energy_unit, is_rotation, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
@@ -44,7 +44,7 @@ def content_of(
     """
     dataset = branch.table
     _check(dataset, label)
-    names = [str(name) for name in dataset["dof"].to_numpy()]
+    names = names_of(dataset, "dof")
     kept = {"dof": _largest(dataset, "dof", "amplitude", dofs, last=[is_rotation(name) for name in names])}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
     view, toleranced = view_of(dataset), {}
@@ -104,11 +104,8 @@ def _check(dataset: ResultTable, label: str) -> None:
 
 def frequency_of(dataset: Any) -> dict[str, Any]:
     """The units a frequency can be drawn in, with the factor from the one of the results, and the one to begin with."""
-    units = Units.of_results(dataset.attrs)
-    others = FREQUENCIES if units.in_seconds else ()
-    factors = {units.angular: 1.0} | {unit: 1.0 / units.frequency_factor(unit) for unit in others}
-    chosen = str(dataset.attrs.get("frequency_unit", ""))
-    return {"unit": chosen if chosen in factors else units.angular, "factors": factors}
+    known = Units.of_results(dataset.attrs).frequencies
+    return {"unit": frequency_unit(dataset), "factors": {unit: 1.0 / size for unit, size in known.items()}}
 
 
 def _largest(dataset: ResultTable, dim: str, by: str, most: int, last: Sequence[bool] | None = None) -> Indices:
@@ -125,7 +122,7 @@ def _largest(dataset: ResultTable, dim: str, by: str, most: int, last: Sequence[
 
 
 def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:
-    names = [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.dims else []
+    names = names_of(dataset, dim)
     return {"names": [names[i] for i in kept], "count": len(names)}
 
 
@@ -189,15 +186,15 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
 
 def _motion(dataset: ResultTable, dofs: Sequence[str]) -> dict[str, Any]:
     """Label and unit of the displacements, a length, and the unit of each dof."""
-    about = meaning(dataset, "displacement")
-    length = unit_of_dof(about["units"], "")
-    units = [unit_of_dof(about["units"], dof) for dof in dofs]
-    return {**about, "units": length, "after": after_number(length), "units_of": units}
+    length = unit_of_dof(unit_of(dataset, "displacement"), "")
+    units = [unit_of(dataset, "displacement", dof) for dof in dofs]
+    label = label_of(dataset, "displacement")
+    return {"label": label, "units": length, "after": after_number(length), "units_of": units}
 
 
 def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
     """Places, among the dofs kept, of those whose peaks or largest amplitudes were sought, else of those with peaks."""
-    names = [str(name) for name in dataset["dof"].to_numpy()]
+    names = names_of(dataset, "dof")
     sought = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
     sought[2:] = [[*sought[2], *sought[3]]]
     told = [names.index(name) for name in next(filter(None, sought), []) if name in names]
@@ -235,7 +232,7 @@ def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
         "planar": planar_of(branch, kept),
         "orbits": orbits_of(branch, kept),
         "series": series_of(dataset, kept, friction_places) if len(kept) else [],
-        "force_units": meaning(dataset, force)["units"] if force else "",
+        "force_units": unit_of(dataset, force) if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),
     }
 
@@ -244,7 +241,7 @@ def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) 
     """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
     from slipstick.analysis.sensitivity.tolerances import amplitude_band
 
-    names = [str(name) for name in branch.table["dof"].to_numpy()]
+    names = names_of(branch.table, "dof")
     bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
     said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())
     return {
@@ -258,7 +255,7 @@ def what_matters(branch: Solutions, kept: Indices, tolerances: Mapping[str, floa
     """For each dof the change of its largest amplitude by each tolerance, the largest first, as rows of a table."""
     from slipstick.analysis.sensitivity.tolerances import ranked_bars
 
-    rows, names = [], [str(name) for name in branch.table["dof"].to_numpy()]
+    rows, names = [], names_of(branch.table, "dof")
     for d in kept:
         size = branch.table["amplitude"].to_numpy()[:, d]
         bars = ranked_bars(branch, names[d], int(np.nanargmax(size)), tolerances)
@@ -343,7 +340,7 @@ def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, An
     most = float(values.max(initial=0.0))
     if not most > 0.0:
         return None
-    said = {"key": name, "label": ON_SURFACE[name], "after": meaning(dataset, name)["after"]}
+    said = {"key": name, "label": ON_SURFACE[name], "after": after(dataset, name)}
     return {**said, "most": most, "values": packed(np.rint(values / most * 65535.0), "u2")}
 
 

@@ -15,8 +15,8 @@ from slipstick.errors import InputError
 from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
 from slipstick.results.run_up import RunUp, time_unit
-from slipstick.results.view import view_of
-from slipstick.units import Units, after_number, energy_unit, is_rotation, unit_of_dof
+from slipstick.results.view import after, names_of, view_of
+from slipstick.units import Units, after_number, energy_unit, is_rotation
 
 if TYPE_CHECKING:
     import xarray
@@ -40,7 +40,7 @@ def run_up_body(run: RunUp, steady: Solutions | None, *, title: str, dofs: int, 
         raise InputError("nothing to report: no period is integrated")
     if steady is not None:
         _check_steady(data, steady)
-    names = [str(name) for name in data["dof"].to_numpy()]
+    names = names_of(data, "dof")
     size = data["amplitude"].to_numpy().max(axis=0)
     ranked = np.lexsort((-size, [is_rotation(name) for name in names]))
     kept = [names[d] for d in np.sort(ranked[:dofs])]
@@ -188,19 +188,15 @@ def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Solutions | None) 
 def _motions(run: RunUp, kept: Sequence[str], steady: Solutions | None) -> str:
     """Peaks, with their lag behind those of the steady curve; at one speed what motion it is."""
     data = run.dataset
-    speed, label = _speed(data), str(data["amplitude"].attrs.get("units", ""))
+    speed = _speed(data)
     if not data.attrs["rate"]:
         return _table(["dof", "largest half range", "the last", "motion", "second frequency"], map(_kind(run), kept))
     head, rows = ["dof", "largest half range", "at"], []
     if steady is not None:
         head += ["steady", "at", "shift", "ratio"]
     for dof in kept:
-        row = [
-            dof,
-            *(lambda peak: (f"{peak.amplitude:.6g}{after_number(unit_of_dof(label, dof))}", speed(peak.omega)))(
-                run.peak(dof)
-            ),
-        ]
+        peak = run.peak(dof)
+        row = [dof, f"{peak.amplitude:.6g}{after(data, 'amplitude', dof)}", speed(peak.omega)]
         if steady is not None:
             row += _lag(run, steady, dof)
         rows.append(row)
@@ -208,8 +204,7 @@ def _motions(run: RunUp, kept: Sequence[str], steady: Solutions | None) -> str:
 
 
 def _lag(run: RunUp, steady: Solutions, dof: str) -> list[str]:
-    label = str(run.dataset["amplitude"].attrs.get("units", ""))
-    speed, unit = _speed(run.dataset), after_number(unit_of_dof(label, dof))
+    speed, unit = _speed(run.dataset), after(run.dataset, "amplitude", dof)
     try:
         lag = run.lag(steady, dof)
     except InputError:  # the curve has no such dof, or no peak of it
@@ -221,7 +216,7 @@ def _kind(run: RunUp) -> Any:
     speed, sizes = _speed(run.dataset), run.dataset["amplitude"]
 
     def row(dof: str) -> list[str]:
-        unit = after_number(unit_of_dof(str(sizes.attrs.get("units", "")), dof))
+        unit = after(run.dataset, "amplitude", dof)
         size = sizes.sel(dof=dof).to_numpy()
         said = [dof, f"{size.max():.6g}{unit}", f"{size[-1]:.6g}{unit}"]
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +10,8 @@ from slipstick.errors import InputError
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.encoding import packed
 from slipstick.results.percentiles import PERCENTILES, curve_percentiles, is_sampled, peak_percentiles
-from slipstick.units import after_number, power_unit
+from slipstick.results.view import names_of, unit_of
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
@@ -32,9 +32,9 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
     dims = study["case"].dims
     peaks = study["peak_amplitude"].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
     kept = np.sort(np.argsort(-_largest(peaks), kind="stable")[:dofs])
-    known = [str(name) for name in study["dof"].to_numpy()]
+    known = names_of(study, "dof")
     place, at = _followed(study, dims)
-    units = str(study["peak_amplitude"].attrs.get("units", ""))
+    units = unit_of(study, "peak_amplitude")
     return {
         **provenance(study.attrs),
         "method": f"{study.attrs.get('study_method', '')} over {', '.join(names)}",
@@ -87,17 +87,12 @@ def _followed(study: xarray.Dataset, dims: Any) -> tuple[dict[str, str], Any]:
     name = "peak_parameter" if "peak_parameter" in study else "peak_omega"
     label = str(study.attrs.get("parameter", "")) or "Frequency"
     at = study[name].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
-    return {"key": name.removeprefix("peak_"), "label": label, "units": _units(study[name].attrs)}, at
-
-
-def _units(attrs: Mapping[str, Any]) -> str:
-    units = power_unit(str(attrs.get("units", "")))
-    return "" if units == "1" else units
+    return {"key": name.removeprefix("peak_"), "label": label, "units": unit_of(study, name)}, at
 
 
 def _parameter(study: xarray.Dataset, name: str, dims: Any) -> dict[str, Any]:
     values = study[name].broadcast_like(study["case"]).transpose(*dims).to_numpy().ravel()
-    return {"name": name, "units": _units(study[name].attrs), "values": packed(values, "f8")}
+    return {"name": name, "units": unit_of(study, name), "values": packed(values, "f8")}
 
 
 def _cases(study: xarray.Dataset) -> list[dict[str, Any]]:

@@ -21,6 +21,7 @@ from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, MOST_ITEMS, shown, suggestion, whole
 from slipstick.results.schema import law_variables
+from slipstick.results.view import names_of
 from slipstick.state.thermal.model import HeatedContacts
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray, IntArray
@@ -148,7 +149,7 @@ def states_at(branch: Solutions, point: int) -> dict[str, list[Interval]]:
         by_element |= dict(zip(batch.elements.tolist(), states if states is not None else unknown, strict=True))
     if not told:
         raise InputError(NO_FRICTION)
-    names = [str(name) for name in branch.table["contact"].to_numpy()]
+    names = names_of(branch.table, "contact")
     return {name: by_element[i] for i, name in enumerate(names)}
 
 
@@ -160,7 +161,7 @@ def has_states(branch: Solutions, point: int) -> bool:
 
 def has_orbit(branch: Solutions, point: int, contact: str) -> bool:
     """Whether a contact is one of a rotor with a circular stator."""
-    names = [str(name) for name in branch.table["contact"].to_numpy()]
+    names = names_of(branch.table, "contact")
     return isinstance(contact_at(branch, point, names.index(contact)).law, StatorContact)
 
 
@@ -204,7 +205,7 @@ def loop_at(
 ) -> dict[str, Array]:
     """See ``Branch.loop``."""
     place, samples = branch.index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
-    name, tau = str(branch.table["contact"].to_numpy()[place]), np.linspace(0.0, 2.0 * np.pi, samples)
+    name, tau = names_of(branch.table, "contact")[place], np.linspace(0.0, 2.0 * np.pi, samples)
     there = contact_at(branch, point, place)
     if there.law is None:
         raise InputError(
@@ -237,7 +238,7 @@ def force_of(dataset: Any, contact: int) -> tuple[str, bool]:
         there = str(name).startswith("contact_") and force in dataset
         if there and np.isfinite(dataset[force].to_numpy()[..., contact, :]).all():
             return force, False
-    names = [str(label) for label in dataset["contact"].to_numpy()]
+    names = names_of(dataset, "contact")
     raise InputError(f"these results hold no force of contact '{names[contact]}'")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import shown, text
+from slipstick.results.view import names_of
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def disc_of(branch: Solutions) -> Disc | None:
     if around is None:
         return None
     sectors = around.sectors
-    places = {str(name): place for place, name in enumerate(branch.table["dof"].to_numpy())}
+    places = {name: place for place, name in enumerate(names_of(branch.table, "dof"))}
     if not around.whole:
         dofs = {name: [place] * sectors for name, place in places.items() if "@" not in name}
         return Disc(sectors, around.engine_order, False, dofs)
@@ -66,7 +67,7 @@ def amplitude_on_disc(solutions: Solutions, dof: str) -> DataArray:
         raise InputError("on_disc: the results are not of a travelling wave or a disc, or without their problem")
     dof = text("dof", dof)
     if dof not in disc.dofs:
-        known = [str(label) for label in table["dof"].to_numpy()]
+        known = names_of(table, "dof")
         whole_disc = [f"{dof}@{s}" for s in range(disc.sectors)] if disc.whole else [dof]
         missing = next((name for name in whole_disc if name not in known), dof)
         raise InputError(f"on_disc: there is no dof {shown(missing)} in the results")

@@ -23,6 +23,7 @@ from slipstick.faults import path as path_of
 from slipstick.faults import text, wrong
 from slipstick.replacing import replacing
 from slipstick.results.schema import LARGEST
+from slipstick.results.view import names_of
 
 if TYPE_CHECKING:
     import xarray
@@ -124,7 +125,7 @@ def _peaks(solutions: Solutions) -> xarray.Dataset:
     from xarray import Dataset
 
     data = solutions.table
-    names = [str(name) for name in data["dof"].to_numpy()]
+    names = names_of(data, "dof")
     if data.attrs.get("peaks_of") == LARGEST and LARGEST not in names:
         names = [LARGEST]
     elif "peaks_of" in data.attrs:

@@ -18,7 +18,7 @@ from slipstick.results.foreign import is_dataset
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import LARGEST
 from slipstick.results.table import ResultTable
-from slipstick.results.view import analysis_of
+from slipstick.results.view import analysis_of, names_of
 from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
@@ -117,7 +117,7 @@ class Solutions:
         """Which dofs (n_dofs,) are named by an attribute: "peaks_of", whose peaks were all located, or "largest_of",
         of which the largest amplitude alone is among the points; none where the results do not say."""
         names = str(self.table.attrs.get(what, "")).split("\n")
-        return np.array([str(label) in names for label in self.table["dof"].to_numpy()])
+        return np.array([name in names for name in names_of(self.table, "dof")])
 
     def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
         """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
@@ -201,7 +201,7 @@ class Solutions:
 
     def index(self, dim: str, name: str | None) -> int:
         """Place of a name along "dof" or "contact"; the first without a name. InputError where there is none."""
-        known = [str(label) for label in self.table[dim].to_numpy()]
+        known = names_of(self.table, dim)
         if name is None and known:
             return 0
         if not isinstance(name, str) or name not in known:

@@ -1,12 +1,24 @@
-"""Which analysis made results, and what they are drawn over and beside: every reader of results asks here."""
+"""How results are read: which analysis made them, what they are drawn over, names, labels, units, values for the eye.
+
+Every reader asks here, the page as the figures and the terminal: tables and datasets alike.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.results.measures import phase_of
+from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE
+from slipstick.typing import Array
+from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
+
+ROUNDING = 1e-11
+"""Smaller than this beside what it is made of, a value is what rounding left of zero."""
 
 
 class View(NamedTuple):
@@ -108,3 +120,77 @@ def _told_by(data: Any) -> str:
     if attributes.get("peak_of"):
         return "track"
     return "parameter" if "parameter" in data else "response"
+
+
+def names_of(data: Any, dim: str) -> list[str]:
+    """Names along a dimension such as "dof"; none where there is no such dimension."""
+    return [str(name) for name in data[dim].to_numpy()] if dim in data else []
+
+
+def label_of(data: Any, name: str) -> str:
+    """What a variable is called on axes: its long name."""
+    label = str(data[name].attrs.get("long_name", name.replace("_", " ")))
+    return label if name == "parameter" else label[:1].upper() + label[1:]  # a parameter has the user's own name
+
+
+def unit_of(data: Any, name: str, dof: str = "") -> str:
+    """The unit of a variable, of one dof where that is given; empty for a mere number."""
+    label = str(data[name].attrs.get("units", ""))
+    unit = power_unit(unit_of_dof(label, dof) if dof else label)
+    return "" if unit == "1" else unit
+
+
+def after(data: Any, name: str, dof: str = "") -> str:
+    """The same as it stands after a number."""
+    return after_number(unit_of(data, name, dof))
+
+
+def frequency_unit(data: Any) -> str:
+    """The unit that frequencies are shown in: that of the range of the case, else the one of the results."""
+    units, unit = Units.of_results(data.attrs), str(data.attrs.get("frequency_unit", ""))
+    return unit if unit in units.frequencies else units.angular
+
+
+def followed_text(data: Any, value: float) -> str:
+    """A value of what was followed: "4.26 rad/s (0.678 Hz)", or "10 mm/s" of a parameter."""
+    if "parameter" in data:
+        return f"{value:.6g}{after(data, 'parameter')}"
+    return Units.of_results(data.attrs).frequency_text(float(value), frequency_unit(data))
+
+
+def values_of(data: Any, name: str, dim: str, label: str) -> Array:
+    """A variable (n_points,) of a named dof or contact, zero where it is nothing but rounding.
+
+    InputError where the results do not hold it.
+    """
+    if name not in data:
+        raise InputError(f"there is no {name.replace('_', ' ')} in these results")
+    column = data[name]
+    values = np.take(column.to_numpy(), names_of(data, dim).index(label), column.dims.index(dim))
+    return np.where(np.abs(values) <= ROUNDING * _size(data, name, label), 0.0, values)
+
+
+def phase_at(data: Any, dof: str, harmonic: int) -> Array:
+    """Phase (n_points,) of the harmonic of that place, deg, without jumps; nan where it is nothing but rounding."""
+    X = data["displacement"].to_numpy()[:, names_of(data, "dof").index(dof)]
+    return phase_of(X, harmonic, branch_parts(data), ROUNDING * _largest(data, "displacement", dof))
+
+
+def _size(data: Any, name: str, label: str) -> float:
+    """What a value is measured by: the largest motion of its unit; the largest power of a force over a motion."""
+    if name in ("amplitude", "mean"):
+        return max(_largest(data, other, label) for other in ("amplitude", "mean") if other in data)
+    parts = ("omega", "friction_force", "contact_tangential")
+    if name == "dissipated_power" and all(part in data for part in parts):
+        return float(np.prod([_largest(data, part) for part in parts]))
+    return 0.0
+
+
+def _largest(data: Any, name: str, dof: str = "") -> float:
+    """The largest value of a variable; of the dofs that have the unit of one, where that is given."""
+    values = np.abs(data[name].to_numpy())
+    if dof:
+        alike = [is_rotation(other) == is_rotation(dof) for other in names_of(data, "dof")]
+        values = np.compress(alike, values, data[name].dims.index("dof"))
+    size = float(np.nanmax(values, initial=0.0))
+    return size if np.isfinite(size) else 0.0
