@@ -18,9 +18,9 @@ from slipstick.results.disc import disc_of
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import UNKNOWN
-from slipstick.results.view import View, after, frequency_unit, label_of, names_of, unit_of, view_of
+from slipstick.results.view import View, after, frequency_unit, label_of, names_of, ranked, unit_of, view_of
 from slipstick.typing import Array
-from slipstick.units import Units, after_number, energy_unit, is_rotation, unit_of_dof
+from slipstick.units import Units, after_number, energy_unit, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
@@ -45,7 +45,7 @@ def content_of(
     dataset = branch.table
     _check(dataset, label)
     names = names_of(dataset, "dof")
-    kept = {"dof": _largest(dataset, "dof", "amplitude", dofs, last=[is_rotation(name) for name in names])}
+    kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
     view, toleranced = view_of(dataset), {}
     provenance = _provenance(branch)
@@ -108,17 +108,11 @@ def frequency_of(dataset: Any) -> dict[str, Any]:
     return {"unit": frequency_unit(dataset), "factors": {unit: 1.0 / size for unit, size in known.items()}}
 
 
-def _largest(dataset: ResultTable, dim: str, by: str, most: int, last: Sequence[bool] | None = None) -> Indices:
-    """Ascending indices of those with the largest values anywhere along the branch.
-
-    Those of another unit, marked in ``last``, come after the others: numbers of two units are not compared.
-    """
+def _largest(dataset: ResultTable, dim: str, by: str, most: int) -> Indices:
+    """Ascending indices of those with the largest values anywhere along the branch."""
     if dim not in dataset.dims or by not in dataset:
         return np.arange(min(most, dataset.sizes.get(dim, 0)))
-    sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
-    return np.sort(
-        np.lexsort(np.stack([-sizes, np.zeros(sizes.size) if last is None else np.array(last, dtype=float)]))[:most]
-    )
+    return np.sort(ranked(dataset, dim, by)[:most])
 
 
 def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:

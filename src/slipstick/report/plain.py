@@ -15,8 +15,8 @@ from slipstick.errors import InputError
 from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
 from slipstick.results.run_up import RunUp, time_unit
-from slipstick.results.view import after, names_of, view_of
-from slipstick.units import Units, after_number, energy_unit, is_rotation
+from slipstick.results.view import after, names_of, ranked, view_of
+from slipstick.units import Units, after_number, energy_unit
 
 if TYPE_CHECKING:
     import xarray
@@ -41,10 +41,9 @@ def run_up_body(run: RunUp, steady: Solutions | None, *, title: str, dofs: int, 
     if steady is not None:
         _check_steady(data, steady)
     names = names_of(data, "dof")
-    size = data["amplitude"].to_numpy().max(axis=0)
-    ranked = np.lexsort((-size, [is_rotation(name) for name in names]))
-    kept = [names[d] for d in np.sort(ranked[:dofs])]
-    drawn = [names[d] for d in ranked[:MOST_DRAWN] if names[d] in kept]
+    order = ranked(data, "dof", "amplitude")
+    kept = [names[d] for d in np.sort(order[:dofs])]
+    drawn = [names[d] for d in order[:MOST_DRAWN] if names[d] in kept]
     return "\n".join(
         [
             *_head(data.attrs, title, _facts_of_run_up(data)),

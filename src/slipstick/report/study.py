@@ -10,7 +10,7 @@ from slipstick.errors import InputError
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.encoding import packed
 from slipstick.results.percentiles import PERCENTILES, curve_percentiles, is_sampled, peak_percentiles
-from slipstick.results.view import names_of, unit_of
+from slipstick.results.view import followed_of, names_of, ranked, unit_of
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         raise InputError("these are not the results of a study as 'slipstick study' writes them; compute them again")
     dims = study["case"].dims
     peaks = study["peak_amplitude"].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
-    kept = np.sort(np.argsort(-_largest(peaks), kind="stable")[:dofs])
+    order = ranked(study, "dof", "peak_amplitude")
+    kept = np.sort(order[:dofs])
     known = names_of(study, "dof")
     place, at = _followed(study, dims)
     units = unit_of(study, "peak_amplitude")
@@ -43,7 +44,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "dofs": [
             {"name": known[d], "peak": packed(peaks[:, d], "f8"), "at": packed(at[:, d], "f8")} for d in kept.tolist()
         ],
-        "first": known[int(np.argmax(_largest(peaks)))],
+        "first": known[order[0]],
         "units": units,
         "after": after_number(units),
         "followed": place,
@@ -60,7 +61,7 @@ def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any) -> di
     if curves is None or not is_sampled(study) or not bool((study["outcome"] == "COMPLETED").any()):
         return None
     found, peaks = curve_percentiles(curves, study), peak_percentiles(study)
-    followed = "parameter" if "parameter" in found.coords else "omega"
+    followed = followed_of(found)
     sizes = found["amplitude"].to_numpy()[:, :, kept]
     at, high = (peaks[name].to_numpy()[:, kept] for name in (f"peak_{followed}", "peak_amplitude"))
     return {
@@ -75,11 +76,6 @@ def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any) -> di
             for d in range(sizes.shape[2])
         ],
     }
-
-
-def _largest(peaks: Any) -> Any:
-    """Of each dof, over all cases."""
-    return np.where(np.isfinite(peaks), peaks, 0.0).max(axis=0, initial=0.0)
 
 
 def _followed(study: xarray.Dataset, dims: Any) -> tuple[dict[str, str], Any]:
@@ -115,7 +111,7 @@ def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
     case = data["case"].to_numpy()
     present = np.unique(case)
     some = present[np.unique(np.linspace(0, present.size - 1, min(MOST_CURVES, present.size)).astype(int))]
-    x = data["parameter" if "parameter" in data else "omega"].to_numpy()
+    x = data[followed_of(data)].to_numpy()
     amplitude, part = data["amplitude"].to_numpy()[:, kept], data["branch_part"].to_numpy()
     peaks, drawn = data["peak_dof"].to_numpy() if "peak_dof" in data else np.full(case.size, -1), []
     for number in some.tolist():

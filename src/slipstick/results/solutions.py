@@ -18,7 +18,7 @@ from slipstick.results.foreign import is_dataset
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import LARGEST
 from slipstick.results.table import ResultTable
-from slipstick.results.view import analysis_of, names_of
+from slipstick.results.view import analysis_of, followed_of, names_of, orders_of
 from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
@@ -105,13 +105,12 @@ class Solutions:
     @property
     def harmonics(self) -> Harmonics:
         """The harmonics kept."""
-        labels = [str(label) for label in self.table["coefficient"].to_numpy()]
-        return Harmonics([0, *(int(label[1:]) for label in labels[1::2])])
+        return Harmonics(orders_of(self.table))
 
     @property
     def followed(self) -> str:
         """Name of the variable that was followed: ``omega`` or ``parameter``."""
-        return "parameter" if "parameter" in self.table else "omega"
+        return followed_of(self.table)
 
     def sought(self, what: str) -> NDArray[np.bool_]:
         """Which dofs (n_dofs,) are named by an attribute: "peaks_of", whose peaks were all located, or "largest_of",

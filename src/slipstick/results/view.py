@@ -12,9 +12,10 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.results.measures import phase_of
+from slipstick.results.peaks import located_peaks
 from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
 
 ROUNDING = 1e-11
@@ -151,11 +152,49 @@ def frequency_unit(data: Any) -> str:
     return unit if unit in units.frequencies else units.angular
 
 
+def followed_of(data: Any) -> str:
+    """Name of the variable that was followed: "omega" or "parameter"."""
+    return "parameter" if "parameter" in data else "omega"
+
+
 def followed_text(data: Any, value: float) -> str:
     """A value of what was followed: "4.26 rad/s (0.678 Hz)", or "10 mm/s" of a parameter."""
-    if "parameter" in data:
+    if followed_of(data) == "parameter":
         return f"{value:.6g}{after(data, 'parameter')}"
     return Units.of_results(data.attrs).frequency_text(float(value), frequency_unit(data))
+
+
+def orders_of(data: Any) -> list[int]:
+    """Orders of the harmonics that results hold, 0 among them."""
+    return [0, *(int(label[1:]) for label in names_of(data, "coefficient")[1::2])]
+
+
+def ranked(data: Any, dim: str, name: str) -> IntArray:
+    """Places along a dimension, first those where a variable is largest; of dofs rotations last.
+
+    Numbers of two units are not compared.
+    """
+    names, axis = names_of(data, dim), data[name].dims.index(dim)
+    sizes = np.nan_to_num(np.abs(np.moveaxis(data[name].to_numpy(), axis, 0)))
+    turned = [dim == "dof" and is_rotation(label) for label in names]
+    return np.lexsort((-sizes.reshape(len(names), -1).max(axis=1, initial=0.0), turned))
+
+
+class ListedPeak(NamedTuple):
+    """A located peak: its point, dof, value of what was followed, amplitude."""
+
+    point: int
+    dof: str
+    at: float
+    amplitude: float
+
+
+def listed_peaks(data: Any) -> list[ListedPeak]:
+    """The located peaks of all dofs, the highest first; those of rotations after those of lengths."""
+    of, names = data["peak_dof"].to_numpy(), names_of(data, "dof")
+    at, size = data[followed_of(data)].to_numpy(), data["amplitude"].to_numpy()
+    peaks = [ListedPeak(i, names[of[i]], float(at[i]), float(size[i, of[i]])) for i in located_peaks(data).tolist()]
+    return sorted(peaks, key=lambda peak: (is_rotation(peak.dof), -peak.amplitude))
 
 
 def values_of(data: Any, name: str, dim: str, label: str) -> Array:
