@@ -40,7 +40,7 @@ from slipstick.plots.style import GREY, PEAK, STATE_COLOURS, legend, new_figure,
 from slipstick.results.contacts import NO_FRICTION
 from slipstick.results.peaks import located_peaks
 from slipstick.results.stability import between_known
-from slipstick.results.view import ROUNDING, names_of, orders_of, phase_at, values_of
+from slipstick.results.view import ROUNDING, names_of, orders_of, phases_at, place_of, values_of
 from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
     orders = orders_of(dataset)
     if order not in orders:
         raise InputError(f"harmonic: found {order}; the results hold {', '.join(str(m) for m in orders[1:])}")
-    return phase_at(dataset, dof, orders.index(order))
+    return phases_at(dataset, [place_of(dataset, "dof", dof)], orders.index(order))[:, 0]
 
 
 def mean(

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import listed, shown, suggestion
+from slipstick.faults import listed, shown
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
 from slipstick.results.foreign import is_dataset
 from slipstick.results.schema import branch_parts
-from slipstick.results.view import frequency_unit, label_of, names_of, unit_of
+from slipstick.results.view import frequency_unit, label_of, names_of, place_of, unit_of
 from slipstick.units import Units, after_number, unit_of_dof
 
 if TYPE_CHECKING:
@@ -79,8 +79,7 @@ def chosen(dataset: xarray.Dataset, dim: str, wanted: str | Sequence[str] | None
     known = names_of(dataset, dim)
     names = known[:1] if wanted is None else list(texts(dim, wanted, f"the name of a {dim}"))
     for name in names:
-        if name not in known:
-            raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
+        place_of(dataset, dim, name)
     if not names:
         raise InputError(f"there is no {dim} in the results to draw")
     return names

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.report.encoding import Indices, packed
 from slipstick.results.stability import between_known
-from slipstick.results.view import View, after, label_of, names_of, phase_at, unit_of, values_of
+from slipstick.results.view import View, after, label_of, phases_at, unit_of, values_at
 from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import Array
 
@@ -53,14 +53,13 @@ def _says_something(values: Array) -> bool:
 
 
 def _of_dofs(branch: Solutions, kept: Indices) -> Iterator[dict[str, Any]]:
-    dataset, names = branch.table, names_of(branch.table, "dof")
+    dataset = branch.table
     if "amplitude" in dataset:
         yield _curve(dataset, "amplitude", "dof", dataset["amplitude"].to_numpy()[:, kept])
-    if "mean" in dataset and len(kept):
-        means = [values_of(dataset, "mean", "dof", names[d]) for d in kept]
-        yield _curve(dataset, "mean", "dof", np.stack(means, axis=1))
+    if "mean" in dataset:
+        yield _curve(dataset, "mean", "dof", values_at(dataset, "mean", "dof", kept))
     if branch.harmonics.n and len(kept):
-        phases = np.stack([phase_at(dataset, names[d], 1) for d in kept], axis=1)
+        phases = phases_at(dataset, kept, 1)
         if np.isfinite(phases).any():
             shown = {"label": f"Phase of harmonic {branch.harmonics.orders[1]}", "units": "deg", "after": " deg"}
             yield {"key": "phase", "over": "dof", **shown, "values": packed(phases)}

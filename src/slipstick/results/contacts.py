@@ -21,7 +21,7 @@ from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, MOST_ITEMS, shown, suggestion, whole
 from slipstick.results.schema import law_variables
-from slipstick.results.view import names_of
+from slipstick.results.view import names_of, place_of
 from slipstick.state.thermal.model import HeatedContacts
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray, IntArray
@@ -204,7 +204,7 @@ def loop_at(
     branch: Solutions, point: int, contact: str | None = None, *, samples: int = 721, port: str | None = None
 ) -> dict[str, Array]:
     """See ``Branch.loop``."""
-    place, samples = branch.index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
+    place, samples = place_of(branch.table, "contact", contact), whole("samples", samples, 2, MOST_ITEMS)
     name, tau = names_of(branch.table, "contact")[place], np.linspace(0.0, 2.0 * np.pi, samples)
     there = contact_at(branch, point, place)
     if there.law is None:

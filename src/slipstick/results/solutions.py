@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError, Outcome
-from slipstick.faults import in_radians, number, one, shown, suggestion, text, warn, whole, wrong
+from slipstick.faults import in_radians, number, one, text, warn, whole, wrong
 from slipstick.results.foreign import is_dataset
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import LARGEST
 from slipstick.results.table import ResultTable
-from slipstick.results.view import analysis_of, followed_of, names_of, orders_of
+from slipstick.results.view import analysis_of, followed_of, names_of, orders_of, place_of
 from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
@@ -137,7 +137,7 @@ class Solutions:
             at = peak_points(self.table)
             followed, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()
             return [(float(followed[i]), float(size[i, found[i]])) for i in at]
-        d = self.index("dof", dof)
+        d = place_of(self.table, "dof", dof)
         if "peaks_of" in self.table.attrs and not self.sought("peaks_of")[d]:
             name = str(self.table["dof"].to_numpy()[d])
             warn([f"the peaks of '{name}' were not sought; name it in peaks_of to have them located"])
@@ -196,16 +196,7 @@ class Solutions:
 
     def dof_index(self, name: str | None = None) -> int:
         """Place of a dof among those in the results; the first without a name. InputError where there is none."""
-        return self.index("dof", name)
-
-    def index(self, dim: str, name: str | None) -> int:
-        """Place of a name along "dof" or "contact"; the first without a name. InputError where there is none."""
-        known = names_of(self.table, dim)
-        if name is None and known:
-            return 0
-        if not isinstance(name, str) or name not in known:
-            raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
-        return known.index(name)
+        return place_of(self.table, "dof", name)
 
 
 def _worn(problem: Problem, depth: Array) -> Problem:

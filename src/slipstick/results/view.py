@@ -5,12 +5,13 @@ Every reader asks here, the page as the figures and the terminal: tables and dat
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.faults import shown, suggestion
 from slipstick.results.measures import phase_of
 from slipstick.results.peaks import located_peaks
 from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
@@ -128,6 +129,16 @@ def names_of(data: Any, dim: str) -> list[str]:
     return [str(name) for name in data[dim].to_numpy()] if dim in data else []
 
 
+def place_of(data: Any, dim: str, name: str | None = None) -> int:
+    """Place of a name along a dimension; the first without a name. InputError where there is none."""
+    known = names_of(data, dim)
+    if name is None and known:
+        return 0
+    if not isinstance(name, str) or name not in known:
+        raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
+    return known.index(name)
+
+
 def label_of(data: Any, name: str) -> str:
     """What a variable is called on axes: its long name."""
     label = str(data[name].attrs.get("long_name", name.replace("_", " ")))
@@ -202,34 +213,43 @@ def values_of(data: Any, name: str, dim: str, label: str) -> Array:
 
     InputError where the results do not hold it.
     """
+    return values_at(data, name, dim, [names_of(data, dim).index(label)])[:, 0]
+
+
+def values_at(data: Any, name: str, dim: str, places: Sequence[int] | IntArray) -> Array:
+    """The same of several by their places, (n_points, n)."""
     if name not in data:
         raise InputError(f"there is no {name.replace('_', ' ')} in these results")
     column = data[name]
-    values = np.take(column.to_numpy(), names_of(data, dim).index(label), column.dims.index(dim))
-    return np.where(np.abs(values) <= ROUNDING * _size(data, name, label), 0.0, values)
+    values = np.take(column.to_numpy(), places, column.dims.index(dim))
+    return np.where(np.abs(values) <= ROUNDING * _sizes(data, name, dim)[places], 0.0, values)
 
 
-def phase_at(data: Any, dof: str, harmonic: int) -> Array:
-    """Phase (n_points,) of the harmonic of that place, deg, without jumps; nan where it is nothing but rounding."""
-    X = data["displacement"].to_numpy()[:, names_of(data, "dof").index(dof)]
-    return phase_of(X, harmonic, branch_parts(data), ROUNDING * _largest(data, "displacement", dof))
+def phases_at(data: Any, places: Sequence[int] | IntArray, harmonic: int) -> Array:
+    """Phases (n_points, n) of the harmonic of that place, deg, without jumps; nan where it is nothing but rounding."""
+    X, least, parts = data["displacement"].to_numpy(), ROUNDING * _largest(data, "displacement"), branch_parts(data)
+    return np.stack([phase_of(X[:, d], harmonic, parts, float(least[d])) for d in places], axis=1)
 
 
-def _size(data: Any, name: str, label: str) -> float:
-    """What a value is measured by: the largest motion of its unit; the largest power of a force over a motion."""
+def _sizes(data: Any, name: str, dim: str) -> Array:
+    """What values of each dof or contact are measured by: the largest motion of its unit, or the largest power."""
     if name in ("amplitude", "mean"):
-        return max(_largest(data, other, label) for other in ("amplitude", "mean") if other in data)
-    parts = ("omega", "friction_force", "contact_tangential")
+        return np.max([_largest(data, other) for other in ("amplitude", "mean") if other in data], axis=0)
+    size, parts = 0.0, ("omega", "friction_force", "contact_tangential")
     if name == "dissipated_power" and all(part in data for part in parts):
-        return float(np.prod([_largest(data, part) for part in parts]))
-    return 0.0
+        size = float(np.prod([_finite(np.abs(data[part].to_numpy())) for part in parts]))
+    return np.full(data.sizes[dim], size)
 
 
-def _largest(data: Any, name: str, dof: str = "") -> float:
-    """The largest value of a variable; of the dofs that have the unit of one, where that is given."""
-    values = np.abs(data[name].to_numpy())
-    if dof:
-        alike = [is_rotation(other) == is_rotation(dof) for other in names_of(data, "dof")]
-        values = np.compress(alike, values, data[name].dims.index("dof"))
+def _largest(data: Any, name: str) -> Array:
+    """The largest value of a variable, for each dof among those of its unit."""
+    axis, values = data[name].dims.index("dof"), np.abs(data[name].to_numpy())
+    sizes = np.nanmax(values, axis=tuple(k for k in range(values.ndim) if k != axis), initial=0.0)
+    turned = np.array([is_rotation(dof) for dof in names_of(data, "dof")])
+    return np.where(turned, _finite(sizes[turned]), _finite(sizes[~turned]))
+
+
+def _finite(values: Array) -> float:
+    """The largest of some; 0 where that is no number."""
     size = float(np.nanmax(values, initial=0.0))
     return size if np.isfinite(size) else 0.0
