@@ -1,9 +1,14 @@
-"""The rooms of the package, and who may import whom: nothing imports to the right, not even inside a function."""
+"""The rooms of the package, and who may import whom: nothing imports to the right, and no imports go round in a circle.
+
+Imports inside functions count as those at the top of a file.
+"""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -93,6 +98,77 @@ def test_the_road_of_all_analyses_knows_none(path: Path) -> None:
     imported = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     analyses = [name for name in imported if name.startswith("slipstick.analysis.")]
     assert not [name for name in analyses if not name.startswith("slipstick.analysis.road.")]
+
+
+MODULES = {
+    ".".join(("slipstick", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__"): path
+    for path in FILES
+}
+FACADES = {("slipstick.structure.cyclic", "slipstick.structure.disc")}
+"""Methods that make what stands further on, as ``sector.mistuned()``: the import inside them is left out."""
+PUBLIC = "slipstick.branch"
+
+
+def imported_modules(tree: ast.Module, lazily: bool) -> Iterator[str]:
+    """Modules of the package that are imported when a module loads, or (lazily) inside its functions."""
+    for node in _walk(tree, lazily):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in MODULES)
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, "imports name the package"
+            for alias in node.names:
+                name = f"{node.module}.{alias.name}"
+                yield from [known for known in (name, str(node.module)) if known in MODULES][:1]
+
+
+def imports(*, lazily: bool) -> dict[str, set[str]]:
+    """What every module imports; ``lazily``: in its functions too."""
+    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+    ways = (False, True) if lazily else (False,)
+    graph = {name: {other for way in ways for other in imported_modules(tree, way)} for name, tree in trees.items()}
+    for name, path in MODULES.items():
+        if path.name == "__init__.py" and lazily:  # names that are loaded on first use
+            graph[name] |= set(getattr(import_module(name), "_PUBLIC", {}).values())
+    return graph
+
+
+def reached(start: str, graph: Mapping[str, set[str]]) -> dict[str, tuple[str, ...]]:
+    """Modules that are imported from one on, each with a shortest way to it."""
+    ways: dict[str, tuple[str, ...]] = {name: (start, name) for name in sorted(graph[start])}
+    queue = deque(ways)
+    while queue:
+        here = queue.popleft()
+        new = sorted(graph[here] - set(ways))
+        ways.update((name, (*ways[here], name)) for name in new)
+        queue.extend(new)
+    return ways
+
+
+def circles(graph: Mapping[str, set[str]]) -> list[str]:
+    """A shortest circle through every module that imports itself in the end, each circle once."""
+    ways = {name: way for name in graph if (way := reached(name, graph).get(name))}
+    return [" -> ".join(way) for way in {frozenset(way): way for way in ways.values()}.values()]
+
+
+def test_no_imports_go_round_in_a_circle() -> None:
+    graph = imports(lazily=True)
+    for name, other in FACADES:
+        assert other in graph[name], "this one is gone: take it out of FACADES"
+        graph[name].discard(other)
+    found = circles(graph)
+    assert not found, "\n".join(found)
+
+
+def test_nothing_that_a_branch_reaches_imports_it() -> None:
+    graph = imports(lazily=True)
+    back = [" -> ".join(way) for way in reached(PUBLIC, graph).values() if PUBLIC in graph[way[-1]]]
+    assert not back, "\n".join(back)
+
+
+def test_circles_are_seen() -> None:
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set[str]()}
+    assert circles(graph) == ["c -> b -> c"]
+    assert reached("a", graph)["d"] == ("a", "b", "c", "d")
 
 
 def test_checker_sees_a_wrong_import() -> None:

@@ -43,7 +43,7 @@ _PUBLIC = {
     "load": "slipstick.io.loading",
     "forced_response": "slipstick.analysis.curve.response",
     "parameter_response": "slipstick.analysis.curve.response",
-    "steady_response": "slipstick.analysis.curve.steady",
+    "steady_response": "slipstick.analysis.curve.response",
     "linear_response": "slipstick.analysis.curve.response",
     "limit_cycles": "slipstick.analysis.self_excited.limit_cycles",
     "nonlinear_modes": "slipstick.analysis.modes.nonlinear_modes",
@@ -72,7 +72,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.curve.response import forced_response as forced_response
     from slipstick.analysis.curve.response import linear_response as linear_response
     from slipstick.analysis.curve.response import parameter_response as parameter_response
-    from slipstick.analysis.curve.steady import steady_response as steady_response
+    from slipstick.analysis.curve.response import steady_response as steady_response
     from slipstick.analysis.identification.identify import identify as identify
     from slipstick.analysis.modes.nonlinear_modes import nonlinear_modes as nonlinear_modes
     from slipstick.analysis.peaks.optimum import optimal as optimal

@@ -1,54 +1,28 @@
-"""A branch of solutions: one labelled dataset, and what can be asked of it.
+"""A branch of solutions as users hold it: what can be done with it next.
 
-What users hold in their hands: analyses make it, and its methods reach files, figures, reports and further analyses. It
-is the one file that looks both ways, and to its right only inside its methods.
+The facade: each method is one call of a function that takes ``Solutions``, loaded when it is called. Nothing that this
+file reaches imports it; analyses make ``Solutions``, and public functions end in ``Branch.of``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
-from slipstick.contact.forces import ContactForces, element_forces
-from slipstick.contact.friction_law import is_friction
-from slipstick.contact.law import Motion
-from slipstick.errors import InputError, Outcome
-from slipstick.faults import MOST_ITEMS, in_radians, number, one, shown, suggestion, text, warn, whole, wrong
-from slipstick.results.bifurcations import Bifurcation, bifurcations_of
-from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
-from slipstick.results.disc import disc_of
-from slipstick.results.foreign import is_dataset
-from slipstick.results.notebook import branch_html
-from slipstick.results.peaks import peak_points
-from slipstick.results.saved_table import write_table
-from slipstick.results.schema import LARGEST
-from slipstick.results.table import ResultTable
-from slipstick.results.view import analysis_of
-from slipstick.state.thermal.model import HeatedContacts
-from slipstick.state.wear import WearModel
-from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, DrawnAxes, Frequency, Names, Points
-from slipstick.units import Units
+from slipstick.results.solutions import Solutions
+from slipstick.typing import Array, DrawnAxes, Names, Points
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
     from slipstick.analysis.time_domain.check import TimeCheck
-    from slipstick.balance.balance import Balance
-    from slipstick.balance.problem import Problem
+    from slipstick.contact.forces import ContactForces
+    from slipstick.results.bifurcations import Bifurcation
 
 
-_ROUNDING = 1e-9
-
-
-class Branch:
+class Branch(Solutions):
     """Points along a branch.
 
     Parameters
@@ -72,114 +46,22 @@ class Branch:
         saved each on its own.
     """
 
-    excited: Problem | None = None
-    """Of a nonlinear mode the problem with its loads, whose parameters move it; None where it is not known."""
-
-    def __init__(
-        self, dataset: object, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
-    ) -> None:
-        if not is_dataset(dataset):
-            raise wrong("branch, dataset", dataset, "an xarray.Dataset")
-        self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
-        message, without = text("branch, message", message), text("branch, without", without)
-        self._source, self.problem, self._message = dataset, problem, message
-        self.subharmonics: tuple[Branch, ...] = ()
-        self.without = "" if problem is not None else without or "it was made from a dataset alone"
-
-    def __getstate__(self) -> dict[str, Any]:
-        kept = {k: v for k, v in vars(self).items() if k not in ("dataset", "balance")}
-        return {**kept, "_source": self.dataset}
-
-    @cached_property
-    def dataset(self) -> xarray.Dataset:
-        """All numbers with their labels."""
-        source: Any = self._source
-        return source.to_dataset() if isinstance(source, ResultTable) else source
-
-    @cached_property
-    def balance(self) -> Balance:
-        """The equations of its problem, made once; InputError where the problem is not known."""
-        from slipstick.balance.balance import Balance
-
-        return Balance(self._known_problem)
-
-    @property
-    def table(self) -> ResultTable:
-        """The same numbers without xarray; those of the dataset where it was made already and may have been changed."""
-        source: Any = vars(self).get("dataset", self._source)
-        return source if isinstance(source, ResultTable) else ResultTable.of(source)
-
-    @property
-    def message(self) -> str:
-        """How it ended: the text of the outcome and, where it stopped early, at which point, contact, temperature."""
-        return self._message or str(self.table.attrs.get("outcome_text", "")) or self.outcome.text
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What could be computed but is suspicious, one sentence each."""
-        return tuple(str(self.table.attrs.get("warnings", "")).splitlines())
+    subharmonics: tuple[Branch, ...]
 
     @classmethod
-    def from_dataset(
-        cls, dataset: xarray.Dataset | ResultTable, problem: Problem | None = None, without: str = ""
-    ) -> Branch:
-        """From a stored dataset; the outcome is read from its attributes. ``without``: why there is no problem."""
-        name = str(dataset.attrs.get("outcome", ""))
-        outcome = Outcome[name] if name in Outcome.__members__ else Outcome.INTERRUPTED
-        return cls(dataset, outcome, problem, without=without)
-
-    def __len__(self) -> int:
-        return int(self.table.sizes.get("point", 0))
-
-    def __repr__(self) -> str:
-        return f"Branch({len(self)} points, {self.outcome.words})"
+    def of(cls, solutions: Solutions) -> Self:
+        """Solutions with all that users do next."""
+        if isinstance(solutions, cls):
+            return solutions
+        branch = cls.__new__(cls)
+        vars(branch).update(vars(solutions))
+        branch.subharmonics = tuple(map(cls.of, solutions.subharmonics))
+        return branch
 
     def _repr_html_(self) -> str:
+        from slipstick.results.notebook import branch_html
+
         return branch_html(self)
-
-    @property
-    def harmonics(self) -> Harmonics:
-        """The harmonics kept."""
-        labels = [str(label) for label in self.table["coefficient"].to_numpy()]
-        return Harmonics([0, *(int(label[1:]) for label in labels[1::2])])
-
-    @property
-    def followed(self) -> str:
-        """Name of the variable that was followed: ``omega`` or ``parameter``."""
-        return "parameter" if "parameter" in self.table else "omega"
-
-    def sought(self, what: str) -> NDArray[np.bool_]:
-        """Which dofs (n_dofs,) are named by an attribute: "peaks_of", whose peaks were all located, or "largest_of",
-        of which the largest amplitude alone is among the points; none where the results do not say."""
-        names = str(self.table.attrs.get(what, "")).split("\n")
-        return np.array([str(label) in names for label in self.table["dof"].to_numpy()])
-
-    def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
-        """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
-
-        ``dof`` is by default the first one, "largest" the largest of all outputs where these were sought. They were
-        located by the solver; those of a linear response are the largest among the frequencies it was computed at.
-        Maxima that stand out by less than a thousandth of their height are left out; among the points they are of kind
-        "peak" as well.
-
-        Warns
-        -----
-        SlipstickWarning
-            Where the peaks of the dof were not sought: ``peaks_of`` asks for them.
-        """
-        of_largest = self.table.attrs.get("peaks_of") == LARGEST and LARGEST not in self.table["dof"].to_numpy()
-        if of_largest and dof in (None, LARGEST):
-            found = self.table["peak_dof"].to_numpy()
-            at = peak_points(self.table)
-            followed, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()
-            return [(float(followed[i]), float(size[i, found[i]])) for i in at]
-        d = self._index("dof", dof)
-        if "peaks_of" in self.table.attrs and not self.sought("peaks_of")[d]:
-            name = str(self.table["dof"].to_numpy()[d])
-            warn([f"the peaks of '{name}' were not sought; name it in peaks_of to have them located"])
-        where, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()[:, d]
-        at = peak_points(self.table, d) if "peak_dof" in self.table else _largest_nearby(where, size)
-        return [(float(w), float(a)) for w, a in zip(where[at], size[at], strict=True)]
 
     def on_disc(self, dof: str) -> xarray.DataArray:
         """Amplitudes of a dof of every sector of a disc over (point, sector); those of a wave are all alike.
@@ -189,28 +71,17 @@ class Branch:
         InputError
             Where the structure is no disc, or the dof is not in the results at every sector.
         """
-        from xarray import DataArray
+        from slipstick.results.disc import amplitude_on_disc
 
-        disc = disc_of(self)
-        if disc is None:
-            raise InputError("on_disc: the results are not of a travelling wave or a disc, or without their problem")
-        dof = text("dof", dof)
-        if dof not in disc.dofs:
-            known = [str(label) for label in self.table["dof"].to_numpy()]
-            whole_disc = [f"{dof}@{s}" for s in range(disc.sectors)] if disc.whole else [dof]
-            missing = next((name for name in whole_disc if name not in known), dof)
-            raise InputError(f"on_disc: there is no dof {shown(missing)} in the results")
-        values, sectors = self.table["amplitude"].to_numpy()[:, disc.dofs[dof]], disc.sectors
-        coords = {self.followed: ("point", self.table[self.followed].to_numpy()), "sector": np.arange(sectors)}
-        return DataArray(
-            values, dims=("point", "sector"), coords=coords, name="amplitude", attrs=dict(self.table["amplitude"].attrs)
-        )
+        return amplitude_on_disc(self, dof)
 
     def bifurcations(self) -> list[Bifurcation]:
         """Points at which the kind of motion changes, in their order along the branch.
 
         Raises InputError where stability was not asked for.
         """
+        from slipstick.results.bifurcations import bifurcations_of
+
         return bifurcations_of(self)
 
     def subharmonic(self, point: int, **options: Any) -> Branch:
@@ -224,19 +95,7 @@ class Branch:
         """
         from slipstick.analysis.stability.subharmonics import subharmonic_response
 
-        return subharmonic_response(self, point, **options)
-
-    def at(self, value: Frequency) -> int:
-        """Number of the first point at a requested frequency or parameter, else of the nearest one.
-
-        A frequency is in rad/s, or a text such as "50 Hz".
-        """
-        if self.followed == "omega":
-            value = in_radians("value", value, Units.of_results(self.dataset.attrs))
-        value = number("value", value)
-        if not len(self):
-            raise InputError(f"the branch has no points; its outcome is: {self.message}")
-        return int(np.argmin(np.abs(self.table[self.followed].to_numpy() - value)))
+        return self.of(subharmonic_response(self, point, **options))
 
     def contact_forces(self, point: int) -> ContactForces:
         """Forces of the friction contacts at a point, computed again with states and tangents from the dataset alone.
@@ -244,28 +103,9 @@ class Branch:
         Contacts of other laws have nan, and no states. Raises InputError where there is no such point, no friction, or
         values that are not numbers.
         """
-        friction = next(
-            (
-                friction
-                for friction in contacts_at(self, point)
-                if friction.law is not None and is_friction(friction.law)
-            ),
-            None,
-        )
-        if friction is None:
-            raise InputError(NO_FRICTION)
-        count, omega = self.table.sizes["contact"], float(np.asarray(friction.motion.omega))
+        from slipstick.results.contacts import forces_at
 
-        def among_all(values: Array) -> Array:
-            out = np.full((count, *values.shape[1:]), np.nan)
-            out[friction.elements] = values
-            return out
-
-        X, Y = map(among_all, friction.motion.Q)
-        parameters = {name: among_all(values) for name, values in friction.values.items()}
-        forces = element_forces(self.harmonics, X, Y, v=among_all(friction.motion.drift[0]), **parameters)
-        forces.omega = omega
-        return forces
+        return forces_at(self, point)
 
     def states(self, point: int) -> dict[str, list[tuple[float, float, str]]]:
         """Intervals (start, end, state) of one period, rad, by contact: as its law gives them.
@@ -273,6 +113,8 @@ class Branch:
         The one interval of a contact whose law does not give its states, or is not known, is "unknown". Raises
         InputError where that is all of them.
         """
+        from slipstick.results.contacts import states_at
+
         return states_at(self, point)
 
     def loop(
@@ -291,8 +133,9 @@ class Branch:
             If the law does not give its force in time, or is not known: that of a friction contact always is, others
             are known with the problem.
         """
-        c, samples = self._index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
-        return loop_at(self, point, c, port, np.linspace(0.0, 2.0 * np.pi, samples))
+        from slipstick.results.contacts import loop_at
+
+        return loop_at(self, point, contact, samples=samples, port=port)
 
     def thermal_equilibria(self, point: int) -> Any:
         """All thermal equilibria at the motion of a point, of which the branch holds the one next to its neighbours.
@@ -300,17 +143,9 @@ class Branch:
         For each contact its ``ElementEquilibria``, or one ``SurfaceEquilibria`` where contacts heat each other
         (``slipstick.state.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
         """
-        d, problem = self.point(point), self.problem_at(point)
-        heated = next((state for state in problem.contact_states if isinstance(state, HeatedContacts)), None)
-        if heated is None:
-            raise InputError("no contact of this branch is heated; give the problem a thermal model")
-        batch, inputs = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
-        omega = float(d["omega"])
-        Q = tuple(
-            d[f"contact_{port}"].to_numpy()[batch.elements] + inputs.motion[i] for i, port in enumerate(batch.law.ports)
-        )
-        motion = Motion(self.harmonics, omega, Q, inputs.drift(omega), inputs.velocity_per_omega)
-        return heated.all_equilibria(batch.law, motion, inputs.values)
+        from slipstick.results.contacts import equilibria_at
+
+        return equilibria_at(self, point)
 
     @property
     def plot(self) -> BranchPlots:
@@ -385,27 +220,9 @@ class Branch:
         InputError
             For another ending or table, and where the file cannot be written.
         """
-        return write_table(self.dataset, path, table, {"peaks": self._peak_table})
+        from slipstick.results.saved_table import write_table_of
 
-    def _peak_table(self) -> xarray.Dataset:
-        """The peaks of all dofs whose peaks were sought, along ``peak``."""
-        from xarray import Dataset
-
-        names = [str(name) for name in self.table["dof"].to_numpy()]
-        if self.table.attrs.get("peaks_of") == LARGEST and LARGEST not in names:
-            names = [LARGEST]
-        elif "peaks_of" in self.table.attrs:
-            names = [name for name, sought in zip(names, self.sought("peaks_of").tolist(), strict=True) if sought]
-        found = [(name, *peak) for name in names for peak in self.peaks(name)]
-        where, size = self.table[self.followed].attrs, self.table["amplitude"].attrs
-        return Dataset(
-            {
-                "dof": ("peak", np.array([name for name, *_ in found], dtype=np.str_)),
-                self.followed: ("peak", np.array([at for _, at, _ in found], dtype=float), dict(where)),
-                "amplitude": ("peak", np.array([height for *_, height in found], dtype=float), dict(size)),
-            },
-            attrs=self.table.attrs,
-        )
+        return write_table_of(self, path, table)
 
     def save_wear(self, path: str | Path) -> Path:
         """Write the worn depth on the surface of a body, a frame for each point of ``ss.wear``, as XDMF; the path.
@@ -587,76 +404,6 @@ class Branch:
         from slipstick.analysis.time_domain.check import check_in_time
 
         return check_in_time(self, point, **options)
-
-    def guess(self, point: int) -> Array:
-        """The unknowns at a point, (n_ports, L), to begin a branch there: ``forced_response(..., guess=...)``.
-
-        Raises InputError where the problem is not known.
-        """
-        from slipstick.results.record import unknowns
-
-        self.point(point)
-        return unknowns(self.table, self.problem_at(point), point)
-
-    def problem_at(self, point: int) -> Problem:
-        """The problem with the followed parameter as it is at a point; InputError where it is not known.
-
-        Of wear over cycles the contacts have the gaps that they have there, and wear no further.
-        """
-        problem, name = self._known_problem, str(self.table.attrs.get("parameter", ""))
-        if analysis_of(self.table) == "wear":
-            return _worn(problem, self.table["worn_depth"].to_numpy()[point])
-        if name:
-            problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))
-        return problem
-
-    @property
-    def _known_problem(self) -> Problem:
-        if self.problem is None:
-            raise InputError(f"the problem of this branch is not known: {self.without}")
-        return self.problem
-
-    def point(self, point: int) -> xarray.Dataset:
-        """A point with its contacts; InputError where there is none."""
-        if not len(self):
-            raise InputError(f"the branch has no points; its outcome is: {self.message}")
-        point = whole("point", point, -len(self), len(self) - 1)
-        if "contact" not in self.dataset.dims:
-            raise InputError("these results are of a linear response, which holds no contact forces")
-        return self.dataset.isel(point=point)
-
-    def dof_index(self, name: str | None = None) -> int:
-        """Place of a dof among those in the results; the first without a name. InputError where there is none."""
-        return self._index("dof", name)
-
-    def _index(self, dim: str, name: str | None) -> int:
-        known = [str(label) for label in self.table[dim].to_numpy()]
-        if name is None and known:
-            return 0
-        if not isinstance(name, str) or name not in known:
-            raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
-        return known.index(name)
-
-
-def _worn(problem: Problem, depth: Array) -> Problem:
-    """A problem with gaps opened by depths (n_contacts,), and contacts that do not wear."""
-    contacts, first = list(problem.contacts), 0
-    for p, pair in enumerate(problem.contacts):
-        for k in range(len(pair.elements)):
-            if depth[first] > 0.0:  # not nan, of laws that do not wear
-                gap = float(contacts[p].values("gap")[k]) + float(depth[first])
-                contacts[p] = contacts[p].with_value("gap", gap, k)
-            first += 1
-    states = [model for model in problem.states if not isinstance(model, WearModel)]
-    return replace(problem, contacts=contacts, states=states, told=None)
-
-
-def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:
-    """Indices of values above those at the neighbouring places, by more than rounding."""
-    order = np.argsort(where, kind="stable")
-    a = size[order]
-    least = _ROUNDING * np.max(a, initial=0.0)
-    return order[1:-1][(a[1:-1] > a[:-2] + least) & (a[1:-1] >= a[2:])]
 
 
 class BranchPlots:

@@ -172,9 +172,14 @@ class Units:
         """Whether the unit of time is the second, so that Hz and rpm have a meaning."""
         return self.time in ("time", *_SECONDS)
 
+    @property
+    def frequencies(self) -> Mapping[str, float]:
+        """Units that frequencies can be shown in, and how many rad/time they are."""
+        return {self.angular: 1.0, **(FREQUENCIES if self.in_seconds else {})}
+
     def frequency_factor(self, unit: str) -> float:
         """How many rad/time a frequency unit is: "Hz", "kHz", "rpm", or the angular one; InputError for another."""
-        known = {self.angular: 1.0, **(FREQUENCIES if self.in_seconds else {})}
+        known = self.frequencies
         if not isinstance(unit, str) or unit not in known:
             raise InputError(f"frequency: found {shown(unit)}; expected one of {', '.join(known)}")
         return known[unit]

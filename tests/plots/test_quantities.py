@@ -7,7 +7,8 @@ import pytest
 from helpers.figures import OMEGA, branch, dataset
 
 from slipstick.errors import InputError
-from slipstick.plots.quantities import abscissa, chosen, datasets, held_text, quantity, values_of, with_unit
+from slipstick.plots.quantities import abscissa, chosen, datasets, held_text, quantity, with_unit
+from slipstick.results.view import values_of
 
 
 def test_labels() -> None:

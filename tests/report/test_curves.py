@@ -7,7 +7,8 @@ import pytest
 from helpers.reports import branch, decoded
 
 import slipstick as ss
-from slipstick.report.curves import curves_of, meaning, without_rounding
+from slipstick import plots
+from slipstick.report.curves import curves_of, meaning
 from slipstick.results.view import VIEWS
 
 
@@ -41,10 +42,20 @@ def test_units_that_have_names_stand_after_numbers(made: ss.Branch) -> None:
     }  # fmt: skip
 
 
-def test_a_mean_that_is_rounding_is_zero() -> None:
-    amplitude = np.full((3, 2), 2.0)
-    mean = np.array([[1e-12, 1e-9], [-1e-12, np.nan], [0.0, -2.0]])
-    np.testing.assert_array_equal(without_rounding(mean, amplitude), [[0.0, 1e-9], [0.0, np.nan], [0.0, -2.0]])
+def test_a_mean_of_a_rotation_is_not_rounding_beside_lengths(made: ss.Branch) -> None:
+    """Micrometres beside radians: the page and the figure draw the same, each unit by its own size."""
+    data = made.dataset.copy(deep=True)
+    data = data.assign_coords(dof=["n1x", "n1rx", *data["dof"].values[2:]])
+    data["mean"].values[:, :2] = 1e-13
+    data["amplitude"].values[:, 1] = 1e-4
+    known = ss.Branch.from_dataset(data)
+    kept = {"dof": np.array([0, 1]), "contact": np.array([], dtype=int)}
+    page = next(curve for curve in curves_of(known, kept, VIEWS["response"]) if curve["key"] == "mean")
+    assert (decoded(page["values"]) == [[0.0, 1e-13]]).all()
+    for dof, value in (("n1x", 0.0), ("n1rx", 1e-13)):
+        line = plots.mean(known, dof).lines[0]
+        drawn = np.asarray(line.get_ydata(), dtype=float)
+        assert (drawn[np.isfinite(drawn)] == value).all()
 
 
 def test_nothing_of_contacts_where_there_are_none(made: ss.Branch) -> None:

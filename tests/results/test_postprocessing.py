@@ -134,9 +134,9 @@ def test_largest_amplitudes_that_cannot_be_sought(monkeypatch: pytest.MonkeyPatc
     pair = ss.ContactPair(name="damper", contact=FRICTION, tangential="b")
     chain = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="a", sin=100.0), harmonics=range(4))
     request = replace(frequency_request(chain, (4.0, 12.0)), peaks_of=(), largest_of=("a", "b", "c"))
-    whole = request.branch()
+    whole = request.solutions()
     monkeypatch.setattr(peaks_module._Slopes, "at", fails)
-    branch, said = told(request.branch)
+    branch, said = told(request.solutions)
     assert re.search("^the place of the largest amplitudes is not known at .*on purpose", said, re.MULTILINE)
     assert branch.outcome is ss.Outcome.COMPLETED
     kinds = [b.dataset["kind"].to_numpy() for b in (branch, whole)]

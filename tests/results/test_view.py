@@ -3,14 +3,26 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import slipstick as ss
 from slipstick.branch import Branch
 from slipstick.io.loading import load_table
 from slipstick.results.schema import ANALYSIS
-from slipstick.results.table import ResultTable
-from slipstick.results.view import analysis_of, analysis_of_journal, view_of
+from slipstick.results.table import ResultColumn, ResultTable
+from slipstick.results.view import (
+    after,
+    analysis_of,
+    analysis_of_journal,
+    followed_text,
+    frequency_unit,
+    label_of,
+    names_of,
+    unit_of,
+    values_of,
+    view_of,
+)
 
 LOADED = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
 DAMPER = ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, normal_load=800.0)
@@ -66,3 +78,41 @@ def test_what_is_no_result_is_of_no_analysis() -> None:
     assert analysis_of(ResultTable({})) == ""
     assert analysis_of(ResultTable({}, {"study_parameters": "damper.mu"})) == "curves"
     assert view_of(ResultTable({}, {ANALYSIS: "of tomorrow"})).over == ("omega",)
+
+
+def table(**attributes: str) -> ResultTable:
+    """Two points of a length and a rotation."""
+    columns = {
+        "omega": ResultColumn(("point",), np.array([10.0, 20.0]), {"units": "rad/s", "long_name": "frequency"}),
+        "dof": ResultColumn(("dof",), np.array(["n1x", "n1rx"])),
+        "amplitude": ResultColumn(("point", "dof"), np.array([[2.0, 1e-4], [1.0, 1e-4]]), {"units": "mm or rad"}),
+        "mean": ResultColumn(("point", "dof"), np.array([[1e-12, 1e-12], [np.nan, 1e-16]]), {"units": "mm or rad"}),
+        "dissipated_power": ResultColumn(("point",), np.zeros(2), {"units": "N mm/s"}),
+        "truncation": ResultColumn(("point",), np.zeros(2), {"units": "1"}),
+    }
+    return ResultTable(columns, {"length_unit": "mm", "force_unit": "N", "time_unit": "s", **attributes})
+
+
+@pytest.mark.parametrize("data", [table(), table().to_dataset()], ids=["table", "dataset"])
+def test_names_labels_and_units(data: object) -> None:
+    assert names_of(data, "dof") == ["n1x", "n1rx"]
+    assert names_of(data, "contact") == []
+    assert label_of(data, "omega") == "Frequency"
+    assert label_of(data, "dissipated_power") == "Dissipated power"
+    assert [unit_of(data, "amplitude", dof) for dof in ("n1x", "n1rx")] == ["mm", "rad"]
+    assert unit_of(data, "amplitude") == "mm or rad"
+    assert (unit_of(data, "dissipated_power"), after(data, "dissipated_power")) == ("mW", " mW")
+    assert (unit_of(data, "truncation"), after(data, "truncation")) == ("", "")
+
+
+@pytest.mark.parametrize("data", [table(), table().to_dataset()], ids=["table", "dataset"])
+def test_a_mean_that_is_rounding_is_zero_beside_motion_of_its_unit(data: object) -> None:
+    np.testing.assert_array_equal(values_of(data, "mean", "dof", "n1x"), [0.0, np.nan])
+    np.testing.assert_array_equal(values_of(data, "mean", "dof", "n1rx"), [1e-12, 0.0])
+
+
+def test_frequencies_are_shown_in_the_unit_of_the_case_where_that_has_a_meaning() -> None:
+    assert frequency_unit(table()) == "rad/s"
+    assert frequency_unit(table(frequency_unit="rpm")) == "rpm"
+    assert frequency_unit(table(frequency_unit="rpm", time_unit="ms")) == "rad/ms"
+    assert followed_text(table(frequency_unit="rpm"), 10.0) == "10 rad/s (95.493 rpm)"

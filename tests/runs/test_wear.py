@@ -58,7 +58,8 @@ def test_a_killed_run_goes_on_to_the_same_points(tmp_path: Path, omega: str) -> 
 
 
 def test_results_come_back_with_their_problem(tmp_path: Path) -> None:
-    branch = Case.from_text(CASE.replace("OMEGA", '"10 rad/s"'), tmp_path / "case.toml").asks("wear").branch()
+    case = Case.from_text(CASE.replace("OMEGA", '"10 rad/s"'), tmp_path / "case.toml")
+    branch = ss.Branch.of(case.asks("wear").solutions())
     branch.save(tmp_path / "r.nc")
     again = ss.load(tmp_path / "r.nc")
     assert again.dataset["cycles"].attrs["long_name"] == "cycles of vibration"

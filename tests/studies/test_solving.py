@@ -63,7 +63,7 @@ def test_a_fault_is_a_row(job: Job, plan: StudyPlan, monkeypatch: pytest.MonkeyP
     def broken(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr(CurveRequest, "branch", broken)
+    monkeypatch.setattr(CurveRequest, "solutions", broken)
     solved = solve(job, plan, 1)
     assert (solved.outcome, solved.row["points"], solved.curve.size) == (Outcome.FAILED, 0, 0)
     assert "not together" in solved.message or "a fault of slipstick itself" in solved.message
@@ -71,13 +71,13 @@ def test_a_fault_is_a_row(job: Job, plan: StudyPlan, monkeypatch: pytest.MonkeyP
 
 
 def test_an_interrupt_goes_on_to_the_caller(job: Job, plan: StudyPlan, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = CurveRequest.branch
+    whole = CurveRequest.solutions
 
     def interrupted(request: CurveRequest) -> object:
         branch = whole(request)
         branch.outcome = Outcome.INTERRUPTED
         return branch
 
-    monkeypatch.setattr(CurveRequest, "branch", interrupted)
+    monkeypatch.setattr(CurveRequest, "solutions", interrupted)
     with pytest.raises(KeyboardInterrupt):
         solve(job, plan, 0)

@@ -101,7 +101,7 @@ def test_missing_reruns_what_did_not_complete(
 ) -> None:
     arguments: dict[str, Any] = {"omega": (5.0, 7.0), "workers": 1, "folder": tmp_path}
     with monkeypatch.context() as patch:
-        patch.setattr("slipstick.analysis.curve.follow.CurveRequest.branch", lambda request: 1 / 0)
+        patch.setattr("slipstick.analysis.curve.follow.CurveRequest.solutions", lambda request: 1 / 0)
         patch.setattr("slipstick.analysis.curve.lockstep.Lockstep.branches", lambda curves: 1 / 0)
         failed = ss.study(problem, {"damper.mu": [0.2]}, **arguments)
     assert failed["outcome"].to_numpy().tolist() == ["FAILED"]

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.structure.protocol import Structure
     from slipstick.studies.plan import StudyPlan
     from slipstick.studies.solving import Job
@@ -401,13 +402,16 @@ class Case:
 
     def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:
         """Follow the curve of ``[response]``."""
-        branch = self.curve(listeners=listeners).branch()
-        branch.subharmonics = self.subharmonics(branch)
+        from slipstick.branch import Branch
+
+        solutions = self.curve(listeners=listeners).solutions()
+        solutions.subharmonics = self.subharmonics(solutions)
+        branch = Branch.of(solutions)
         said = dict.fromkeys([*self.noticed, *branch.warnings])
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
         return branch
 
-    def subharmonics(self, branch: Branch, *, listeners: Iterable[EventFunction] = ()) -> tuple[Branch, ...]:
+    def subharmonics(self, branch: Solutions, *, listeners: Iterable[EventFunction] = ()) -> tuple[Solutions, ...]:
         """Branches of twice the period from those points of a branch of this case, where they are asked for."""
         from slipstick.analysis.stability.subharmonics import subharmonics_of
 

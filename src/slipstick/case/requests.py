@@ -16,13 +16,15 @@ from pydantic import Field, PlainValidator
 from slipstick.case.table import NotNegative, Positive, Table, is_number, positive_frequency, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import shown, suggestion
-from slipstick.units import after_number, unit_of_dof
+from slipstick.results.bifurcations import bifurcations_of
+from slipstick.results.view import after, names_of
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.road.request import Request
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
     from slipstick.case.case import Case
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
 
 
@@ -73,11 +75,11 @@ class RequestTable(Table):
         """The unit of the followed quantity, as it stands after a number."""
         raise NotImplementedError
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """The findings in sentences, and the same as data for ``--json``."""
         raise NotImplementedError
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """Functions that draw its figures, by name."""
         raise NotImplementedError
 
@@ -118,11 +120,11 @@ class TrackTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Optima, turning points and ties."""
         data = branch.table
         value, kinds = data["parameter"].to_numpy(), data["kind"].to_numpy()
-        dof, unit = str(data.attrs["peak_of"]), after_number(str(data["parameter"].attrs.get("units", "")))
+        dof, unit = str(data.attrs["peak_of"]), after(data, "parameter")
         marked = np.flatnonzero(np.isin(kinds, ("optimum", "turning point", "tie")))
         peaks = [_peak(data, dof, int(k)) for k in marked]
         lines = [
@@ -134,9 +136,11 @@ class TrackTable(RequestTable):
         ]
         return lines, {"marked": answers}
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """The peak over the parameter."""
-        return {"response": lambda: branch.plot.response(str(branch.table.attrs["peak_of"]))}
+        from slipstick import plots
+
+        return {"response": lambda: plots.response(branch, str(branch.table.attrs["peak_of"]))}
 
 
 class OptimalTable(RequestTable):
@@ -172,7 +176,7 @@ class OptimalTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """The optimum."""
         data, about = branch.table, branch.table.attrs
         dof, unit = str(about["peak_of"]), after_number(str(data["parameter"].attrs.get("units", "")))
@@ -182,9 +186,11 @@ class OptimalTable(RequestTable):
         said = f"the peak of {dof} is {kind} at {at}: {_peak_text(case, data, dof, peak)}"
         return [said], {"value": value, **peak, "kind": kind}
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """The peak over the parameter."""
-        return {"response": lambda: branch.plot.response(str(branch.table.attrs["peak_of"]))}
+        from slipstick import plots
+
+        return {"response": lambda: plots.response(branch, str(branch.table.attrs["peak_of"]))}
 
 
 class ModesTable(RequestTable):
@@ -203,7 +209,7 @@ class ModesTable(RequestTable):
     @classmethod
     def impossible(cls, problem: Problem) -> list[Fault]:
         """A problem that has no nonlinear modes."""
-        from slipstick.analysis.modes.nonlinear_modes import motion_faults
+        from slipstick.analysis.modes.free_problem import motion_faults
 
         return list(motion_faults(problem))
 
@@ -228,7 +234,7 @@ class ModesTable(RequestTable):
         """That of a length."""
         return case.problem().units.after("length")
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """The forced peaks of the load factors."""
         data = branch.table
         factor, ratio, dof = (
@@ -247,7 +253,7 @@ class ModesTable(RequestTable):
         ]
         return lines, {"peaks": answers}
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """Frequency and damping over the amplitude."""
         from slipstick import plots
 
@@ -295,14 +301,14 @@ class CyclesTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Bifurcations, and the limit cycles at the values asked for; where there are several at one, each."""
         data, d = branch.table, branch.dof_index(self.dof)
-        dof, unit = str(data["dof"].to_numpy()[d]), after_number(str(data["parameter"].attrs.get("units", "")))
-        length = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
+        dof, unit = names_of(data, "dof")[d], after(data, "parameter")
+        length = after(data, "amplitude", dof)
         lines: list[str] = []
         answers: dict[str, Any] = {"marked": [], "cycles": []}
-        for found in branch.bifurcations():
+        for found in bifurcations_of(branch):
             at = f"{self.parameter} = {found.value:.6g}{unit}"
             lines.append(f"{found.kind}: {at}, {case.frequency_text(found.omega)}")
             marked = {"kind": found.kind, "parameter": found.value, "omega": found.omega}
@@ -316,9 +322,11 @@ class CyclesTable(RequestTable):
             answers["cycles"].append({"parameter": value[k], **peak, "stable": sure})
         return lines, answers
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """The vibration over the parameter, and its stability."""
-        return {"response": lambda: branch.plot.response(self.dof), "stability": lambda: branch.plot.stability()}
+        from slipstick import plots
+
+        return {"response": lambda: plots.response(branch, self.dof), "stability": lambda: plots.stability(branch)}
 
 
 def _by_contact(value: Any) -> Any:
@@ -400,7 +408,7 @@ class WearTable(RequestTable):
         """Cycles."""
         return " cycles"
 
-    def told(self, case: Case, branch: Branch) -> tuple[list[str], dict[str, Any]]:
+    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """A sentence for each contact that is worn, the deepest first: its depth, and its load at first and at last."""
         data = branch.table
         depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
@@ -412,7 +420,7 @@ class WearTable(RequestTable):
             if last[i] > 0.0
         ], {}
 
-    def figures(self, branch: Branch) -> dict[str, Callable[[], Any]]:
+    def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """Wear over cycles and, of several contacts, on their surface."""
         from slipstick import plots
 
@@ -500,13 +508,13 @@ def _unit_of(case: Case, parameter: str) -> str:
 
 def _peak(data: ResultTable, dof: str, point: int) -> dict[str, float]:
     """Frequency and amplitude of a dof at a point."""
-    d = [str(name) for name in data["dof"].to_numpy()].index(dof)
+    d = names_of(data, "dof").index(dof)
     return {"omega": data["omega"].to_numpy()[point], "amplitude": data["amplitude"].to_numpy()[point, d]}
 
 
 def _peak_text(case: Case, data: ResultTable, dof: str, peak: Mapping[str, float]) -> str:
     """How high a peak of a dof is, and where."""
-    unit = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), dof))
+    unit = after(data, "amplitude", dof)
     return f"amplitude {peak['amplitude']:.6g}{unit} of {dof} at {case.frequency_text(peak['omega'])}"
 
 

@@ -29,6 +29,7 @@ from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.results.table import ResultTable
+from slipstick.results.view import names_of
 from slipstick.state.known import STORED_STATES
 from slipstick.structure.cyclic import CyclicStructure, TravellingWave
 from slipstick.structure.disc import Disc
@@ -230,6 +231,6 @@ def misfit(problem: object, table: ResultTable) -> str:
         raise InputError("problem: expected an ss.Problem")
     labels = {"dof": problem.outputs or (), "coefficient": problem.harmonics.labels, "contact": problem.elements}
     for dim, names in labels.items():
-        if dim in table and [str(n) for n in table[dim].to_numpy()] != list(names):
+        if dim in table and names_of(table, dim) != list(names):
             return f"its {dim} labels are {', '.join(names[:8])}, those of the results are others"
     return ""

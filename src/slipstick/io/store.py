@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray
 
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 _SHARE = 10.0
 _RETRY = 0.1
@@ -198,7 +198,7 @@ def _described(problem: Problem | None, without: str) -> dict[str, Group]:
     return {GROUP: describe(problem) if problem is not None else Group(variables={}, attributes={WITHOUT: without})}
 
 
-def save_branch(branch: Branch, path: str | Path) -> Path:
+def save_branch(branch: Solutions, path: str | Path) -> Path:
     """Write a branch with its problem; an existing file is replaced only when the new one is complete.
 
     Raises

@@ -15,12 +15,12 @@ from slipstick.results.stress import PLACE, chosen_places, strains_of, stress_of
 from slipstick.typing import Points
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 _ENDINGS = (".xdmf", ".csv", ".mat")
 
 
-def write_stress(branch: Branch, path: str | Path, points: Points = None, at: Any = None) -> Path:
+def write_stress(branch: Solutions, path: str | Path, points: Points = None, at: Any = None) -> Path:
     """See ``Branch.save_stress``."""
     target = path_of("stress", path, "the path of a file such as stress.xdmf, stress.csv or stress.mat")
     if target.suffix.lower() not in _ENDINGS:

@@ -13,12 +13,13 @@ from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import whole
 from slipstick.replacing import replacing
+from slipstick.results.contacts import states_at
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.structure.strains import StrainPlaces
 
 MOST_FRAMES = 1000
@@ -26,7 +27,7 @@ _FIRST = '<xi:include xpointer="xpointer(/Xdmf/Domain/Grid/Grid[1]/*[self::Topol
 """The mesh of the first frame again."""
 
 
-def write_shape(branch: Branch, path: str | Path, point: int, *, frames: int = 36) -> Path:
+def write_shape(branch: Solutions, path: str | Path, point: int, *, frames: int = 36) -> Path:
     """Write the motion of a body's surface at a point of a branch as XDMF with times in units of time; the path.
 
     In ParaView: open it, add the filter "Warp By Vector", play. Nodes round each contact, where it lies on the surface,
@@ -73,17 +74,17 @@ _NUMBERS = {"stick": 1, "slip": 2, "separation": 3}
 _UNKNOWN = 4
 
 
-def _forces(branch: Branch) -> list[str]:
+def _forces(branch: Solutions) -> list[str]:
     """Names of the forces of contacts in results, (point, contact, coefficient)."""
     of_contacts = ("point", "contact", "coefficient")
     return [str(name) for name, v in branch.dataset.items() if str(name).endswith("_force") and v.dims == of_contacts]
 
 
-def _states(branch: Branch, point: int, tau: AnyArray) -> AnyArray:
+def _states(branch: Solutions, point: int, tau: AnyArray) -> AnyArray:
     """Numbers of the states of all contacts at times (n_frames, n_contacts)."""
     out = np.full((len(tau), branch.dataset.sizes["contact"]), _UNKNOWN)
     try:
-        told = branch.states(point)
+        told = states_at(branch, point)
     except InputError:  # no law tells its own
         return out
     for c, name in enumerate(branch.dataset["contact"].values):
@@ -98,7 +99,7 @@ def _at_nodes(values: AnyArray, shown: AnyArray) -> AnyArray:
     return np.where(shown >= 0, np.nan_to_num(np.asarray(values, dtype=float))[np.maximum(shown, 0)], 0.0)
 
 
-def write_wear(branch: Branch, path: str | Path) -> Path:
+def write_wear(branch: Solutions, path: str | Path) -> Path:
     """Write the worn depth on the surface of a body as XDMF, a frame for each point of ``ss.wear``, its time cycles.
 
     Nodes round each contact show its ``worn_depth``, ``normal_load`` and ``dissipated_power``; ``displacement`` is the

@@ -25,7 +25,6 @@ from slipstick.faults import names as texts
 from slipstick.faults import truth, whole
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import (
-    ROUNDING,
     Branches,
     OneBranch,
     abscissa,
@@ -33,18 +32,15 @@ from slipstick.plots.quantities import (
     dataset_of,
     datasets,
     held_text,
-    known_names,
     parted,
     quantity,
     title_of,
-    values_of,
 )
 from slipstick.plots.style import GREY, PEAK, STATE_COLOURS, legend, new_figure, over_decades, styled, titled
 from slipstick.results.contacts import NO_FRICTION
-from slipstick.results.measures import phase_of
 from slipstick.results.peaks import located_peaks
-from slipstick.results.schema import branch_parts
 from slipstick.results.stability import between_known
+from slipstick.results.view import ROUNDING, names_of, orders_of, phases_at, place_of, values_of
 from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
@@ -155,12 +151,10 @@ def phase(
 
 
 def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
-    orders = [0, *(int(str(name)[1:]) for name in dataset["coefficient"].to_numpy()[1::2])]
+    orders = orders_of(dataset)
     if order not in orders:
         raise InputError(f"harmonic: found {order}; the results hold {', '.join(str(m) for m in orders[1:])}")
-    X = dataset["displacement"].to_numpy()
-    x = X[:, [str(n) for n in dataset["dof"].to_numpy()].index(dof)]
-    return phase_of(x, orders.index(order), branch_parts(dataset), ROUNDING * float(np.abs(X).max(initial=0.0)))
+    return phases_at(dataset, [place_of(dataset, "dof", dof)], orders.index(order))[:, 0]
 
 
 def mean(
@@ -199,7 +193,7 @@ def power(
 
 def _total_power(curves: Curves) -> DrawnAxes:
     def total(dataset: xarray.Dataset) -> np.ndarray:
-        names = chosen(dataset, "contact", known_names(dataset, "contact"))
+        names = chosen(dataset, "contact", names_of(dataset, "contact"))
         return np.sum([values_of(dataset, "dissipated_power", "contact", name) for name in names], axis=0)
 
     values = {id(dataset): {"": total(dataset)} for _, dataset in curves.overlaid}
@@ -241,7 +235,7 @@ def temperature(
 def _mark_peaks(ax: Axes, curves: Curves, dataset: xarray.Dataset, dof: Names) -> None:
     if "kind" not in dataset:
         return
-    known = [str(name) for name in dataset["dof"].to_numpy()]
+    known = names_of(dataset, "dof")
     x = curves.abscissa.values(dataset)
     for name in chosen(dataset, "dof", dof):
         at = located_peaks(dataset, known.index(name))

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import number, one
 from slipstick.plots.points import point_number, point_titled
 from slipstick.plots.quantities import NO_POINTS, abscissa, dataset_of, parted, units_of, with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, styled, titled
-from slipstick.results.disc import disc_of
+from slipstick.results.disc import amplitude_on_disc, disc_of
+from slipstick.results.solutions import Solutions
 from slipstick.typing import Array, DrawnAxes
 
 if TYPE_CHECKING:
@@ -22,7 +22,9 @@ _HUB, _REST, _SWING, _NAMES = 0.4, 1.0, 0.22, 1.32
 _MOST_NAMED = 30
 
 
-def disc(branch: Branch, point: int, dof: str | None = None, *, tau: float = 0.0, ax: Axes | None = None) -> DrawnAxes:
+def disc(
+    branch: Solutions, point: int, dof: str | None = None, *, tau: float = 0.0, ax: Axes | None = None
+) -> DrawnAxes:
     """Draw the blades of a disc at a point, coloured by the amplitude of a dof, as long as its motion at an instant.
 
     Parameters
@@ -50,11 +52,11 @@ def disc(branch: Branch, point: int, dof: str | None = None, *, tau: float = 0.0
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle, Wedge
 
-    found, dataset, new = disc_of(one("branch", branch, Branch, "an ss.Branch")), dataset_of(branch), ax is None
+    found, dataset, new = disc_of(one("branch", branch, Solutions, "an ss.Branch")), dataset_of(branch), ax is None
     if found is None or not found.dofs:
         raise InputError("disc: the results are not of a travelling wave or a disc, or without their problem")
     point, tau, dof = point_number(dataset, point), number("tau", tau), next(iter(found.dofs)) if dof is None else dof
-    amplitude = branch.on_disc(dof).to_numpy()[point]
+    amplitude = amplitude_on_disc(branch, dof).to_numpy()[point]
     X = np.array(dataset["displacement"].to_numpy()[point, found.dofs[dof]])
     reach = _REST + _SWING * _swing(branch, X, tau - found.delays)
     ax = styled(ax, "", "", height=4.6)
@@ -81,7 +83,7 @@ def disc(branch: Branch, point: int, dof: str | None = None, *, tau: float = 0.0
 
 
 def blades(
-    branch: Branch, dof: str | None = None, *, frequency: str | None = None, ax: Axes | None = None
+    branch: Solutions, dof: str | None = None, *, frequency: str | None = None, ax: Axes | None = None
 ) -> DrawnAxes:
     """Amplitudes of a dof of every blade of a disc versus frequency or the followed parameter, and their largest.
 
@@ -107,13 +109,13 @@ def blades(
     InputError
         As :func:`disc`.
     """
-    found, dataset, new = disc_of(one("branch", branch, Branch, "an ss.Branch")), dataset_of(branch), ax is None
+    found, dataset, new = disc_of(one("branch", branch, Solutions, "an ss.Branch")), dataset_of(branch), ax is None
     if found is None or not found.dofs:
         raise InputError("blades: the results are not of a travelling wave or a disc, or without their problem")
     if not dataset.sizes["point"]:
         raise InputError(NO_POINTS)
     dof = next(iter(found.dofs)) if dof is None else dof
-    amplitude, along = branch.on_disc(dof).to_numpy(), abscissa(dataset, frequency)
+    amplitude, along = amplitude_on_disc(branch, dof).to_numpy(), abscissa(dataset, frequency)
     x, largest, *each = parted(dataset, along.values(dataset), amplitude.max(axis=1), *amplitude.T)
     label = with_unit(f"Amplitude of {dof}", units_of(dataset).label("length"))
     ax = styled(ax, along.label, label)
@@ -132,7 +134,7 @@ def blades(
     return ax
 
 
-def _swing(branch: Branch, X: Array, tau: Array) -> Array:
+def _swing(branch: Solutions, X: Array, tau: Array) -> Array:
     """Motion (sectors,) of each about its mean at its own phase, over a bound of the largest."""
     moving = X.copy()
     moving[:, 0] = 0.0

@@ -9,6 +9,7 @@ import numpy as np
 from slipstick.faults import shown, wrong
 from slipstick.plots.style import COLOURS, legend, styled
 from slipstick.results.foreign import is_dataset
+from slipstick.results.view import frequency_unit, names_of
 from slipstick.typing import Array, DrawnAxes, IntArray
 from slipstick.units import Units
 
@@ -35,12 +36,12 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = N
         return _backbone(fitted, ax)
     measured, found = (_sizes(fitted, name) for name in ("measured", "fitted"))
     omega, units = fitted["omega"].to_numpy(), Units.of_results(fitted.attrs)
-    unit = str(fitted.attrs.get("frequency_unit", units.angular)) if frequency is None else frequency
+    unit = frequency_unit(fitted) if frequency is None else frequency
     omega = omega / units.frequency_factor(unit)
     over, label = (omega, f"frequency [{unit}]") if np.ptp(omega) > 0.0 else (np.arange(1, omega.size + 1), "point")
     what = str(fitted["measured"].attrs.get("long_name", "measured")).removeprefix("measured ")
     axes = styled(ax, label, f"{what} [{fitted['measured'].attrs.get('units', '1')}]")
-    names = [str(dof) for dof in fitted["dof"].to_numpy()] if "dof" in fitted.dims else [""]
+    names = names_of(fitted, "dof") or [""]
     curves = [(k, name, level, points) for k, name in enumerate(names) for level, points in _levels(fitted)]
     for i, (k, name, level, points) in enumerate(curves):
         colour, at = COLOURS[i % len(COLOURS)], points[np.argsort(over[points], kind="stable")]

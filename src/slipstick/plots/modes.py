@@ -8,9 +8,9 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.plots.overlay import Curves, corners_of, smooth
-from slipstick.plots.quantities import Branches, OneBranch, abscissa, chosen, dataset_of, quantity, values_of
+from slipstick.plots.quantities import Branches, OneBranch, abscissa, chosen, dataset_of, quantity
 from slipstick.plots.style import GREY, legend, styled, titled
-from slipstick.results.view import analysis_of
+from slipstick.results.view import analysis_of, values_of
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:

@@ -23,11 +23,10 @@ from slipstick.plots.quantities import (
     parted,
     quantity,
     title_of,
-    values_of,
 )
 from slipstick.plots.style import GREY, legend, over_decades, styled, titled
 from slipstick.results.stability import UNKNOWN
-from slipstick.results.view import view_of
+from slipstick.results.view import values_of, view_of
 from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:

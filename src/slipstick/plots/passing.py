@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import one
 from slipstick.plots.quantities import with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, styled
 from slipstick.results.run_up import RunUp, half_range, time_unit
+from slipstick.results.solutions import Solutions
+from slipstick.results.view import unit_of
 from slipstick.typing import DrawnAxes
-from slipstick.units import unit_of_dof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, ax: Axes | None = None) -> DrawnAxes:
+def run_up(run: RunUp, dof: str | None = None, *, branch: Solutions | None = None, ax: Axes | None = None) -> DrawnAxes:
     """Amplitude over speed while the machine passes through, beside the steady curve; at one speed over time.
 
     Parameters
@@ -34,7 +34,7 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, 
         Axes to draw into; by default those of a new figure.
     """
     known, name = _known(run, dof)
-    unit = unit_of_dof(str(known.dataset["amplitude"].attrs.get("units", "1")), name)
+    unit = unit_of(known.dataset, "amplitude", name)
     time = time_unit(known.dataset)
     label = with_unit(f"half range of {name}", unit)
     if known.dataset.attrs["rate"]:
@@ -45,7 +45,7 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Branch | None = None, 
         size = known.dataset["amplitude"].sel(dof=name).to_numpy()
         ax.plot(known.dataset["time"].to_numpy(), size, color=COLOURS[0], linestyle="-", label="per period")
     if branch is not None:
-        steady = one("branch", branch, Branch, "an ss.Branch, or None")
+        steady = one("branch", branch, Solutions, "an ss.Branch, or None")
         size = half_range(steady, name)
         ax.plot(steady.table["omega"].to_numpy(), size, color=GREY, linestyle="-", label="steady")
     legend(ax)

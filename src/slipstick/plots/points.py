@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.branch import Branch
 from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import shown, truth, whole
@@ -23,14 +22,15 @@ from slipstick.plots.quantities import (
     abscissa,
     chosen,
     dataset_of,
-    known_names,
     motion_label,
     title_of,
     units_of,
     with_unit,
 )
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
-from slipstick.results.contacts import contact_at, force_of, planar_contacts
+from slipstick.results.contacts import contact_at, force_of, loop_at, planar_contacts, states_at
+from slipstick.results.solutions import Solutions
+from slipstick.results.view import names_of
 from slipstick.typing import Array, DrawnAxes, Names
 from slipstick.units import after_number, energy_unit
 
@@ -83,7 +83,7 @@ def loop(
     unit, limit = units_of(dataset), truth("limit", limit)
     if label is not None:
         one_text("label", label)
-    periods = {name: drawn.loop(point, name) for name in names}
+    periods = {name: loop_at(drawn, point, name) for name in names}
     force = with_unit(force_text(periods), unit.label("force"))
     ax = styled(ax, with_unit(text, unit.label("length")), force)
     for name, period in periods.items():
@@ -113,7 +113,7 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
     """
     dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
     point, planar = point_number(dataset, point), planar_contacts(dataset)
-    if all(planar[known_names(dataset, "contact").index(name)] for name in names):
+    if all(planar[names_of(dataset, "contact").index(name)] for name in names):
         return _paths(branch_of(branch), dataset, point, names)
     left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
     for ax, over in ((left, "vibration"), (right, "sliding")):
@@ -128,15 +128,15 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
     return left, right
 
 
-def _paths(branch: Branch, dataset: xarray.Dataset, point: int, names: list[str]) -> tuple[Axes, Axes]:
+def _paths(branch: Solutions, dataset: xarray.Dataset, point: int, names: list[str]) -> tuple[Axes, Axes]:
     """Friction forces and vibrations of planar contacts in their planes, in the colours of their states."""
     left, right = new_figure(10.0, 4.8).subplots(1, 2)
-    unit, states = units_of(dataset), branch.states(point)
+    unit, states = units_of(dataset), states_at(branch, point)
     for ax, text, kind in ((left, "Friction force", "force"), (right, "Vibration", "length")):
         styled(ax, *(with_unit(f"{text}, {which} direction", unit.label(kind)) for which in ("first", "second")))
         ax.set_aspect("equal", adjustable="datalim")
     for name in names:
-        first, second = (branch.loop(point, name, port=port) for port in ("tangential", "second"))
+        first, second = (loop_at(branch, point, name, port=port) for port in ("tangential", "second"))
         for ax, key in ((left, "force"), (right, "motion")):
             _state_path(ax, first["tau"], first[key], second[key], states[name])
         low, high = first["limit"].min(), first["limit"].max()
@@ -144,7 +144,7 @@ def _paths(branch: Branch, dataset: xarray.Dataset, point: int, names: list[str]
             _circle(left, radius)
     if len(names) > 1:
         for name in names:
-            first, second = (branch.loop(point, name, port=port) for port in ("tangential", "second"))
+            first, second = (loop_at(branch, point, name, port=port) for port in ("tangential", "second"))
             right.annotate(name, (first["motion"][0], second["motion"][0]), fontsize="small", parse_math=False)
     left.set_title("dashed: friction limit μ N, dot: τ = 0", fontsize="small")
     right.set_title("dot: τ = 0", fontsize="small")
@@ -184,7 +184,7 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
     """
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     point, (name,) = point_number(dataset, point), chosen(dataset, "contact", contact)
-    there = contact_at(drawn, point, known_names(dataset, "contact").index(name))
+    there = contact_at(drawn, point, names_of(dataset, "contact").index(name))
     if not isinstance(there.law, StatorContact):
         raise InputError(f"contact '{name}' is no contact of a rotor with its stator, so it has no orbit to draw")
     tau, unit = np.linspace(0.0, 2.0 * np.pi, 721), units_of(dataset).label("length")
@@ -202,15 +202,15 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
     return ax
 
 
-def _shade(ax: Axes, branch: Branch, point: int, contact: str) -> None:
+def _shade(ax: Axes, branch: Solutions, point: int, contact: str) -> None:
     """The area of a loop over the sliding motion, and how much it is."""
-    at, period = branch.dataset.isel(point=point), branch.loop(point, contact)
+    at, period = branch.dataset.isel(point=point), loop_at(branch, point, contact)
     unit, along = after_number(energy_unit(units_of(branch.dataset).label("force length"))), ""
     if "limit" in period:
         area = 2 * np.pi * float(at["dissipated_power"].sel(contact=contact)) / float(at["omega"])
     else:  # of the one port that is drawn: a law may dissipate along others too
         area = float(np.trapezoid(period["force"], period["total"]))
-        law = contact_at(branch, point, known_names(branch.dataset, "contact").index(contact)).law
+        law = contact_at(branch, point, names_of(branch.dataset, "contact").index(contact)).law
         along = f" along {law.ports[0]}" if law is not None and len(law.ports) > 1 else ""
     energy = f"{area:.4g}{unit}"
     w, force = (np.asarray(values) for values in ax.lines[0].get_data())
@@ -228,9 +228,9 @@ def point_number(dataset: xarray.Dataset, point: int) -> int:
     return whole("point", point, -count, count - 1)
 
 
-def branch_of(branch: OneBranch) -> Branch:
+def branch_of(branch: OneBranch) -> Solutions:
     """The branch, or that of a dataset."""
-    return branch if isinstance(branch, Branch) else Branch.from_dataset(dataset_of(branch))
+    return branch if isinstance(branch, Solutions) else Solutions.from_dataset(dataset_of(branch))
 
 
 def point_titled(ax: Axes, dataset: xarray.Dataset, point: int, names: list[str]) -> None:
@@ -253,9 +253,9 @@ def states(branch: OneBranch, point: int, contact: Names = None, *, ax: Axes | N
     A contact whose law does not tell its states is a grey bar, "unknown".
     """
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
-    every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
+    every = names_of(dataset, "contact")
     names, point = chosen(dataset, "contact", every if contact is None else contact), point_number(dataset, point)
-    intervals = drawn.states(point)
+    intervals = states_at(drawn, point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
     if new:
         point_titled(ax, dataset, point, names)
@@ -312,7 +312,7 @@ def history(
     dataset, new, limit = dataset_of(branch), ax is None, truth("limit", limit)
     point = point_number(dataset, point)
     names = _names(dataset, dof, contact)
-    periods = {name: branch_of(branch).loop(point, name) for name in names} if contact is not None else {}
+    periods = {name: loop_at(branch_of(branch), point, name) for name in names} if contact is not None else {}
     text = force_text(periods)
     y_label = with_unit(text, units_of(dataset).label("force")) if periods else motion_label(dataset, names)
     ax = styled(ax, "Phase τ = ω t", y_label)
@@ -395,7 +395,7 @@ def _motion(dataset: xarray.Dataset, point: int, dof: str) -> Array:
 
 def _forces(dataset: xarray.Dataset, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
     """What the forces along the first port of contacts are called, with their unit, and their coefficients."""
-    at, names = dataset.isel(point=point), known_names(dataset, "contact")
+    at, names = dataset.isel(point=point), names_of(dataset, "contact")
     variables = {name: force_of(at, names.index(name)) for name in contacts}
     text = "Friction force" if all(friction for _, friction in variables.values()) else "Contact force"
     forces = {name: np.asarray(at[variable].sel(contact=name)) for name, (variable, _) in variables.items()}

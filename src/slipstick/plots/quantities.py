@@ -10,28 +10,26 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import listed, shown, suggestion
+from slipstick.faults import listed, shown
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
 from slipstick.results.foreign import is_dataset
 from slipstick.results.schema import branch_parts
-from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
+from slipstick.results.view import frequency_unit, label_of, names_of, place_of, unit_of
+from slipstick.units import Units, after_number, unit_of_dof
 
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
-OneBranch: TypeAlias = "Branch | xarray.Dataset"
+OneBranch: TypeAlias = "Solutions | xarray.Dataset"
 """A branch, or its dataset."""
 
 Branches: TypeAlias = "OneBranch | Iterable[OneBranch] | Mapping[str, OneBranch]"
 """One, several, or several by label."""
 
 NO_POINTS = "the branch has no points to draw"
-
-ROUNDING = 1e-11
-"""Smaller than this beside what it is made of, a value is what rounding left of zero."""
 
 
 def datasets(branches: Branches) -> list[tuple[str | None, xarray.Dataset]]:
@@ -78,49 +76,13 @@ def dataset_of(branch: object) -> xarray.Dataset:
 
 def chosen(dataset: xarray.Dataset, dim: str, wanted: str | Sequence[str] | None) -> list[str]:
     """Names along a dimension: one, several, or the first; InputError for one that is not there."""
-    known = known_names(dataset, dim)
+    known = names_of(dataset, dim)
     names = known[:1] if wanted is None else list(texts(dim, wanted, f"the name of a {dim}"))
     for name in names:
-        if name not in known:
-            raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
+        place_of(dataset, dim, name)
     if not names:
         raise InputError(f"there is no {dim} in the results to draw")
     return names
-
-
-def known_names(dataset: xarray.Dataset, dim: str) -> list[str]:
-    """Names along a dimension; none where a linear response has no such dimension."""
-    return [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.coords else []
-
-
-def values_of(dataset: xarray.Dataset, name: str, dim: str, label: str) -> np.ndarray:
-    """A variable (point,) of a named dof or contact, with zero where it is nothing but rounding."""
-    if name not in dataset:
-        raise InputError(f"there is no {name.replace('_', ' ')} in these results")
-    alike = dataset if dim != "dof" else dataset.isel(dof=_of_one_unit(dataset, label))
-    values = dataset[name]
-    values = values.where(~(abs(values) <= ROUNDING * _size(alike, name)), 0.0)
-    return values.isel({dim: [str(n) for n in dataset[dim].to_numpy()].index(label)}).to_numpy()
-
-
-def _of_one_unit(dataset: xarray.Dataset, dof: str) -> list[int]:
-    """Numbers of the dofs whose motion has the unit of this one."""
-    return [i for i, name in enumerate(known_names(dataset, "dof")) if is_rotation(name) == is_rotation(dof)]
-
-
-def _size(dataset: xarray.Dataset, name: str) -> float:
-    """What a value is measured by: the largest motion of these dofs; the largest power of a force over a motion."""
-    if name in ("amplitude", "mean"):
-        return max(_largest(dataset[other]) for other in ("amplitude", "mean") if other in dataset)
-    parts = ("omega", "friction_force", "contact_tangential")
-    if name == "dissipated_power" and all(part in dataset for part in parts):
-        return float(np.prod([_largest(dataset[part]) for part in parts]))
-    return 0.0
-
-
-def _largest(values: xarray.DataArray) -> float:
-    size = abs(values).max()
-    return float(size) if np.isfinite(size) else 0.0
 
 
 def quantity(dataset: xarray.Dataset, name: str, dofs: Iterable[str] = ()) -> str:
@@ -128,11 +90,7 @@ def quantity(dataset: xarray.Dataset, name: str, dofs: Iterable[str] = ()) -> st
 
     Of ``dofs`` alone; raises InputError where they are of different units, which do not share an axis.
     """
-    attributes = dataset[name].attrs
-    words = re.sub(r" \([^)]*\)", "", str(attributes.get("long_name", name.replace("_", " "))))
-    if name != "parameter":  # that is the user's own name
-        words = words[:1].upper() + words[1:]
-    return with_unit(words, power_unit(one_unit(str(attributes.get("units", "")), dofs)))
+    return with_unit(re.sub(r" \([^)]*\)", "", label_of(dataset, name)), one_unit(unit_of(dataset, name), dofs))
 
 
 def one_unit(label: str, dofs: Iterable[str]) -> str:
@@ -195,15 +153,14 @@ def abscissa(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
     if parameter and "parameter" in dataset:
         if frequency is not None:
             raise InputError(f"frequency: the branch follows {parameter}; leave the unit of a frequency out")
-        unit = str(dataset["parameter"].attrs.get("units", ""))
-        return Abscissa(name="parameter", label=quantity(dataset, "parameter"), unit=unit)
+        return Abscissa(name="parameter", label=quantity(dataset, "parameter"), unit=unit_of(dataset, "parameter"))
     return frequency_axis(dataset, frequency)
 
 
 def frequency_axis(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
     """The frequency in the unit ``frequency``, else in that of its case's range; InputError for an unknown unit."""
     units = units_of(dataset)
-    unit = frequency if frequency is not None else str(dataset.attrs.get("frequency_unit", units.angular))
+    unit = frequency_unit(dataset) if frequency is None else frequency
     factor = units.frequency_factor(unit)
     label = with_unit(quantity(dataset, "omega").split(" [")[0], unit)
     return Abscissa(name="omega", label=label, unit=unit, factor=factor)

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.branch import Branch
 from slipstick.faults import SMALLEST, Gathering, number, one
 from slipstick.plots.points import point_number, point_titled
 from slipstick.plots.quantities import dataset_of, with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, styled
+from slipstick.results.solutions import Solutions
+from slipstick.results.stress import stress_of
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def haigh(
-    branch: Branch,
+    branch: Solutions,
     point: int,
     at: int | Sequence[int] | None = None,
     *,
@@ -51,7 +52,7 @@ def haigh(
     InputError
         As ``branch.stress``; for one of ``endurance`` and ``strength`` alone.
     """
-    dataset = dataset_of(one("branch", branch, Branch, "an ss.Branch"))
+    dataset = dataset_of(one("branch", branch, Solutions, "an ss.Branch"))
     gathering = Gathering()
     limit = gathering.optional(number, "endurance", endurance, "a stress > 0", above=SMALLEST)
     most = gathering.optional(number, "strength", strength, "a stress > 0", above=SMALLEST)
@@ -60,7 +61,7 @@ def haigh(
         gathering.take(number, missing, None, "a stress > 0: the line needs both")
     gathering.end()
     point = point_number(dataset, point)
-    found, new = branch.stress([point], at).isel(point=0), ax is None
+    found, new = stress_of(branch, [point], at).isel(point=0), ax is None
     mean, alternating = found["stress_mean"].to_numpy(), found["stress_alternating"].to_numpy()
     unit = str(found["stress_mean"].attrs["units"])
     ax = styled(ax, with_unit("Mean stress", unit), with_unit("Alternating stress", unit))

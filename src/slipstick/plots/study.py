@@ -14,6 +14,7 @@ from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, over_decades, styled
 from slipstick.results.foreign import is_dataset
 from slipstick.results.percentiles import PERCENTILES, checked_percentiles, curve_percentiles, peak_percentiles
+from slipstick.results.view import followed_of
 from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
 from slipstick.units import unit_of_dof
@@ -166,7 +167,7 @@ def study_curves(
     data, name = _study(study), _over(_study(study), over)[0]
     if not is_dataset(curves, "case", "amplitude", "branch_part"):
         raise InputError(f"nothing to draw: found {shown(curves)}; expected the dataset in curves.nc")
-    followed = "parameter" if "parameter" in curves else "omega"
+    followed = followed_of(curves)
     one = chosen(curves, "dof", dof)[0]
     x_label, y_label = (
         _labelled(curves[followed], str(curves[followed].long_name)),
@@ -231,7 +232,7 @@ def percentile_band(
     asked = sorted(checked_percentiles(percentiles))
     found = curve_percentiles(curves, _study(study), asked)
     one = chosen(found, "dof", dof)[0]
-    followed = "parameter" if "parameter" in found.coords else "omega"
+    followed = followed_of(found)
     ax = styled(
         ax, _labelled(curves[followed], str(curves[followed].long_name)),
         _labelled(curves["amplitude"], f"amplitude of {one}", one),

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.analysis.sensitivity.tolerances import amplitude_band, ranked_bars
-from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import one, whole
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import abscissa_text, parted, quantity
 from slipstick.plots.style import COLOURS, GREY, legend, short, styled, titled
+from slipstick.results.solutions import Solutions
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def tolerance_band(
-    branch: Branch,
+    branch: Solutions,
     tolerances: Mapping[str, float],
     dof: str | None = None,
     *,
@@ -48,7 +48,7 @@ def tolerance_band(
     InputError
         For what is no branch with a problem, and names, shares and units that are not right.
     """
-    known = one("branch", branch, Branch, "an ss.Branch with its problem")
+    known = one("branch", branch, Solutions, "an ss.Branch with its problem")
     name = _dof(known, dof)
     band = amplitude_band(known, name, tolerances)
     curves = Curves(known, ax, label, frequency)
@@ -65,7 +65,7 @@ def tolerance_band(
 
 
 def tornado(
-    branch: Branch,
+    branch: Solutions,
     tolerances: Mapping[str, float] | None = None,
     dof: str | None = None,
     *,
@@ -93,7 +93,7 @@ def tornado(
     InputError
         As of ``tolerance_band``, and for a point that is not there.
     """
-    known = one("branch", branch, Branch, "an ss.Branch with its problem")
+    known = one("branch", branch, Solutions, "an ss.Branch with its problem")
     name, most = _dof(known, dof), whole("most", most, 1)
     at = highest(known, name) if point is None else whole("point", point, -len(known), len(known) - 1)
     bars = ranked_bars(known, name, at, tolerances)[:most][::-1]
@@ -121,7 +121,7 @@ def _varied(name: str, share: float) -> str:
     return f"{name} \N{PLUS-MINUS SIGN}{100 * share:g} %"
 
 
-def highest(branch: Branch, dof: str) -> int:
+def highest(branch: Solutions, dof: str) -> int:
     """The highest located peak of a dof, else the point of its largest amplitude."""
     d = branch.dof_index(dof)
     size = branch.table["amplitude"].to_numpy()[:, d]
@@ -132,5 +132,5 @@ def highest(branch: Branch, dof: str) -> int:
     return int(among[np.nanargmax(size[among])])
 
 
-def _dof(branch: Branch, dof: str | None) -> str:
+def _dof(branch: Solutions, dof: str | None) -> str:
     return str(branch.table["dof"].to_numpy()[branch.dof_index(dof)])

@@ -13,15 +13,13 @@ from slipstick.plots.quantities import (
     OneBranch,
     chosen,
     dataset_of,
-    known_names,
     quantity,
     units_of,
-    values_of,
     with_unit,
 )
 from slipstick.plots.style import legend, new_figure, short, styled, titled
 from slipstick.results.deflection import contact_nodes, contact_places, nearest_contacts, outward
-from slipstick.results.view import analysis_of
+from slipstick.results.view import analysis_of, names_of, values_of
 from slipstick.typing import Array, IntArray, Names, Points
 
 if TYPE_CHECKING:
@@ -50,7 +48,7 @@ def wear(branch: OneBranch, contact: Names = None, dof: Names = None) -> tuple[A
         For what is no wear, and names that are not there.
     """
     data = _worn(branch)
-    names = _deepest(data["worn_depth"].to_numpy(), known_names(data, "contact")) if contact is None else None
+    names = _deepest(data["worn_depth"].to_numpy(), names_of(data, "contact")) if contact is None else None
     contacts = names or chosen(data, "contact", contact)
     dofs = chosen(data, "dof", (str(data.attrs.get("peak_of", "")) or None) if dof is None else dof)
     places = new_figure(9.0, 6.0).subplots(2, 2, sharex=True)
@@ -189,7 +187,7 @@ def _seen(branch: OneBranch) -> _Seen | None:
 def _bars(data: xarray.Dataset, at: list[int], depth: Array) -> Axes:
     from matplotlib import colormaps
 
-    names, viridis = known_names(data, "contact"), colormaps["viridis"]
+    names, viridis = names_of(data, "contact"), colormaps["viridis"]
     ax = styled(None, "", quantity(data, "worn_depth"))
     width = 0.8 / len(at)
     for j, (k, values) in enumerate(zip(at, depth, strict=True)):

@@ -17,7 +17,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
 
 STATES = ("separation", "stick", "slip+", "slip-", "slip")
@@ -66,7 +66,7 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
     }
 
 
-def planar_of(branch: Branch, kept: Indices) -> dict[str, Any] | None:
+def planar_of(branch: Solutions, kept: Indices) -> dict[str, Any] | None:
     """Contacts that slide in a plane among those kept: vibration, friction force over the period, circle and states.
 
     ``of`` are places in ``kept``. None without any, or where their law is not known.
@@ -89,7 +89,9 @@ def planar_of(branch: Branch, kept: Indices) -> dict[str, Any] | None:
     }
 
 
-def _planar_at(branch: Branch, point: int, contacts: Indices, tau: Array) -> list[tuple[Array, Array, list[Interval]]]:
+def _planar_at(
+    branch: Solutions, point: int, contacts: Indices, tau: Array
+) -> list[tuple[Array, Array, list[Interval]]]:
     """Of each contact at a point: both friction forces one after the other, the smallest and largest limit, states."""
     batches, found = contacts_at(branch, point), []
     for contact in contacts:
@@ -104,7 +106,7 @@ def _planar_at(branch: Branch, point: int, contacts: Indices, tau: Array) -> lis
     return found
 
 
-def orbits_of(branch: Branch, kept: Indices) -> dict[str, Any] | None:
+def orbits_of(branch: Solutions, kept: Indices) -> dict[str, Any] | None:
     """Rotors in a circular stator among those kept: motion of the centre, clearance and states.
 
     ``of`` are places in ``kept``. None without any, or where their law is not known.

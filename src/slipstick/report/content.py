@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, orbits_of, planar_of, series_of
-from slipstick.report.curves import abscissae_of, curves_of, meaning
+from slipstick.report.curves import abscissae_of, curves_of
 from slipstick.report.diagrams import diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
@@ -18,12 +18,12 @@ from slipstick.results.disc import disc_of
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import UNKNOWN
-from slipstick.results.view import View, view_of
+from slipstick.results.view import View, after, frequency_unit, label_of, names_of, ranked, unit_of, view_of
 from slipstick.typing import Array
-from slipstick.units import FREQUENCIES, Units, after_number, energy_unit, is_rotation, unit_of_dof
+from slipstick.units import Units, after_number, energy_unit, unit_of_dof
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
     from slipstick.structure.skin import Skin
 
@@ -34,7 +34,7 @@ _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "C
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
 def content_of(
-    branch: Branch, label: str, *, contacts: int, dofs: int, tolerances: Mapping[str, float] | None = None
+    branch: Solutions, label: str, *, contacts: int, dofs: int, tolerances: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
     """One branch as JSON: the ``contacts`` that dissipate most and the ``dofs`` that move most.
 
@@ -44,8 +44,8 @@ def content_of(
     """
     dataset = branch.table
     _check(dataset, label)
-    names = [str(name) for name in dataset["dof"].to_numpy()]
-    kept = {"dof": _largest(dataset, "dof", "amplitude", dofs, last=[is_rotation(name) for name in names])}
+    names = names_of(dataset, "dof")
+    kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
     view, toleranced = view_of(dataset), {}
     provenance = _provenance(branch)
@@ -104,32 +104,23 @@ def _check(dataset: ResultTable, label: str) -> None:
 
 def frequency_of(dataset: Any) -> dict[str, Any]:
     """The units a frequency can be drawn in, with the factor from the one of the results, and the one to begin with."""
-    units = Units.of_results(dataset.attrs)
-    others = FREQUENCIES if units.in_seconds else ()
-    factors = {units.angular: 1.0} | {unit: 1.0 / units.frequency_factor(unit) for unit in others}
-    chosen = str(dataset.attrs.get("frequency_unit", ""))
-    return {"unit": chosen if chosen in factors else units.angular, "factors": factors}
+    known = Units.of_results(dataset.attrs).frequencies
+    return {"unit": frequency_unit(dataset), "factors": {unit: 1.0 / size for unit, size in known.items()}}
 
 
-def _largest(dataset: ResultTable, dim: str, by: str, most: int, last: Sequence[bool] | None = None) -> Indices:
-    """Ascending indices of those with the largest values anywhere along the branch.
-
-    Those of another unit, marked in ``last``, come after the others: numbers of two units are not compared.
-    """
+def _largest(dataset: ResultTable, dim: str, by: str, most: int) -> Indices:
+    """Ascending indices of those with the largest values anywhere along the branch."""
     if dim not in dataset.dims or by not in dataset:
         return np.arange(min(most, dataset.sizes.get(dim, 0)))
-    sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
-    return np.sort(
-        np.lexsort(np.stack([-sizes, np.zeros(sizes.size) if last is None else np.array(last, dtype=float)]))[:most]
-    )
+    return np.sort(ranked(dataset, dim, by)[:most])
 
 
 def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:
-    names = [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.dims else []
+    names = names_of(dataset, dim)
     return {"names": [names[i] for i in kept], "count": len(names)}
 
 
-def _provenance(branch: Branch) -> dict[str, Any]:
+def _provenance(branch: Solutions) -> dict[str, Any]:
     dataset = branch.table
     told = provenance(dataset.attrs)
     about = told["about"]
@@ -189,15 +180,15 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
 
 def _motion(dataset: ResultTable, dofs: Sequence[str]) -> dict[str, Any]:
     """Label and unit of the displacements, a length, and the unit of each dof."""
-    about = meaning(dataset, "displacement")
-    length = unit_of_dof(about["units"], "")
-    units = [unit_of_dof(about["units"], dof) for dof in dofs]
-    return {**about, "units": length, "after": after_number(length), "units_of": units}
+    length = unit_of_dof(unit_of(dataset, "displacement"), "")
+    units = [unit_of(dataset, "displacement", dof) for dof in dofs]
+    label = label_of(dataset, "displacement")
+    return {"label": label, "units": length, "after": after_number(length), "units_of": units}
 
 
 def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
     """Places, among the dofs kept, of those whose peaks or largest amplitudes were sought, else of those with peaks."""
-    names = [str(name) for name in dataset["dof"].to_numpy()]
+    names = names_of(dataset, "dof")
     sought = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
     sought[2:] = [[*sought[2], *sought[3]]]
     told = [names.index(name) for name in next(filter(None, sought), []) if name in names]
@@ -220,7 +211,7 @@ def _notes(dataset: ResultTable, kept: Indices, view: View) -> list[list[Any]]:
     return notes
 
 
-def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
+def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
     dataset = branch.table
     friction = friction_of(dataset, branch.harmonics, kept)
     friction_places = np.array(friction["of"] if friction else [], dtype=np.intp)
@@ -235,16 +226,16 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
         "planar": planar_of(branch, kept),
         "orbits": orbits_of(branch, kept),
         "series": series_of(dataset, kept, friction_places) if len(kept) else [],
-        "force_units": meaning(dataset, force)["units"] if force else "",
+        "force_units": unit_of(dataset, force) if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),
     }
 
 
-def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
+def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
     """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
     from slipstick.analysis.sensitivity.tolerances import amplitude_band
 
-    names = [str(name) for name in branch.table["dof"].to_numpy()]
+    names = names_of(branch.table, "dof")
     bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
     said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())
     return {
@@ -254,11 +245,11 @@ def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> 
     }
 
 
-def what_matters(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> list[list[str]]:
+def what_matters(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) -> list[list[str]]:
     """For each dof the change of its largest amplitude by each tolerance, the largest first, as rows of a table."""
     from slipstick.analysis.sensitivity.tolerances import ranked_bars
 
-    rows, names = [], [str(name) for name in branch.table["dof"].to_numpy()]
+    rows, names = [], names_of(branch.table, "dof")
     for d in kept:
         size = branch.table["amplitude"].to_numpy()[:, d]
         bars = ranked_bars(branch, names[d], int(np.nanargmax(size)), tolerances)
@@ -274,7 +265,7 @@ MOST_SHAPE_NODES = 1500
 """Of a surface, and so many contacts on it at most: a page has their motion at every point."""
 
 
-def shape_of(branch: Branch) -> dict[str, Any] | None:
+def shape_of(branch: Solutions) -> dict[str, Any] | None:
     """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
     skin = None if branch.problem is None else branch.problem.structure.skin
     if skin is None or not len(branch):
@@ -316,7 +307,7 @@ ON_SURFACE = {
 """Quantities of contacts that colour a surface; of a force its mean."""
 
 
-def _on_surface(branch: Branch, skin: Skin) -> dict[str, Any] | None:
+def _on_surface(branch: Solutions, skin: Skin) -> dict[str, Any] | None:
     """Contact shown at each node of a surface, counted from 1, 0 for none, and what they do at every point.
 
     Quantities are in steps of the 65535th part of their largest value anywhere.
@@ -343,7 +334,7 @@ def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, An
     most = float(values.max(initial=0.0))
     if not most > 0.0:
         return None
-    said = {"key": name, "label": ON_SURFACE[name], "after": meaning(dataset, name)["after"]}
+    said = {"key": name, "label": ON_SURFACE[name], "after": after(dataset, name)}
     return {**said, "most": most, "values": packed(np.rint(values / most * 65535.0), "u2")}
 
 
@@ -364,7 +355,7 @@ MOST_ON_DISC = 3
 """Dofs whose motion at every sector is in a page."""
 
 
-def disc_content(branch: Branch) -> dict[str, Any] | None:
+def disc_content(branch: Solutions) -> dict[str, Any] | None:
     """Amplitudes and motion of the dofs of a disc that move most, of each sector or of the one of a wave."""
     disc = disc_of(branch)
     if disc is None or not disc.dofs or not len(branch):
@@ -391,7 +382,7 @@ _SECONDS = 0.2
 """About the time each limit may take."""
 
 
-def references_of(branch: Branch, kept: Indices) -> list[dict[str, Any]]:
+def references_of(branch: Solutions, kept: Indices) -> list[dict[str, Any]]:
     """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
     from slipstick.analysis.curve.linear import linear_references
 

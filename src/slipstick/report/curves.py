@@ -8,20 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.report.encoding import Indices, packed
-from slipstick.results.measures import phase_of
-from slipstick.results.schema import branch_parts
 from slipstick.results.stability import between_known
-from slipstick.results.view import View
+from slipstick.results.view import View, after, label_of, phases_at, unit_of, values_at
 from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import Array
-from slipstick.units import after_number, power_unit
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
 
-_ROUNDING = 1e-11
-"""Smaller than this beside the largest motion, a mean is what rounding left of zero."""
 _FRACTIONS = ("stick_fraction", "slip_fraction", "separation_fraction")
 _STATES = tuple(variable.name for variable in STATE_VARIABLES)
 _FIRST = ("worn_depth", "normal_load", "dissipated_power", *_STATES, "friction_coefficient", *_FRACTIONS)
@@ -30,7 +25,7 @@ _OF_POINTS = ("omega", "modal_damping", "modal_amplitude", "load_factor", "multi
 _WORK = ("truncation", "newton_iterations")
 
 
-def curves_of(branch: Branch, kept: Mapping[str, Indices], view: View) -> list[dict[str, Any]]:
+def curves_of(branch: Solutions, kept: Mapping[str, Indices], view: View) -> list[dict[str, Any]]:
     """All curves of a branch, the first the one to begin with; ``kept`` are the dofs and contacts that are shown.
 
     A quantity without a number, or that says nothing, is left out.
@@ -57,27 +52,17 @@ def _says_something(values: Array) -> bool:
     return known.size > 0 and bool((known != known[0]).any())
 
 
-def _of_dofs(branch: Branch, kept: Indices) -> Iterator[dict[str, Any]]:
+def _of_dofs(branch: Solutions, kept: Indices) -> Iterator[dict[str, Any]]:
     dataset = branch.table
-    for name in ("amplitude", "mean"):
-        if name in dataset:
-            values = dataset[name].to_numpy()
-            if name == "mean":
-                values = without_rounding(values, dataset["amplitude"].to_numpy())
-            yield _curve(dataset, name, "dof", values[:, kept])
+    if "amplitude" in dataset:
+        yield _curve(dataset, "amplitude", "dof", dataset["amplitude"].to_numpy()[:, kept])
+    if "mean" in dataset:
+        yield _curve(dataset, "mean", "dof", values_at(dataset, "mean", "dof", kept))
     if branch.harmonics.n and len(kept):
-        X, parts = dataset["displacement"].to_numpy(), branch_parts(dataset)
-        least = _ROUNDING * float(np.nanmax(np.abs(X), initial=0.0))
-        values = np.stack([phase_of(X[:, d], 1, parts, least) for d in kept], axis=1)
-        if np.isfinite(values).any():
+        phases = phases_at(dataset, kept, 1)
+        if np.isfinite(phases).any():
             shown = {"label": f"Phase of harmonic {branch.harmonics.orders[1]}", "units": "deg", "after": " deg"}
-            yield {"key": "phase", "over": "dof", **shown, "values": packed(values)}
-
-
-def without_rounding(mean: Array, amplitude: Array) -> Array:
-    """The mean (n, dofs), zero where it is nothing beside the largest motion of any dof."""
-    size = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in (mean, amplitude))
-    return np.where(np.abs(mean) <= _ROUNDING * size, 0.0, mean)
+            yield {"key": "phase", "over": "dof", **shown, "values": packed(phases)}
 
 
 def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]]:
@@ -109,12 +94,6 @@ def _curve(dataset: ResultTable, name: str, over: str, values: Array) -> dict[st
 
 
 def meaning(dataset: ResultTable, name: str) -> dict[str, str]:
-    """Label and units of a variable, from its own attributes; ``after`` is what stands after a number."""
-    attributes = dataset[name].attrs
-    label = str(attributes.get("long_name", name.replace("_", " ")))
-    if name != "parameter":  # that is the user's own name
-        label = label[:1].upper() + label[1:]
-    if name == "omega":
-        label = "Frequency"
-    units = power_unit(str(attributes.get("units", "")))
-    return {"label": label, "units": "" if units == "1" else units, "after": after_number(units)}
+    """Label and units of a variable; ``after`` is what stands after a number."""
+    label = "Frequency" if name == "omega" else label_of(dataset, name)
+    return {"label": label, "units": unit_of(dataset, name), "after": after(dataset, name)}

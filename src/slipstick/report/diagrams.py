@@ -12,7 +12,7 @@ from slipstick.structure.interference import interference
 from slipstick.structure.matrices import MatrixStructure
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 MOST_DOFS = 60
 """Beyond, modes at every speed take longer than the page is worth."""
@@ -23,7 +23,7 @@ _FAMILIES = 3
 _SENSES = {1: "forward whirl", -1: "backward whirl", 0: "no whirl"}
 
 
-def diagram_of(branch: Branch) -> dict[str, Any] | None:
+def diagram_of(branch: Solutions) -> dict[str, Any] | None:
     """The diagram of a rotor or of a sector of a disc in a wave, over speeds up to the highest frequency.
 
     None of anything else, of large matrices and of finite element sectors, whose nodal diameters would all be computed.

@@ -15,13 +15,13 @@ from slipstick.errors import InputError
 from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
 from slipstick.results.run_up import RunUp, time_unit
-from slipstick.results.view import view_of
-from slipstick.units import Units, after_number, energy_unit, is_rotation, unit_of_dof
+from slipstick.results.view import after, names_of, ranked, view_of
+from slipstick.units import Units, after_number, energy_unit
 
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 MOST_DRAWN = 4
 """Dofs with figures of their own in the page of a run-up; tables list more."""
@@ -33,18 +33,17 @@ _FIT_IN_TIME = "points are measured, the line is fitted"
 
 
 @for_files()
-def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foot: str) -> str:
+def run_up_body(run: RunUp, steady: Solutions | None, *, title: str, dofs: int, foot: str) -> str:
     """The page of a run-up: envelopes beside the steady curve, spectra, sections, peaks with lag, contacts, energy."""
     data = run.dataset
     if not data.sizes["period"]:
         raise InputError("nothing to report: no period is integrated")
     if steady is not None:
         _check_steady(data, steady)
-    names = [str(name) for name in data["dof"].to_numpy()]
-    size = data["amplitude"].to_numpy().max(axis=0)
-    ranked = np.lexsort((-size, [is_rotation(name) for name in names]))
-    kept = [names[d] for d in np.sort(ranked[:dofs])]
-    drawn = [names[d] for d in ranked[:MOST_DRAWN] if names[d] in kept]
+    names = names_of(data, "dof")
+    order = ranked(data, "dof", "amplitude")
+    kept = [names[d] for d in np.sort(order[:dofs])]
+    drawn = [names[d] for d in order[:MOST_DRAWN] if names[d] in kept]
     return "\n".join(
         [
             *_head(data.attrs, title, _facts_of_run_up(data)),
@@ -58,7 +57,7 @@ def run_up_body(run: RunUp, steady: Branch | None, *, title: str, dofs: int, foo
     )
 
 
-def _check_steady(data: Any, steady: Branch) -> None:
+def _check_steady(data: Any, steady: Solutions) -> None:
     """InputError for a curve that envelopes cannot be compared with."""
     if steady.table.attrs.get("parameter") or view_of(steady.table).name != "response":
         raise InputError("report: the steady curve of a run-up is a response over a range of frequencies; leave it out")
@@ -167,7 +166,7 @@ def _facts_of_run_up(data: Any) -> Iterator[str]:
     yield f"{float(data['time'][-1]):.6g} {unit}"
 
 
-def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Branch | None) -> Iterator[tuple[str, Any]]:
+def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Solutions | None) -> Iterator[tuple[str, Any]]:
     from slipstick.plots import passing
 
     swept = bool(run.dataset.attrs["rate"])
@@ -185,31 +184,26 @@ def _run_up_figures(run: RunUp, drawn: Sequence[str], steady: Branch | None) -> 
             yield f"amplitudes of {dof} versus frequency and time", passing.spectrogram(run, dof)
 
 
-def _motions(run: RunUp, kept: Sequence[str], steady: Branch | None) -> str:
+def _motions(run: RunUp, kept: Sequence[str], steady: Solutions | None) -> str:
     """Peaks, with their lag behind those of the steady curve; at one speed what motion it is."""
     data = run.dataset
-    speed, label = _speed(data), str(data["amplitude"].attrs.get("units", ""))
+    speed = _speed(data)
     if not data.attrs["rate"]:
         return _table(["dof", "largest half range", "the last", "motion", "second frequency"], map(_kind(run), kept))
     head, rows = ["dof", "largest half range", "at"], []
     if steady is not None:
         head += ["steady", "at", "shift", "ratio"]
     for dof in kept:
-        row = [
-            dof,
-            *(lambda peak: (f"{peak.amplitude:.6g}{after_number(unit_of_dof(label, dof))}", speed(peak.omega)))(
-                run.peak(dof)
-            ),
-        ]
+        peak = run.peak(dof)
+        row = [dof, f"{peak.amplitude:.6g}{after(data, 'amplitude', dof)}", speed(peak.omega)]
         if steady is not None:
             row += _lag(run, steady, dof)
         rows.append(row)
     return _table(head, rows)
 
 
-def _lag(run: RunUp, steady: Branch, dof: str) -> list[str]:
-    label = str(run.dataset["amplitude"].attrs.get("units", ""))
-    speed, unit = _speed(run.dataset), after_number(unit_of_dof(label, dof))
+def _lag(run: RunUp, steady: Solutions, dof: str) -> list[str]:
+    speed, unit = _speed(run.dataset), after(run.dataset, "amplitude", dof)
     try:
         lag = run.lag(steady, dof)
     except InputError:  # the curve has no such dof, or no peak of it
@@ -221,7 +215,7 @@ def _kind(run: RunUp) -> Any:
     speed, sizes = _speed(run.dataset), run.dataset["amplitude"]
 
     def row(dof: str) -> list[str]:
-        unit = after_number(unit_of_dof(str(sizes.attrs.get("units", "")), dof))
+        unit = after(run.dataset, "amplitude", dof)
         size = sizes.sel(dof=dof).to_numpy()
         said = [dof, f"{size.max():.6g}{unit}", f"{size[-1]:.6g}{unit}"]
         try:
@@ -281,7 +275,7 @@ def _facts_of_fit(fitted: Any) -> Iterator[str]:
 
 
 def _values(fitted: Any, names: Sequence[str]) -> str:
-    from slipstick.analysis.identification.identification import error_text
+    from slipstick.analysis.identification.noise import error_text
 
     units = fitted["units"].to_numpy()
     rows, bound = [], np.isnan(fitted["standard_error"].to_numpy())

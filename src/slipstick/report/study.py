@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +10,8 @@ from slipstick.errors import InputError
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.encoding import packed
 from slipstick.results.percentiles import PERCENTILES, curve_percentiles, is_sampled, peak_percentiles
-from slipstick.units import after_number, power_unit
+from slipstick.results.view import followed_of, names_of, ranked, unit_of
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
@@ -31,10 +31,11 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         raise InputError("these are not the results of a study as 'slipstick study' writes them; compute them again")
     dims = study["case"].dims
     peaks = study["peak_amplitude"].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
-    kept = np.sort(np.argsort(-_largest(peaks), kind="stable")[:dofs])
-    known = [str(name) for name in study["dof"].to_numpy()]
+    order = ranked(study, "dof", "peak_amplitude")
+    kept = np.sort(order[:dofs])
+    known = names_of(study, "dof")
     place, at = _followed(study, dims)
-    units = str(study["peak_amplitude"].attrs.get("units", ""))
+    units = unit_of(study, "peak_amplitude")
     return {
         **provenance(study.attrs),
         "method": f"{study.attrs.get('study_method', '')} over {', '.join(names)}",
@@ -43,7 +44,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "dofs": [
             {"name": known[d], "peak": packed(peaks[:, d], "f8"), "at": packed(at[:, d], "f8")} for d in kept.tolist()
         ],
-        "first": known[int(np.argmax(_largest(peaks)))],
+        "first": known[order[0]],
         "units": units,
         "after": after_number(units),
         "followed": place,
@@ -60,7 +61,7 @@ def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any) -> di
     if curves is None or not is_sampled(study) or not bool((study["outcome"] == "COMPLETED").any()):
         return None
     found, peaks = curve_percentiles(curves, study), peak_percentiles(study)
-    followed = "parameter" if "parameter" in found.coords else "omega"
+    followed = followed_of(found)
     sizes = found["amplitude"].to_numpy()[:, :, kept]
     at, high = (peaks[name].to_numpy()[:, kept] for name in (f"peak_{followed}", "peak_amplitude"))
     return {
@@ -77,27 +78,17 @@ def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any) -> di
     }
 
 
-def _largest(peaks: Any) -> Any:
-    """Of each dof, over all cases."""
-    return np.where(np.isfinite(peaks), peaks, 0.0).max(axis=0, initial=0.0)
-
-
 def _followed(study: xarray.Dataset, dims: Any) -> tuple[dict[str, str], Any]:
     """What the curves are over, and where the peaks are (n_cases, n_dofs)."""
     name = "peak_parameter" if "peak_parameter" in study else "peak_omega"
     label = str(study.attrs.get("parameter", "")) or "Frequency"
     at = study[name].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
-    return {"key": name.removeprefix("peak_"), "label": label, "units": _units(study[name].attrs)}, at
-
-
-def _units(attrs: Mapping[str, Any]) -> str:
-    units = power_unit(str(attrs.get("units", "")))
-    return "" if units == "1" else units
+    return {"key": name.removeprefix("peak_"), "label": label, "units": unit_of(study, name)}, at
 
 
 def _parameter(study: xarray.Dataset, name: str, dims: Any) -> dict[str, Any]:
     values = study[name].broadcast_like(study["case"]).transpose(*dims).to_numpy().ravel()
-    return {"name": name, "units": _units(study[name].attrs), "values": packed(values, "f8")}
+    return {"name": name, "units": unit_of(study, name), "values": packed(values, "f8")}
 
 
 def _cases(study: xarray.Dataset) -> list[dict[str, Any]]:
@@ -120,7 +111,7 @@ def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
     case = data["case"].to_numpy()
     present = np.unique(case)
     some = present[np.unique(np.linspace(0, present.size - 1, min(MOST_CURVES, present.size)).astype(int))]
-    x = data["parameter" if "parameter" in data else "omega"].to_numpy()
+    x = data[followed_of(data)].to_numpy()
     amplitude, part = data["amplitude"].to_numpy()[:, kept], data["branch_part"].to_numpy()
     peaks, drawn = data["peak_dof"].to_numpy() if "peak_dof" in data else np.full(case.size, -1), []
     for number in some.tolist():

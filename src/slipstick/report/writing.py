@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick import __version__
-from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
 from slipstick.replacing import replacing
 from slipstick.report.encoding import gathered, safe_json
+from slipstick.results.solutions import Solutions
 from slipstick.results.view import VIEWS
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ MOST_WRITTEN = 12
 
 
 def write_report(
-    branches: Branch | Iterable[Branch] | Mapping[str, Branch],
+    branches: Solutions | Iterable[Solutions] | Mapping[str, Solutions],
     path: str | os.PathLike[str],
     *,
     title: str = "",
@@ -113,7 +113,7 @@ def write_run_up_report(
     run: RunUp,
     path: str | os.PathLike[str],
     *,
-    steady: Branch | None = None,
+    steady: Solutions | None = None,
     title: str = "",
     dofs: int = MOST_WRITTEN,
 ) -> Path:
@@ -181,9 +181,9 @@ def _force(content: Mapping[str, Any]) -> str:
     return str(content["contacts"]["force_units"])
 
 
-def labelled(branches: object) -> list[tuple[str, Branch]]:
+def labelled(branches: object) -> list[tuple[str, Solutions]]:
     """Labels, each once, with their branches."""
-    if isinstance(branches, Branch):
+    if isinstance(branches, Solutions):
         branches = [branches]
     if isinstance(branches, Mapping):
         pairs = [(str(label), branch) for label, branch in branches.items()]
@@ -193,7 +193,7 @@ def labelled(branches: object) -> list[tuple[str, Branch]]:
         pairs = [("", branches)]
     if not pairs:
         raise InputError("report: no branch was given")
-    checked = [(label, one("report, branch", branch, Branch, "an ss.Branch")) for label, branch in pairs]
+    checked = [(label, one("report, branch", branch, Solutions, "an ss.Branch")) for label, branch in pairs]
     titles = [label or str(branch.table.attrs.get("title", "")) or "results" for label, branch in checked]
     numbered = [f"{t} ({titles[: i + 1].count(t)})" if titles.count(t) > 1 else t for i, t in enumerate(titles)]
     return list(zip(numbered, (branch for _, branch in checked), strict=True))

@@ -20,7 +20,7 @@ from slipstick.results.stability import (
 )
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.typing import Array
 
 FOLD, TRUNCATED_FOLD = "fold", "turning point of the truncated balance"
@@ -64,14 +64,14 @@ class Bifurcation:
     grazing: bool
 
 
-def bifurcations_of(branch: Branch) -> list[Bifurcation]:
+def bifurcations_of(branch: Solutions) -> list[Bifurcation]:
     """As ``Branch.bifurcations``."""
     if "unstable_multipliers" not in branch.table:
         raise InputError("these results hold no stability: compute them with stability=True")
     return list(_found(branch))
 
 
-def _found(branch: Branch) -> Iterator[Bifurcation]:
+def _found(branch: Solutions) -> Iterator[Bifurcation]:
     table = branch.table
     kinds = [FOLD if k == TURNING_POINT else str(k) for k in table["kind"].to_numpy()]
     stored = [str(k) for k in table["kind"].to_numpy()]
@@ -112,7 +112,7 @@ def _passing(kind: str, multipliers: Array) -> complex:
     return min(known, key=lambda m: abs(m - (-1.0 if kind == PERIOD_DOUBLING else 1.0)))
 
 
-def _unstable(branch: Branch, kinds: list[str], places: range) -> int:
+def _unstable(branch: Solutions, kinds: list[str], places: range) -> int:
     """How many disturbances grow at the first point there that is no bifurcation itself."""
     counts = branch.table["unstable_multipliers"].to_numpy()
     return next((int(counts[i]) for i in places if kinds[i] not in (FOLD, *SPECIAL_KINDS)), -1)

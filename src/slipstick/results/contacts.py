@@ -12,20 +12,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import NORMAL_PORT, TANGENTIAL_PORT, FrictionLaw, is_friction
 from slipstick.contact.law import Interval, Motion
 from slipstick.contact.planar import PlanarFrictionContact
 from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
-from slipstick.faults import LARGEST, shown, suggestion
+from slipstick.faults import LARGEST, MOST_ITEMS, shown, suggestion, whole
 from slipstick.results.schema import law_variables
+from slipstick.results.view import names_of, place_of
+from slipstick.state.thermal.model import HeatedContacts
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
     from slipstick.contact.law import Law
+    from slipstick.results.solutions import Solutions
 
 FRICTION_VARIABLES = {
     "kt": "tangential_stiffness",
@@ -94,7 +97,7 @@ def planar_contacts(dataset: Any) -> BoolArray:
     return np.asarray(~np.isnan(second).all((0, 2)))
 
 
-def contacts_at(branch: Branch, point: int) -> list[ContactsAtPoint]:
+def contacts_at(branch: Solutions, point: int) -> list[ContactsAtPoint]:
     """The contacts of a point by law; InputError where there is no such point or its numbers are none."""
     d = branch.point(point)
     count, omega = d.sizes["contact"], float(d["omega"])
@@ -127,12 +130,12 @@ def contacts_at(branch: Branch, point: int) -> list[ContactsAtPoint]:
     return at_point
 
 
-def contact_at(branch: Branch, point: int, contact: int) -> ContactsAtPoint:
+def contact_at(branch: Solutions, point: int, contact: int) -> ContactsAtPoint:
     """One contact of a point, by its number."""
     return next(batch.of(contact) for batch in contacts_at(branch, point) if contact in batch.elements)
 
 
-def states_at(branch: Branch, point: int) -> dict[str, list[Interval]]:
+def states_at(branch: Solutions, point: int) -> dict[str, list[Interval]]:
     """Intervals (start, end, state) of one period by contact; "unknown" where a law does not tell them.
 
     Raises InputError where no law does.
@@ -146,26 +149,64 @@ def states_at(branch: Branch, point: int) -> dict[str, list[Interval]]:
         by_element |= dict(zip(batch.elements.tolist(), states if states is not None else unknown, strict=True))
     if not told:
         raise InputError(NO_FRICTION)
-    names = [str(name) for name in branch.table["contact"].to_numpy()]
+    names = names_of(branch.table, "contact")
     return {name: by_element[i] for i, name in enumerate(names)}
 
 
-def has_states(branch: Branch, point: int) -> bool:
+def has_states(branch: Solutions, point: int) -> bool:
     """Whether the law of any contact tells its states."""
     told = (b.law is not None and b.law.states(b.motion, b.values) is not None for b in contacts_at(branch, point))
     return any(told)
 
 
-def has_orbit(branch: Branch, point: int, contact: str) -> bool:
+def has_orbit(branch: Solutions, point: int, contact: str) -> bool:
     """Whether a contact is one of a rotor with a circular stator."""
-    names = [str(name) for name in branch.table["contact"].to_numpy()]
+    names = names_of(branch.table, "contact")
     return isinstance(contact_at(branch, point, names.index(contact)).law, StatorContact)
 
 
-def loop_at(branch: Branch, point: int, contact: int, port: str | None, tau: Array) -> dict[str, Array]:
-    """One period of a contact at phases (k,), see ``Branch.loop``."""
-    name = str(branch.table["contact"].to_numpy()[contact])
-    there = contact_at(branch, point, contact)
+def forces_at(branch: Solutions, point: int) -> ContactForces:
+    """See ``Branch.contact_forces``."""
+    batches = contacts_at(branch, point)
+    friction = next((batch for batch in batches if batch.law is not None and is_friction(batch.law)), None)
+    if friction is None:
+        raise InputError(NO_FRICTION)
+    count, omega = branch.table.sizes["contact"], float(np.asarray(friction.motion.omega))
+
+    def among_all(values: Array) -> Array:
+        out = np.full((count, *values.shape[1:]), np.nan)
+        out[friction.elements] = values
+        return out
+
+    X, Y = map(among_all, friction.motion.Q)
+    parameters = {name: among_all(values) for name, values in friction.values.items()}
+    forces = element_forces(branch.harmonics, X, Y, v=among_all(friction.motion.drift[0]), **parameters)
+    forces.omega = omega
+    return forces
+
+
+def equilibria_at(branch: Solutions, point: int) -> Any:
+    """See ``Branch.thermal_equilibria``."""
+    d, problem = branch.point(point), branch.problem_at(point)
+    heated = next((state for state in problem.contact_states if isinstance(state, HeatedContacts)), None)
+    if heated is None:
+        raise InputError("no contact of this branch is heated; give the problem a thermal model")
+    batch, inputs = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
+    omega = float(d["omega"])
+    Q = tuple(
+        d[f"contact_{port}"].to_numpy()[batch.elements] + inputs.motion[i] for i, port in enumerate(batch.law.ports)
+    )
+    motion = Motion(branch.harmonics, omega, Q, inputs.drift(omega), inputs.velocity_per_omega)
+    return heated.all_equilibria(batch.law, motion, inputs.values)
+
+
+def loop_at(
+    branch: Solutions, point: int, contact: str | None = None, *, samples: int = 721, port: str | None = None
+) -> dict[str, Array]:
+    """See ``Branch.loop``."""
+    place, samples = place_of(branch.table, "contact", contact), whole("samples", samples, 2, MOST_ITEMS)
+    name, tau = names_of(branch.table, "contact")[place], np.linspace(0.0, 2.0 * np.pi, samples)
+    there = contact_at(branch, point, place)
     if there.law is None:
         raise InputError(
             f"the law of contact '{name}' is not known: {branch.without}; give the problem, ss.load(path, problem)"
@@ -197,7 +238,7 @@ def force_of(dataset: Any, contact: int) -> tuple[str, bool]:
         there = str(name).startswith("contact_") and force in dataset
         if there and np.isfinite(dataset[force].to_numpy()[..., contact, :]).all():
             return force, False
-    names = [str(label) for label in dataset["contact"].to_numpy()]
+    names = names_of(dataset, "contact")
     raise InputError(f"these results hold no force of contact '{names[contact]}'")
 
 

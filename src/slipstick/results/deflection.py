@@ -17,7 +17,7 @@ from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
 
 LEFT_OUT = 1e-4
@@ -43,7 +43,7 @@ class Deflection:
 
 
 def deflection_of(
-    branch: Branch, *, small: float = LEFT_OUT, points: Sequence[int] | None = None, coarse: Coarse | None = None
+    branch: Solutions, *, small: float = LEFT_OUT, points: Sequence[int] | None = None, coarse: Coarse | None = None
 ) -> Deflection:
     """The motion of the surface at points of a branch, by default all; of a ``coarse`` one where that is given.
 
@@ -92,7 +92,7 @@ _TOGETHER = 4_000_000
 """Forces on dofs, or at ports, taken together: 32 MB."""
 
 
-def force_fields(branch: Branch, points: Sequence[int], small: float) -> Array:
+def force_fields(branch: Solutions, points: Sequence[int], small: float) -> Array:
     """Orthonormal fields of forces on the dofs (n_dofs, k) that hold those of the points and the loads.
 
     Fields that add less than ``small`` of the largest force are left out.
@@ -276,7 +276,7 @@ def _over_frequencies(structure: Any) -> tuple[Array, Array]:
     return of_nodes, structure.mode_shapes / omega
 
 
-def parts_of(branch: Branch, points: Sequence[int]) -> Iterator[tuple[Balance, Sequence[int]]]:
+def parts_of(branch: Solutions, points: Sequence[int]) -> Iterator[tuple[Balance, Sequence[int]]]:
     """Points of one problem together: all of them, or one by one where a parameter was followed."""
     problem: Problem | None = branch.problem
     assert problem is not None

@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from slipstick.errors import InputError
+from slipstick.faults import shown, text
+from slipstick.results.view import names_of
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from xarray import DataArray
+
+    from slipstick.results.solutions import Solutions
 
 
 class Disc(NamedTuple):
@@ -38,16 +43,36 @@ class Disc(NamedTuple):
         return 2.0 * np.pi * np.arange(self.sectors) * self.engine_order / self.sectors
 
 
-def disc_of(branch: Branch) -> Disc | None:
+def disc_of(branch: Solutions) -> Disc | None:
     """The disc of which these are results; None where they are of something else, or without their problem."""
     around = None if branch.problem is None else branch.problem.structure.around
     if around is None:
         return None
     sectors = around.sectors
-    places = {str(name): place for place, name in enumerate(branch.table["dof"].to_numpy())}
+    places = {name: place for place, name in enumerate(names_of(branch.table, "dof"))}
     if not around.whole:
         dofs = {name: [place] * sectors for name, place in places.items() if "@" not in name}
         return Disc(sectors, around.engine_order, False, dofs)
     names = dict.fromkeys(name.rpartition("@")[0] for name in places)
     every = {name: [places.get(f"{name}@{s}", -1) for s in range(sectors)] for name in names}
     return Disc(sectors, 0, True, {name: where for name, where in every.items() if min(where) >= 0})
+
+
+def amplitude_on_disc(solutions: Solutions, dof: str) -> DataArray:
+    """See ``Branch.on_disc``."""
+    from xarray import DataArray
+
+    disc, table = disc_of(solutions), solutions.table
+    if disc is None:
+        raise InputError("on_disc: the results are not of a travelling wave or a disc, or without their problem")
+    dof = text("dof", dof)
+    if dof not in disc.dofs:
+        known = names_of(table, "dof")
+        whole_disc = [f"{dof}@{s}" for s in range(disc.sectors)] if disc.whole else [dof]
+        missing = next((name for name in whole_disc if name not in known), dof)
+        raise InputError(f"on_disc: there is no dof {shown(missing)} in the results")
+    values, sectors = table["amplitude"].to_numpy()[:, disc.dofs[dof]], disc.sectors
+    coords = {solutions.followed: ("point", table[solutions.followed].to_numpy()), "sector": np.arange(sectors)}
+    return DataArray(
+        values, dims=("point", "sector"), coords=coords, name="amplitude", attrs=dict(table["amplitude"].attrs)
+    )

@@ -10,6 +10,7 @@ import numpy as np
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number_or_numbers, shown, whole
 from slipstick.results.foreign import is_dataset
+from slipstick.results.view import followed_of
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def curve_percentiles(
         raise InputError(f"percentiles: found {shown(curves)}; expected the dataset in curves.nc")
     asked, points = checked_percentiles(percentiles), whole("points", points, 2, 100_000)
     numbers = study["case"].to_numpy()[_complete(study)]
-    followed = "parameter" if "parameter" in curves else "omega"
+    followed = followed_of(curves)
     case, x, part = (curves[name].to_numpy() for name in ("case", followed, "branch_part"))
     amplitude = curves["amplitude"].transpose("point", "dof").to_numpy()
     known = np.isin(case, numbers)

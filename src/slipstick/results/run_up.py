@@ -14,6 +14,7 @@ from slipstick.faults import number, shown, whole
 from slipstick.results.foreign import is_dataset
 from slipstick.results.saved_table import write_table
 from slipstick.results.schema import Declared
+from slipstick.results.view import names_of
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -261,7 +262,7 @@ class RunUp:
         return write_table(self.dataset, path, table, made)
 
     def _names(self) -> list[str]:
-        return [str(name) for name in self.dataset["dof"].to_numpy()]
+        return names_of(self.dataset, "dof")
 
     def _envelopes(self) -> xarray.Dataset:
         """Envelopes of all dofs one after another: each has its extremes at times of its own."""

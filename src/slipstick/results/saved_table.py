@@ -16,13 +16,19 @@ from pathlib import Path
 from re import sub
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from slipstick.errors import Fault, InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import text, wrong
 from slipstick.replacing import replacing
+from slipstick.results.schema import LARGEST
+from slipstick.results.view import names_of
 
 if TYPE_CHECKING:
     import xarray
+
+    from slipstick.results.solutions import Solutions
 
 _ENDINGS = (".csv", ".mat")
 _IN_COLUMNS = ("percentile", "harmonic")
@@ -107,6 +113,33 @@ def _alone(data: xarray.Dataset, rows: tuple[str, ...]) -> xarray.Dataset:
     """One table, with the labels of its dimensions."""
     kept = [name for name in data.variables if name not in data.dims and _rows(data, name) == rows]
     return data.drop_vars([name for name in data.variables if name not in data.dims and name not in kept])[kept]
+
+
+def write_table_of(solutions: Solutions, path: str | Path, table: str | None = None) -> Path:
+    """See ``Branch.save_table``."""
+    return write_table(solutions.dataset, path, table, {"peaks": lambda: _peaks(solutions)})
+
+
+def _peaks(solutions: Solutions) -> xarray.Dataset:
+    """The peaks of all dofs whose peaks were sought, along ``peak``."""
+    from xarray import Dataset
+
+    data = solutions.table
+    names = names_of(data, "dof")
+    if data.attrs.get("peaks_of") == LARGEST and LARGEST not in names:
+        names = [LARGEST]
+    elif "peaks_of" in data.attrs:
+        names = [name for name, sought in zip(names, solutions.sought("peaks_of").tolist(), strict=True) if sought]
+    found = [(name, *peak) for name in names for peak in solutions.peaks(name)]
+    where, size = data[solutions.followed].attrs, data["amplitude"].attrs
+    return Dataset(
+        {
+            "dof": ("peak", np.array([name for name, *_ in found], dtype=np.str_)),
+            solutions.followed: ("peak", np.array([at for _, at, _ in found], dtype=float), dict(where)),
+            "amplitude": ("peak", np.array([height for *_, height in found], dtype=float), dict(size)),
+        },
+        attrs=data.attrs,
+    )
 
 
 def _csv(data: xarray.Dataset, rows: tuple[str, ...], target: Path) -> None:

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 
-def known_problem(branch: Branch) -> Problem:
+def known_problem(branch: Solutions) -> Problem:
     """The problem whose parameters results depend on; InputError where it is not known."""
     problem = branch.problem or branch.excited
     if problem is None:
@@ -111,7 +111,7 @@ SUBJECTS = {
 
 
 def sensitivity_dataset(
-    branch: Branch, dof: str, parameters: Sequence[str], at: Sequence[int], points: Sequence[PointDerivatives]
+    branch: Solutions, dof: str, parameters: Sequence[str], at: Sequence[int], points: Sequence[PointDerivatives]
 ) -> xarray.Dataset:
     """The dataset of ``Branch.sensitivity``, at the points of the numbers ``at``."""
     import xarray
@@ -163,7 +163,7 @@ def corner_warnings(found: xarray.Dataset) -> list[str]:
 
 
 def motion_dataset(
-    branch: Branch, dof: str, parameters: Sequence[str], at: Sequence[int], rates: Array
+    branch: Solutions, dof: str, parameters: Sequence[str], at: Sequence[int], rates: Array
 ) -> xarray.Dataset:
     """Derivatives (parameter, point, coefficient) of a motion, and of the phase of its harmonics."""
     import xarray
@@ -192,7 +192,7 @@ def motion_dataset(
 
 
 def _about(
-    branch: Branch, dof: str, parameters: Sequence[str], at: Sequence[int]
+    branch: Solutions, dof: str, parameters: Sequence[str], at: Sequence[int]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Coordinates and attributes of derivatives along a branch."""
     problem, followed = known_problem(branch), view_of(branch.table).over[0]

@@ -17,7 +17,7 @@ from slipstick.typing import Array, IntArray, Points
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 PLACE = "place"
 STRESS, STRAIN = "stress", "strain"
@@ -59,7 +59,7 @@ def principals(stress: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh(tensors)[..., ::-1])
 
 
-def strains_of(branch: Branch) -> Strains:
+def strains_of(branch: Solutions) -> Strains:
     """Those of its structure; InputError that says why there are none."""
     if branch.problem is None:
         raise InputError(f"stress: the problem of this branch is not known: {branch.without}")
@@ -76,7 +76,7 @@ def strains_of(branch: Branch) -> Strains:
     return strains
 
 
-def stress_of(branch: Branch, points: Points = None, at: Any = None) -> xarray.Dataset:
+def stress_of(branch: Solutions, points: Points = None, at: Any = None) -> xarray.Dataset:
     """See ``Branch.stress``."""
     strains = strains_of(branch)
     numbers = point_numbers("points", points, len(branch))
@@ -92,7 +92,7 @@ def stress_of(branch: Branch, points: Points = None, at: Any = None) -> xarray.D
     return _dataset(branch, strains.places, chosen, numbers, strain, stress, measured)
 
 
-def stress_history(branch: Branch, point: int, at: Any = None, samples: int = 64) -> xarray.Dataset:
+def stress_history(branch: Solutions, point: int, at: Any = None, samples: int = 64) -> xarray.Dataset:
     """See ``Branch.stress_history``."""
     import xarray
 
@@ -139,7 +139,7 @@ def chosen_places(places: StrainPlaces, at: Any) -> IntArray:
     return np.concatenate([order[a:b] for a, b in zip(first, last, strict=True)])
 
 
-def _strain(branch: Branch, strains: Strains, numbers: list[int], chosen: IntArray) -> Array:
+def _strain(branch: Solutions, strains: Strains, numbers: list[int], chosen: IntArray) -> Array:
     """Coefficients (n_points, n_places, 6, L)."""
     rows = (6 * chosen[:, None] + np.arange(6)).ravel()
     L = branch.table.sizes["coefficient"]
@@ -155,7 +155,7 @@ def _strain(branch: Branch, strains: Strains, numbers: list[int], chosen: IntArr
 
 
 def _dataset(
-    branch: Branch,
+    branch: Solutions,
     places: StrainPlaces,
     chosen: IntArray,
     numbers: list[int],

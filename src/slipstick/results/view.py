@@ -1,12 +1,26 @@
-"""Which analysis made results, and what they are drawn over and beside: every reader of results asks here."""
+"""How results are read: which analysis made them, what they are drawn over, names, labels, units, values for the eye.
+
+Every reader asks here, the page as the figures and the terminal: tables and datasets alike.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.faults import shown, suggestion
+from slipstick.results.measures import phase_of
+from slipstick.results.peaks import located_peaks
+from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE
+from slipstick.typing import Array, IntArray
+from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
+
+ROUNDING = 1e-11
+"""Smaller than this beside what it is made of, a value is what rounding left of zero."""
 
 
 class View(NamedTuple):
@@ -108,3 +122,134 @@ def _told_by(data: Any) -> str:
     if attributes.get("peak_of"):
         return "track"
     return "parameter" if "parameter" in data else "response"
+
+
+def names_of(data: Any, dim: str) -> list[str]:
+    """Names along a dimension such as "dof"; none where there is no such dimension."""
+    return [str(name) for name in data[dim].to_numpy()] if dim in data else []
+
+
+def place_of(data: Any, dim: str, name: str | None = None) -> int:
+    """Place of a name along a dimension; the first without a name. InputError where there is none."""
+    known = names_of(data, dim)
+    if name is None and known:
+        return 0
+    if not isinstance(name, str) or name not in known:
+        raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
+    return known.index(name)
+
+
+def label_of(data: Any, name: str) -> str:
+    """What a variable is called on axes: its long name."""
+    label = str(data[name].attrs.get("long_name", name.replace("_", " ")))
+    return label if name == "parameter" else label[:1].upper() + label[1:]  # a parameter has the user's own name
+
+
+def unit_of(data: Any, name: str, dof: str = "") -> str:
+    """The unit of a variable, of one dof where that is given; empty for a mere number."""
+    label = str(data[name].attrs.get("units", ""))
+    unit = power_unit(unit_of_dof(label, dof) if dof else label)
+    return "" if unit == "1" else unit
+
+
+def after(data: Any, name: str, dof: str = "") -> str:
+    """The same as it stands after a number."""
+    return after_number(unit_of(data, name, dof))
+
+
+def frequency_unit(data: Any) -> str:
+    """The unit that frequencies are shown in: that of the range of the case, else the one of the results."""
+    units, unit = Units.of_results(data.attrs), str(data.attrs.get("frequency_unit", ""))
+    return unit if unit in units.frequencies else units.angular
+
+
+def followed_of(data: Any) -> str:
+    """Name of the variable that was followed: "omega" or "parameter"."""
+    return "parameter" if "parameter" in data else "omega"
+
+
+def followed_text(data: Any, value: float) -> str:
+    """A value of what was followed: "4.26 rad/s (0.678 Hz)", or "10 mm/s" of a parameter."""
+    if followed_of(data) == "parameter":
+        return f"{value:.6g}{after(data, 'parameter')}"
+    return Units.of_results(data.attrs).frequency_text(float(value), frequency_unit(data))
+
+
+def orders_of(data: Any) -> list[int]:
+    """Orders of the harmonics that results hold, 0 among them."""
+    return [0, *(int(label[1:]) for label in names_of(data, "coefficient")[1::2])]
+
+
+def ranked(data: Any, dim: str, name: str) -> IntArray:
+    """Places along a dimension, first those where a variable is largest; of dofs rotations last.
+
+    Numbers of two units are not compared.
+    """
+    names, axis = names_of(data, dim), data[name].dims.index(dim)
+    sizes = np.nan_to_num(np.abs(np.moveaxis(data[name].to_numpy(), axis, 0)))
+    turned = [dim == "dof" and is_rotation(label) for label in names]
+    return np.lexsort((-sizes.reshape(len(names), -1).max(axis=1, initial=0.0), turned))
+
+
+class ListedPeak(NamedTuple):
+    """A located peak: its point, dof, value of what was followed, amplitude."""
+
+    point: int
+    dof: str
+    at: float
+    amplitude: float
+
+
+def listed_peaks(data: Any) -> list[ListedPeak]:
+    """The located peaks of all dofs, the highest first; those of rotations after those of lengths."""
+    of, names = data["peak_dof"].to_numpy(), names_of(data, "dof")
+    at, size = data[followed_of(data)].to_numpy(), data["amplitude"].to_numpy()
+    peaks = [ListedPeak(i, names[of[i]], float(at[i]), float(size[i, of[i]])) for i in located_peaks(data).tolist()]
+    return sorted(peaks, key=lambda peak: (is_rotation(peak.dof), -peak.amplitude))
+
+
+def values_of(data: Any, name: str, dim: str, label: str) -> Array:
+    """A variable (n_points,) of a named dof or contact, zero where it is nothing but rounding.
+
+    InputError where the results do not hold it.
+    """
+    return values_at(data, name, dim, [names_of(data, dim).index(label)])[:, 0]
+
+
+def values_at(data: Any, name: str, dim: str, places: Sequence[int] | IntArray) -> Array:
+    """The same of several by their places, (n_points, n)."""
+    if name not in data:
+        raise InputError(f"there is no {name.replace('_', ' ')} in these results")
+    column = data[name]
+    values = np.take(column.to_numpy(), places, column.dims.index(dim))
+    return np.where(np.abs(values) <= ROUNDING * _sizes(data, name, dim)[places], 0.0, values)
+
+
+def phases_at(data: Any, places: Sequence[int] | IntArray, harmonic: int) -> Array:
+    """Phases (n_points, n) of the harmonic of that place, deg, without jumps; nan where it is nothing but rounding."""
+    X, least, parts = data["displacement"].to_numpy(), ROUNDING * _largest(data, "displacement"), branch_parts(data)
+    return np.stack([phase_of(X[:, d], harmonic, parts, float(least[d])) for d in places], axis=1)
+
+
+def _sizes(data: Any, name: str, dim: str) -> Array:
+    """What values of each dof or contact are measured by: the largest motion of its unit, or the largest power."""
+    if name in ("amplitude", "mean"):
+        return np.max([_largest(data, other) for other in ("amplitude", "mean") if other in data], axis=0)
+    size, parts = 0.0, ("omega", "friction_force", "contact_tangential")
+    if name == "dissipated_power" and all(part in data for part in parts):
+        size = float(np.prod([_finite(np.abs(data[part].to_numpy())) for part in parts]))
+    return np.full(data.sizes[dim], size)
+
+
+def _largest(data: Any, name: str) -> Array:
+    """The largest value of a variable, for each dof among those of its unit."""
+    axis, values = data[name].dims.index("dof"), np.abs(data[name].to_numpy())
+    sizes = np.nanmax(values, axis=tuple(k for k in range(values.ndim) if k != axis), initial=0.0)
+    turned = np.array([is_rotation(dof) for dof in names_of(data, "dof")])
+    return np.where(turned, _finite(sizes[turned]), _finite(sizes[~turned]))
+
+
+def _finite(values: Array) -> float:
+    """The largest of some; 0 where that is no number."""
+    size = float(np.nanmax(values, initial=0.0))
+    return size if np.isfinite(size) else 0.0

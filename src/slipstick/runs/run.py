@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 from slipstick.analysis.road.checkpoint import Checkpoint
 from slipstick.analysis.road.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
 from slipstick.analysis.road.run import Run, Sink, undisturbed
-from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
 from slipstick.io.journal import Recorded
 from slipstick.io.problem import fingerprint
-from slipstick.io.store import ResultStore
+from slipstick.io.store import ResultStore, save_branch
 from slipstick.results.record import Point
 from slipstick.results.schema import ANALYSIS, Layout, attributes_of
+from slipstick.results.solutions import Solutions
 from slipstick.results.table import ResultTable
 from slipstick.runs.failures import fault_sentence, os_sentence
 from slipstick.runs.folder import SUBHARMONICS, OutputFolder
@@ -160,7 +160,7 @@ class CaseRun:
     seconds: float = 0.0
     attributes: Mapping[str, Any] = field(default_factory=dict)
     """Those of the branch."""
-    doubled: Mapping[Path, Branch] = field(default_factory=dict)
+    doubled: Mapping[Path, Solutions] = field(default_factory=dict)
     """Branches of twice the period, by their files."""
 
     def compute(self, listener: RunListener | None = None) -> None:
@@ -220,10 +220,10 @@ class CaseRun:
         return self.store.table()
 
     @cached_property
-    def branch(self) -> Branch:
+    def branch(self) -> Solutions:
         """The same with the problem that goes with them, and its balance, which is made once for a run."""
         problem = self.request.vibrating
-        branch = Branch.from_dataset(self.found, problem, "" if problem is not None else self.request.without)
+        branch = Solutions.from_dataset(self.found, problem, self.request.without)
         if problem is not None:
             branch.balance = self.request.balance
         return branch
@@ -326,5 +326,5 @@ class CaseRun:
         for number, branch in enumerate(branches, 1):
             file = self.folder.results.with_name(SUBHARMONICS.format(number))
             branch.table.attrs.update(title=self.case.title, frequency_unit=self.case.frequency_unit)
-            branch.save(file)
+            save_branch(branch, file)
             self.doubled[file] = branch

@@ -6,14 +6,14 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import wrong
 from slipstick.io.loading import load_dataset, load_table, require_branch
 from slipstick.results.foreign import is_dataset
 from slipstick.results.run_up import RunUp
-from slipstick.results.saved_table import write_table
+from slipstick.results.saved_table import write_table, write_table_of
+from slipstick.results.solutions import Solutions
 from slipstick.results.view import analysis_of
 from slipstick.runs.folder import results_of
 from slipstick.studies.folder import CURVES_FILE
@@ -74,7 +74,7 @@ def _of_file(given: Path, path: str | Path, table: str | None) -> Path:
     analysis = analysis_of(found)
     if analysis not in ("study", "curves", "run_up", "identify"):
         require_branch(found, file)
-        return Branch.from_dataset(found).save_table(path, table)
+        return write_table_of(Solutions.from_dataset(found), path, table)
     data = found.to_dataset()
     if analysis == "run_up":
         return RunUp(data).save_table(path, table)

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
-from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import Gathering, one, table
+from slipstick.results.solutions import Solutions
 from slipstick.studies.distributions import distribution
 
 if TYPE_CHECKING:
     import xarray
 
 
-def first_order(branch: Branch, distributions: Any, dof: str | None = None) -> xarray.Dataset:
+def first_order(branch: Solutions, distributions: Any, dof: str | None = None) -> xarray.Dataset:
     """Mean and standard deviation of amplitude and peaks for independent parameters.
 
     ``mean = a + sum a_s (m_s - s)`` and ``variance = sum (a_s sigma_s)^2`` with the derivatives ``a_s`` of the branch
@@ -47,7 +47,7 @@ def first_order(branch: Branch, distributions: Any, dof: str | None = None) -> x
     """
     import xarray
 
-    known, given = one("branch", branch, Branch, "an ss.Branch with its problem"), Gathering()
+    known, given = one("branch", branch, Solutions, "an ss.Branch with its problem"), Gathering()
     asked = table("distributions", distributions, 'distributions by name such as {"damper.mu": scipy.stats.norm(0.3)}')
     if known.problem is None:
         raise InputError(f"distributions need the problem of the branch, which is not known: {known.without}")

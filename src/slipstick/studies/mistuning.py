@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.analysis.curve.response import forced_response
+from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import number, shown, whole
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
     from slipstick.analysis.road.events import CaseDone, EventFunction
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 PERCENTILES = (50.0, 95.0, 99.0)
 _SAME = 1e-9
@@ -160,7 +161,7 @@ def worst_pattern(
         _, dof = _top(branch)
         own = _peaks_of(branch, dof)
         best = max(range(len(own)), key=lambda i: own[i][1])
-        gradient = branch.sensitivity(names, dof=dof)["peak_amplitude"].to_numpy()[:, best]
+        gradient = sensitivity_of(branch, names, dof)["peak_amplitude"].to_numpy()[:, best]
         if not np.all(np.isfinite(gradient)):
             break
         target, share = bound * np.sign(gradient), 1.0
@@ -191,7 +192,7 @@ def _disc(problem: Any) -> Disc:
 
 def _curve(
     problem: Problem, deviations: Array, omega: FrequencyRange, options: Mapping[str, Any] | None, listeners: Any
-) -> Branch:
+) -> Solutions:
     for s, value in enumerate(deviations.tolist()):
         problem = problem.with_parameter(f"stiffness@{s}", value)
     branch = forced_response(problem, omega=omega, peaks_of=LARGEST, options=options, listeners=listeners)
@@ -200,7 +201,7 @@ def _curve(
     return branch
 
 
-def _peaks_of(branch: Branch, dof: str) -> list[tuple[float, float]]:
+def _peaks_of(branch: Solutions, dof: str) -> list[tuple[float, float]]:
     """Located peaks that belong to a dof, in their order along the branch."""
     d = branch.dof_index(dof)
     at = np.flatnonzero(branch.table["peak_dof"].to_numpy() == d)
@@ -208,14 +209,14 @@ def _peaks_of(branch: Branch, dof: str) -> list[tuple[float, float]]:
     return [(float(followed[i]), float(size[i, d])) for i in at]
 
 
-def _highest(branch: Branch) -> float:
+def _highest(branch: Solutions) -> float:
     peaks = branch.peaks(LARGEST)
     if not peaks:
         raise InputError(Fault("omega", "no peak of the largest amplitude is in the range", remedy="widen it"))
     return max(amplitude for _, amplitude in peaks)
 
 
-def _top(branch: Branch) -> tuple[float, str]:
+def _top(branch: Solutions) -> tuple[float, str]:
     """Where the highest peak is, and of which dof."""
     size, of = branch.table["amplitude"].to_numpy(), branch.table["peak_dof"].to_numpy()
     at = max(np.flatnonzero(of >= 0).tolist(), key=lambda i: size[i, of[i]])

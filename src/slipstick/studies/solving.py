@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.analysis.curve.request import StabilityRequest
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
     from slipstick.solve.continuation import ContinuationOptions
 
 _STABILITY = ("stable", "multiplier_max")
@@ -106,13 +106,13 @@ def solve(job: Job, plan: StudyPlan, case: int) -> CaseSolved:
 
 
 def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
-    branch = job.request(plan.problem(job.problem, case)).branch()
+    branch = job.request(plan.problem(job.problem, case)).solutions()
     if branch.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return kept(job, case, branch, time.perf_counter() - begin)
 
 
-def kept(job: Job, case: int, branch: Branch, seconds: float, *, lockstep: bool = False) -> CaseSolved:
+def kept(job: Job, case: int, branch: Solutions, seconds: float, *, lockstep: bool = False) -> CaseSolved:
     """What is kept of the branch of a case that took some seconds, alone or in lockstep with others."""
     data, layout = branch.table, job.curve_layout
     values = {"case": np.full(len(branch), case), **{n: data[n].to_numpy() for n in layout.variables if n != "case"}}
@@ -123,7 +123,7 @@ def kept(job: Job, case: int, branch: Branch, seconds: float, *, lockstep: bool 
     return CaseSolved(row=row, curve=layout.pack_all(values), message=branch.message, warnings=branch.warnings)
 
 
-def _peaks(values: Mapping[str, Any], followed: str, branch: Branch) -> dict[str, Any]:
+def _peaks(values: Mapping[str, Any], followed: str, branch: Solutions) -> dict[str, Any]:
     """The largest amplitude of every dof, where it is, and whether it is a peak; nan where it was not sought."""
     amplitude, dofs = values["amplitude"], np.arange(values["amplitude"].shape[1])
     top, alone = amplitude.argmax(axis=0), branch.sought("largest_of")

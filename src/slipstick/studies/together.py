@@ -17,7 +17,7 @@ from slipstick.studies.solving import CaseSolved, Job, kept, solve
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 _TRIED = 16
 
@@ -81,7 +81,7 @@ def _together(job: Job, plan: StudyPlan, cases: Sequence[int]) -> dict[int, Case
         return {case: kept(job, case, branch, seconds, lockstep=True) for case, branch in branches.items()}
 
 
-def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterator[tuple[int, Branch]]:
+def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterator[tuple[int, Solutions]]:
     """Cases that were followed to their end, and their branches."""
     try:
         branches = Lockstep([requests[case] for case in cases]).branches()

@@ -22,13 +22,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import SlipstickWarning
+from slipstick.results.bifurcations import bifurcations_of
 from slipstick.typing import Array
-from slipstick.verify.table import Check, ExpectedFound
+from slipstick.verify.checks import Check, ExpectedFound
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
     from slipstick.contact.velocity_friction import StribeckContact
+    from slipstick.results.solutions import Solutions
 
 CUBIC: Mapping[str, Any] = {"mu_s": 0.4, "mu_d": 0.25, "v_s": 0.5}
 CUBIC_DAMPING = 0.1
@@ -70,7 +71,7 @@ def belt(law: StribeckContact, damping: float, harmonics: int) -> Problem:
 
 
 @cache
-def cubic_cycles(load: float, slowest: float = 0.415, harmonics: int = 7) -> Branch:
+def cubic_cycles(load: float, slowest: float = 0.415, harmonics: int = 7) -> Solutions:
     """Cycles of the cubic law from the onset down to a slower belt, with one at 0.42."""
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles
     from slipstick.contact.velocity_friction import StribeckContact
@@ -83,7 +84,7 @@ def cubic_cycles(load: float, slowest: float = 0.415, harmonics: int = 7) -> Bra
 
 
 @cache
-def exponential_cycles(harmonics: int = 7) -> Branch:
+def exponential_cycles(harmonics: int = 7) -> Solutions:
     """Cycles of the exponential law from the onset on, with those at the belts that were counted."""
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles
     from slipstick.contact.velocity_friction import StribeckContact
@@ -95,9 +96,9 @@ def exponential_cycles(harmonics: int = 7) -> Branch:
         return limit_cycles(problem, "belt.velocity", (-1.85, -1.14), requested=[-V for V in COUNTED])
 
 
-def onset(branch: Branch) -> float:
+def onset(branch: Solutions) -> float:
     """Belt velocity at which steady sliding loses its stability."""
-    return next(-float(point.value) for point in branch.bifurcations() if point.kind == "Hopf")
+    return next(-float(point.value) for point in bifurcations_of(branch) if point.kind == "Hopf")
 
 
 def averaged_onset() -> float:
@@ -111,7 +112,7 @@ def averaged_amplitude(velocity: float) -> float:
     return float(2.0 * np.sqrt(averaged_onset() ** 2 - velocity**2))
 
 
-def closed_cycles(branch: Branch) -> Iterator[tuple[float, Array, Array]]:
+def closed_cycles(branch: Solutions) -> Iterator[tuple[float, Array, Array]]:
     """Belt velocity, x and x' over a period of the cycles that slide at all times."""
     h, tau = branch.harmonics, np.linspace(0.0, 2.0 * np.pi, 4001)
     d = branch.dataset
@@ -121,21 +122,21 @@ def closed_cycles(branch: Branch) -> Iterator[tuple[float, Array, Array]]:
         yield -float(d["parameter"][k]), h.H_minus(tau) @ X, rate
 
 
-def first_harmonic(branch: Branch, velocity: float) -> float:
+def first_harmonic(branch: Solutions, velocity: float) -> float:
     """Of the cycle at a belt velocity, about its mean."""
     d = branch.dataset
     here = (d["branch_part"] == 1) & np.isclose(d["parameter"], -velocity, rtol=0.0, atol=1e-12)
     return float(np.hypot(*np.asarray(d["displacement"])[np.flatnonzero(here)[0], 0, 1:3]))
 
 
-def slowest_without_stick(branch: Branch) -> float:
+def slowest_without_stick(branch: Solutions) -> float:
     """Belt velocity that the mass just reaches."""
     reached = np.array([(V, rate.max() - V) for V, _, rate in closed_cycles(branch)])
     (V0, over0), (V1, over1) = reached[np.argsort(np.abs(reached[:, 1]))[:2]]
     return float(V0 - over0 * (V1 - V0) / (over1 - over0))
 
 
-def shares(branch: Branch) -> dict[float, float]:
+def shares(branch: Solutions) -> dict[float, float]:
     """Belt velocity -> share of -2 < x < 2, 0 < x' < 2 that lies within the unstable cycle."""
     inside = {}
     for V, x, rate in closed_cycles(branch):
@@ -146,7 +147,7 @@ def shares(branch: Branch) -> dict[float, float]:
     return inside
 
 
-def fastest(branch: Branch) -> float:
+def fastest(branch: Solutions) -> float:
     """Belt velocity at which the unstable cycle and the one that sticks meet and end."""
     d = branch.dataset
     return float(-d["parameter"][np.flatnonzero(d["branch_part"] == 1)].min())

@@ -12,7 +12,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import DAMPING, LOAD, MASS, STIFFNESS, oscillator
-from slipstick.verify.table import Check, ExpectedFound
+from slipstick.verify.checks import Check, ExpectedFound
 
 H = Harmonics(range(4))
 OMEGA, MU, N = 2.5, 0.3, 100.0

@@ -12,7 +12,7 @@ from slipstick.contact.forces import element_forces
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 from slipstick.verify.cases import EXACT_OSCILLATOR, oscillator
-from slipstick.verify.table import Check, ExpectedFound
+from slipstick.verify.checks import Check, ExpectedFound
 
 
 class MarchedElements(NamedTuple):

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipstick.results.contacts import states_at
 from slipstick.typing import Array
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import DAMPING, EXACT_OSCILLATOR, LOAD, MASS, SLIP_OFFSET, STIFFNESS, oscillator
-from slipstick.verify.table import Check, ExpectedFound
+from slipstick.verify.checks import Check, ExpectedFound
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 
 RANGE = (2.0, 15.0)
@@ -23,7 +24,7 @@ GRID = tuple(np.round(np.arange(2.0, 15.001, 0.05), 10))
 
 
 @cache
-def curve(velocity: float, harmonics: tuple[int, ...] = tuple(range(11)), drive: float = 0.0) -> Branch:
+def curve(velocity: float, harmonics: tuple[int, ...] = tuple(range(11)), drive: float = 0.0) -> Solutions:
     """The response curve; with ``drive``, ``u = drive cos(omega t)`` instead of the load."""
     from slipstick.analysis.curve.response import forced_response
 
@@ -101,7 +102,7 @@ def _deviation(harmonics: tuple[int, ...]) -> Array:
     return np.abs(other / reference - 1.0)
 
 
-def _on_grid(branch: Branch) -> Array:
+def _on_grid(branch: Solutions) -> Array:
     return np.array([float(branch.dataset["amplitude"][branch.at(w), 0]) for w in GRID])
 
 
@@ -131,7 +132,7 @@ def _drive_falls(index: int) -> ExpectedFound:
 def _odd_sticks(velocity: float) -> ExpectedFound:
     """How many points of a curve have an odd number of stick intervals a period (stuck all period not counted)."""
     branch = curve(velocity)
-    sequences = ([name for *_, name in branch.states(k)["damper"]] for k in range(len(branch)))
+    sequences = ([name for *_, name in states_at(branch, k)["damper"]] for k in range(len(branch)))
     return 0.0, float(sum(names.count("stick") % 2 for names in sequences if len(names) > 1))
 
 

@@ -17,8 +17,8 @@ from slipstick.analysis.curve.lockstep_events import Events
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.many import ManyBalances, same_form
 from slipstick.balance.systems import FrequencySystem
-from slipstick.branch import Branch
 from slipstick.results import record
+from slipstick.results.solutions import Solutions
 
 ONE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
 TWO = ss.MatrixStructure(
@@ -58,17 +58,17 @@ def requests_of(problems: Sequence[ss.Problem], span: tuple[float, float], **mor
     return [frequency_request(problem, span, (), None, more or None) for problem in problems]
 
 
-def side_by_side(problems: Sequence[ss.Problem], span: tuple[float, float]) -> list[Branch | None]:
+def side_by_side(problems: Sequence[ss.Problem], span: tuple[float, float]) -> list[Solutions | None]:
     requests = requests_of(problems, span)
     assert all(in_lockstep(request) and alike(requests[0], request) for request in requests)
     return Lockstep(requests).branches()
 
 
-def of_kind(branch: Branch, kind: str) -> int:
+def of_kind(branch: Solutions, kind: str) -> int:
     return int(np.sum(branch.table["kind"].to_numpy() == kind))
 
 
-def hold(found: Branch, problem: ss.Problem, span: tuple[float, float]) -> None:
+def hold(found: Solutions, problem: ss.Problem, span: tuple[float, float]) -> None:
     """That a curve is the one followed alone."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they are compared below

@@ -60,7 +60,7 @@ def every(**more):
 def test_an_analysis_adds_its_points_alone():
     told = []
     with pytest.warns(ss.SlipstickWarning, match="it looks odd"):
-        branch = every(listeners=(told.append,), warnings=("it looks odd",)).branch()
+        branch = every(listeners=(told.append,), warnings=("it looks odd",)).solutions()
     whole = ss.forced_response(oscillator(velocity=10.0), omega=(4.0, 8.0)).dataset
     solved = whole.isel(point=np.flatnonzero(whole.kind.values != "interpolated")[::2])
     for name in ("omega", "displacement", "dissipated_power", "truncation"):
@@ -92,7 +92,7 @@ def test_a_sink_gets_the_values_that_a_branch_holds():
     run = request.run()
     sink = Kept(run)
     assert len(list(run.follow(sink))) == len(sink.omega)
-    assert sink.omega == request.branch().dataset.omega.values.tolist()
+    assert sink.omega == request.solutions().dataset.omega.values.tolist()
     assert sink.end.outcome.ok
     # what is interpolated comes with the solution it leads to
     assert all(group[-1] != "interpolated" and set(group[:-1]) <= {"interpolated"} for group in sink.groups)
@@ -100,19 +100,19 @@ def test_a_sink_gets_the_values_that_a_branch_holds():
 
 
 def test_what_was_found_is_worth_more_than_a_fault():
-    branch = every(last=5, fault=ZeroDivisionError("oops")).branch()
+    branch = every(last=5, fault=ZeroDivisionError("oops")).solutions()
     assert branch.outcome is ss.Outcome.FAILED
     assert "oops" in branch.message
     assert len(branch) == 3
     with pytest.raises(ZeroDivisionError):
-        every(last=0, fault=ZeroDivisionError("oops")).branch()
+        every(last=0, fault=ZeroDivisionError("oops")).solutions()
 
 
 def test_an_interrupt_keeps_what_was_found():
-    branch = every(last=5, fault=KeyboardInterrupt()).branch()
+    branch = every(last=5, fault=KeyboardInterrupt()).solutions()
     assert branch.outcome is ss.Outcome.INTERRUPTED
     assert len(branch) == 3
-    branch = every(last=5, fault=TimeIsUp()).branch()
+    branch = every(last=5, fault=TimeIsUp()).solutions()
     assert branch.outcome is ss.Outcome.TIME_LIMIT
 
 
@@ -126,10 +126,10 @@ def test_a_signal_keeps_what_was_found_wherever_it_comes(event):
 
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        branch = every(listeners=(interrupt,)).branch()
+        branch = every(listeners=(interrupt,)).solutions()
     finally:
         signal.signal(signal.SIGINT, before)
-    assert len(branch) == (1 if event is PointFound else len(every().branch()))
+    assert len(branch) == (1 if event is PointFound else len(every().solutions()))
     assert branch.outcome is (ss.Outcome.INTERRUPTED if event is PointFound else ss.Outcome.COMPLETED)
 
 

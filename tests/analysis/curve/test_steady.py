@@ -8,7 +8,7 @@ from helpers.oscillator import one_mass
 from helpers.results import corrected as solved
 
 import slipstick as ss
-from slipstick.analysis.curve.steady import corrected
+from slipstick.analysis.time_domain.check import corrected
 from slipstick.balance.start import FirstPoint
 from slipstick.verify.cases import oscillator
 

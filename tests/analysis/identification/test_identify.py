@@ -71,7 +71,8 @@ def test_friction_under_a_constant_load_is_one_parameter():
     assert found.singular_values[-1] < 1e-7 * found.singular_values[0]
 
 
-def test_levels_of_excitation_in_hertz():
+@pytest.mark.parametrize(("unit", "size"), [("Hz", 2.0 * np.pi), ("kHz", 2e3 * np.pi)])
+def test_levels_of_excitation_in_hertz(unit, size):
     """Amplitudes at three levels, some not measured; damping of the structure beside the contact's parameters."""
     problem, levels = oscillator(varying=False), [40.0, 100.0, 200.0]
     omega = FREQUENCIES[::2]
@@ -84,7 +85,7 @@ def test_levels_of_excitation_in_hertz():
         {"amplitude": (("load.x.amplitude", "frequency", "dof"), table)},
         coords={
             "load.x.amplitude": levels, "dof": ["x"],
-            "omega": ("frequency", omega / (2.0 * np.pi), {"units": "Hz"}),
+            "omega": ("frequency", omega / size, {"units": unit}),
         },
     )  # fmt: skip
     found = ss.identify(problem, data, {"damper.mu": 0.2, "damper.kt": 80.0, "damping": 1.3})

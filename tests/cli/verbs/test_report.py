@@ -112,7 +112,7 @@ def test_one_case_of_a_study_is_computed_again(case: Path, tmp_path: Path, monke
     (found,) = shown
     for name in ("omega", "amplitude", "dissipated_power"):
         np.testing.assert_allclose(found.dataset[name].values, alone.dataset[name].values, rtol=1e-9, atol=1e-12)
-    assert len(found.states(0)["damper"]) == len(alone.states(0)["damper"])  # which a study does not keep
+    assert len(ss.Branch.of(found).states(0)["damper"]) == len(alone.states(0)["damper"])  # which a study does not keep
     for words, why in {
         (out, "--case", 3): "found 3; expected a case of the study, from 0 to 2",
         (out, out, "--case", 1): "--case is a case of a study",

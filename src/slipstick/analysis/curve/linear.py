@@ -12,65 +12,15 @@ from numpy.typing import NDArray
 from slipstick.balance.balance import Balance
 from slipstick.balance.batches import Batch
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.physics_checks import problem_warnings
-from slipstick.balance.problem import Problem
-from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import SMALLEST, Gathering, frequency, in_radians, numbers, one, shown, wrong
+from slipstick.faults import SMALLEST, frequency, in_radians, numbers, wrong
 from slipstick.quantities import WithUnit
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.results.schema import attributes_of, layout_of, make_table
-from slipstick.typing import Array, FrequencyList
+from slipstick.results.solutions import Solutions
+from slipstick.typing import Array
 from slipstick.units import Units
-
-
-def linear_response(problem: Problem, omega: FrequencyList, *, state: str = "free") -> Branch:
-    """Linear response at given frequencies, as a reference for the nonlinear one.
-
-    Parameters
-    ----------
-    omega
-        Fundamental frequencies (n,), rad/s.
-    state
-        "free": without the contacts. "stuck": every friction contact that is closed at rest holds by kt and kn and
-        follows the periodic rubbing motion; a constant rubbing velocity has no meaning there and is left out. Other
-        laws act with their stiffness at rest.
-
-    Returns
-    -------
-    Branch
-        A dataset of omega, displacement, amplitude and mean; ``peaks`` are the largest among the frequencies given.
-
-    Raises
-    ------
-    InputError
-        For another state, or frequencies that are not positive.
-
-    Warns
-    -----
-    SlipstickWarning
-        As :func:`forced_response`.
-
-    Examples
-    --------
-    >>> import slipstick as ss
-    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    >>> problem = ss.Problem(structure, loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1])
-    >>> linear_response(problem, omega=[6.3182]).dataset["amplitude"].values.round(3).tolist()
-    [[39.548]]
-    """
-    checks = Gathering()
-    checks.take(one, "problem", problem, Problem, "an ss.Problem")
-    w = checks.take(frequencies_of, omega, problem.units if isinstance(problem, Problem) else None)
-    if not isinstance(state, str) or state not in ("free", "stuck"):
-        checks.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
-    checks.end()
-    assert w is not None
-    limit = LinearLimit(Balance(problem), state)
-    warnings = problem_warnings(problem, ends_of(omega, w), limit.balance.receptance.static)
-    problem.warn(warnings)
-    return limit.branch(w, limit.motion(w), warnings)
 
 
 def frequencies_of(omega: Any, units: Units | None) -> Array:
@@ -119,8 +69,8 @@ class LinearLimit:
         P = np.broadcast_to(self._P, (w.size, *self._P.shape))
         return self._outputs.motion(x.reshape(w.size, -1), force, P, w, [{}] * w.size)
 
-    def branch(self, w: Array, motion: Array, warnings: Sequence[str] = ()) -> Branch:
-        """The branch of frequencies (n,) and motion (n, n_outputs, L)."""
+    def solutions(self, w: Array, motion: Array, warnings: Sequence[str] = ()) -> Solutions:
+        """Those of frequencies (n,) with their motion (n, n_outputs, L)."""
         problem = self.balance.problem
         values = {
             "omega": w,
@@ -131,7 +81,7 @@ class LinearLimit:
         told = f"linear response, contacts {self.state}"
         attributes = attributes_of(problem, Outcome.COMPLETED, told, warnings, analysis="linear")
         layout = layout_of(problem, only=tuple(values))
-        return Branch(make_table(layout, values, attributes), Outcome.COMPLETED, problem)
+        return Solutions(make_table(layout, values, attributes), Outcome.COMPLETED, problem)
 
 
 def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
@@ -187,7 +137,7 @@ _DOFS, _TOPS, _ROUNDS, _NEARER = 3, 3, 6, 9
 
 def linear_references(
     balance: Balance, omega: tuple[float, float], *, seconds: float = _SECONDS
-) -> Iterator[tuple[str, Branch]]:
+) -> Iterator[tuple[str, Solutions]]:
     """Label and response of each limit over a range of frequencies; a limit that cannot be computed is left out.
 
     As many frequencies as the seconds allow, structures that are solved anew at each get fewer; the natural ones
@@ -204,7 +154,7 @@ def linear_references(
             ):
                 continue
             known = limit
-            yield label, limit.branch(*_with_peaks(limit, *_over(limit, min(omega), max(omega), seconds)))
+            yield label, limit.solutions(*_with_peaks(limit, *_over(limit, min(omega), max(omega), seconds)))
         except InputError:
             continue
 

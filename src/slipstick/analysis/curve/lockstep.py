@@ -25,11 +25,11 @@ from slipstick.balance.many import ManyBalances, same_form
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import FrequencySystem
-from slipstick.branch import Branch
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Outcome
 from slipstick.results.record import Columns, Outputs
 from slipstick.results.schema import LARGEST, POINT_KINDS, attributes_of, make_table
+from slipstick.results.solutions import Solutions
 from slipstick.results.truncation import at_their_parameter
 from slipstick.solve.continuation.lockstep import Correctors, Factors, Numbers, follow
 from slipstick.solve.continuation.lockstep_output import Interpolated, Segments
@@ -130,16 +130,16 @@ class Lockstep:
         self._span = self._first.start, self._first.stop
         self._clock = time.perf_counter()
 
-    def branches(self) -> list[Branch | None]:
+    def branches(self) -> list[Solutions | None]:
         """The branch of each request, its warnings kept with it but not given; None of those to be followed alone."""
         with one_blas_thread():
             return self._branches()
 
-    def _branches(self) -> list[Branch | None]:
+    def _branches(self) -> list[Solutions | None]:
         requests = self._requests
         started = [FirstPoint(r.balance, r.inputs, r.omega).find() for r in requests]
         kept = [i for i, x in enumerate(started) if x is not None]
-        out: list[Branch | None] = [None] * len(requests)
+        out: list[Solutions | None] = [None] * len(requests)
         if len(kept) < len(requests):
             if kept:
                 rest = Lockstep([requests[i] for i in kept])._branches()
@@ -166,7 +166,7 @@ class Lockstep:
 
     # points and their numbers
 
-    def _recorded(self, located: Located, given_up: BoolArray) -> list[Branch | None]:
+    def _recorded(self, located: Located, given_up: BoolArray) -> list[Solutions | None]:
         """All points in order, and the numbers of each."""
         pieces, whole, place = self._pieces(located)
         between = self._dense.points(pieces, whole)
@@ -284,7 +284,7 @@ class Lockstep:
             ),
         )  # fmt: skip
 
-    def _branch(self, i: int, own: Mapping[str, Any], seconds: float) -> Branch:
+    def _branch(self, i: int, own: Mapping[str, Any], seconds: float) -> Solutions:
         """The branch of one request from its variables."""
         request, points = self._requests[i], len(own["omega"])
         segment = Segment(number=1, start=request.start, stop=request.stop, points=points, outcome=Outcome.COMPLETED)
@@ -298,4 +298,4 @@ class Lockstep:
             request.problem, outcome, message, said, analysis=request.analysis, **work,
             peaks_of="\n".join(request.peaks_of), largest_of="", seconds=seconds, jacobian=request.balance.backend.name,
         )  # fmt: skip
-        return Branch(make_table(self._layout, own, attributes), outcome, request.problem, message)
+        return Solutions(make_table(self._layout, own, attributes), outcome, request.problem, message)

@@ -6,15 +6,18 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal
 
-from slipstick.analysis.curve.follow import frequency_request, parameter_request
-from slipstick.analysis.curve.linear import linear_response
+from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
+from slipstick.analysis.curve.linear import LinearLimit, ends_of, frequencies_of
 from slipstick.analysis.curve.request import StabilityRequest
+from slipstick.analysis.curve.steady import steady_request
 from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.road.options import response_options
+from slipstick.balance.balance import Balance
+from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
-from slipstick.errors import Outcome
-from slipstick.faults import warn, wrong
+from slipstick.errors import Fault, Outcome
+from slipstick.faults import Gathering, one, shown, warn, wrong
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
@@ -96,8 +99,8 @@ def forced_response(
     [(6.14, 18.25)]
     """
     subharmonics, stability = _follows(follow, stability)
-    branch = frequency_request(problem, omega, requested, peaks_of, options, listeners, guess, stability).branch()
-    return _with_subharmonics(branch, options, stability) if subharmonics else branch
+    request = frequency_request(problem, omega, requested, peaks_of, options, listeners, guess, stability)
+    return _branch(request, options, stability if subharmonics else None)
 
 
 def follow(
@@ -138,8 +141,120 @@ def parameter_response(
     """
     subharmonics, stability = _follows(follow, stability)
     shared = (requested, peaks_of, options, listeners, guess, stability)
-    branch = parameter_request(problem, parameter, span, omega, *shared).branch()
-    return _with_subharmonics(branch, options, stability) if subharmonics else branch
+    request = parameter_request(problem, parameter, span, omega, *shared)
+    return _branch(request, options, stability if subharmonics else None)
+
+
+def steady_response(
+    problem: Problem,
+    parameter: str | None = None,
+    values: Reals | None = None,
+    *,
+    omega: FrequencyList,
+    guess: Branch | Reals | None = None,
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
+    stability: StabilityRequest = False,
+) -> Branch:
+    """Steady vibration at given frequencies, or at given values of a parameter: these points alone.
+
+    Each point is found by itself, from ``guess`` or from nothing: where several motions exist, which one is found does
+    not depend on the other points. A curve (``forced_response``) follows one from an end of its range.
+
+    Parameters
+    ----------
+    problem
+        What vibrates.
+    parameter, values
+        Name of a parameter as of ``parameter_response`` and its values, one or a list. Without, points are those of
+        the frequencies.
+    omega
+        Fundamental frequencies, rad/s, one or a list; one alone with a ``parameter``.
+    guess
+        What to try first: a branch, of which the point nearest to each one is taken (with its contact states), or
+        unknowns as of ``forced_response``, such as ``branch.guess(point)``.
+    options, listeners, stability
+        As of ``forced_response``.
+
+    Returns
+    -------
+    Branch
+        Points of kind "requested", in the order of the values given. Values at which no motion is found are left out:
+        the ``outcome`` is that of the first of them, and ``message`` names them.
+
+    Raises
+    ------
+    InputError
+        For values, a parameter, a guess or an option that cannot be used.
+
+    Warns
+    -----
+    SlipstickWarning
+        As ``forced_response``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> damper = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
+    ...                      loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
+    >>> branch = steady_response(problem, omega=[8.0, 9.5])
+    >>> branch.dataset.amplitude.values.round(4).tolist()
+    [[1.3146], [2.0042]]
+    >>> steady_response(problem, "damper.mu", 0.2, omega=9.5).dataset.amplitude.values.round(4).tolist()
+    [[2.7585]]
+    """
+    arguments = locals()
+    return Branch.of(steady_request(**arguments).solutions())
+
+
+def linear_response(problem: Problem, omega: FrequencyList, *, state: str = "free") -> Branch:
+    """Linear response at given frequencies, as a reference for the nonlinear one.
+
+    Parameters
+    ----------
+    omega
+        Fundamental frequencies (n,), rad/s.
+    state
+        "free": without the contacts. "stuck": every friction contact that is closed at rest holds by kt and kn and
+        follows the periodic rubbing motion; a constant rubbing velocity has no meaning there and is left out. Other
+        laws act with their stiffness at rest.
+
+    Returns
+    -------
+    Branch
+        A dataset of omega, displacement, amplitude and mean; ``peaks`` are the largest among the frequencies given.
+
+    Raises
+    ------
+    InputError
+        For another state, or frequencies that are not positive.
+
+    Warns
+    -----
+    SlipstickWarning
+        As :func:`forced_response`.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> problem = ss.Problem(structure, loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1])
+    >>> linear_response(problem, omega=[6.3182]).dataset["amplitude"].values.round(3).tolist()
+    [[39.548]]
+    """
+    checks = Gathering()
+    checks.take(one, "problem", problem, Problem, "an ss.Problem")
+    w = checks.take(frequencies_of, omega, problem.units if isinstance(problem, Problem) else None)
+    if not isinstance(state, str) or state not in ("free", "stuck"):
+        checks.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
+    checks.end()
+    assert w is not None
+    limit = LinearLimit(Balance(problem), state)
+    warnings = problem_warnings(problem, ends_of(omega, w), limit.balance.receptance.static)
+    problem.warn(warnings)
+    return Branch.of(limit.solutions(w, limit.motion(w), warnings))
 
 
 def _follows(follow: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
@@ -149,16 +264,20 @@ def _follows(follow: Any, stability: StabilityRequest) -> tuple[bool, StabilityR
     return follow is not None, True if follow is not None and stability is False else stability
 
 
-def _with_subharmonics(branch: Branch, options: Any, stability: StabilityRequest) -> Branch:
-    """The branch with those of twice the period that begin on it."""
-    from slipstick.analysis.stability.subharmonics import subharmonics_of
+def _branch(request: CurveRequest, options: Any, stability: StabilityRequest | None) -> Branch:
+    """What is followed; with a ``stability`` also what begins on it with twice the period."""
+    solutions = request.solutions()
+    if stability is not None:
+        from slipstick.analysis.stability.subharmonics import subharmonics_of
 
-    postprocessing = Postprocessing()
-    branch.subharmonics = postprocessing.attempt(
-        "motion of twice the period", partial(subharmonics_of, branch, options=options, stability=stability), ()
-    )
-    warn(postprocessing.failures)
-    return branch
+        postprocessing = Postprocessing()
+        solutions.subharmonics = postprocessing.attempt(
+            "motion of twice the period", partial(subharmonics_of, solutions, options=options, stability=stability), ()
+        )
+        warn(postprocessing.failures)
+    return Branch.of(solutions)
 
 
-__all__ = ["follow", "forced_response", "linear_response", "parameter_response", "response_options"]
+__all__ = [
+    "follow", "forced_response", "linear_response", "parameter_response", "response_options", "steady_response"
+]  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -10,86 +10,25 @@ import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_over, special_points
 from slipstick.analysis.curve.linear import ends_of, frequencies_of
-from slipstick.analysis.curve.request import StabilityRequest, curve_arguments
-from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.curve.request import curve_arguments
 from slipstick.analysis.road.request import Checks
 from slipstick.balance.balance import Balance
-from slipstick.balance.problem import Problem
-from slipstick.balance.systems import FrequencySystem
-from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import frequency, numbers, wrong
 from slipstick.interrupts import pass_on
-from slipstick.results.record import Point, Recorder, contact_states, unknowns
-from slipstick.solve.continuation import ContinuationOptions
-from slipstick.solve.newton import newton
-from slipstick.solve.norm import norm
-from slipstick.typing import AnyArray, Array, FrequencyList, Reals
+from slipstick.results.record import Point, contact_states, unknowns
+from slipstick.results.solutions import Solutions
+from slipstick.typing import Array
 
 _LISTED = 5
 """So many values without a solution are named."""
 
 
-def steady_response(
-    problem: Problem,
-    parameter: str | None = None,
-    values: Reals | None = None,
-    *,
-    omega: FrequencyList,
-    guess: Branch | Reals | None = None,
-    options: ContinuationOptions | Mapping[str, Any] | None = None,
-    listeners: Iterable[EventFunction] | EventFunction = (),
-    stability: StabilityRequest = False,
-) -> Branch:
-    """Steady vibration at given frequencies, or at given values of a parameter: these points alone.
-
-    Each point is found by itself, from ``guess`` or from nothing: where several motions exist, which one is found does
-    not depend on the other points. A curve (``forced_response``) follows one from an end of its range.
-
-    Parameters
-    ----------
-    problem
-        What vibrates.
-    parameter, values
-        Name of a parameter as of ``parameter_response`` and its values, one or a list. Without, points are those of
-        the frequencies.
-    omega
-        Fundamental frequencies, rad/s, one or a list; one alone with a ``parameter``.
-    guess
-        What to try first: a branch, of which the point nearest to each one is taken (with its contact states), or
-        unknowns as of ``forced_response``, such as ``branch.guess(point)``.
-    options, listeners, stability
-        As of ``forced_response``.
-
-    Returns
-    -------
-    Branch
-        Points of kind "requested", in the order of the values given. Values at which no motion is found are left out:
-        the ``outcome`` is that of the first of them, and ``message`` names them.
-
-    Raises
-    ------
-    InputError
-        For values, a parameter, a guess or an option that cannot be used.
-
-    Warns
-    -----
-    SlipstickWarning
-        As ``forced_response``.
-
-    Examples
-    --------
-    >>> import slipstick as ss
-    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    >>> damper = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
-    ...                      loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
-    >>> branch = steady_response(problem, omega=[8.0, 9.5])
-    >>> branch.dataset.amplitude.values.round(4).tolist()
-    [[1.3146], [2.0042]]
-    >>> steady_response(problem, "damper.mu", 0.2, omega=9.5).dataset.amplitude.values.round(4).tolist()
-    [[2.7585]]
-    """
+def steady_request(
+    problem: Any, parameter: Any = None, values: Any = None, *, omega: Any, guess: Any = None, options: Any = None,
+    listeners: Any = (), stability: Any = False,
+) -> SteadyRequest:  # fmt: skip
+    """What ``steady_response`` computes; its arguments, checked. Raises InputError with all faults."""
     checks = Checks(problem)
     over = parameter is not None
     name = checks.name(parameter) if over else ""
@@ -103,7 +42,7 @@ def steady_response(
         array = checks.take(frequencies_of, omega, checks.units)
     points = None if array is None else tuple(array.tolist())
     checks.takes(name, points)
-    start = None if isinstance(guess, Branch) else guess
+    start = None if isinstance(guess, Solutions) else guess
     common = curve_arguments(checks, (), None, options, listeners, start, stability)
     assert checks.problem is not None
     assert points is not None
@@ -111,8 +50,8 @@ def steady_response(
     request = curve_over(checks.problem, name, at, ends, common)
     return SteadyRequest(
         **(vars(request) | {"peaks_of": (), "largest_of": ()}), values=points,
-        near=guess if isinstance(guess, Branch) else None,
-    ).branch()  # fmt: skip
+        near=guess if isinstance(guess, Solutions) else None,
+    )  # fmt: skip
 
 
 def _values(values: Any) -> Array:
@@ -128,7 +67,7 @@ class SteadyRequest(CurveRequest):
     """Points to be found, each by itself; ``near`` is a branch near which they are sought."""
 
     values: tuple[float, ...]
-    near: Branch | None = None
+    near: Solutions | None = None
     analysis: ClassVar[str] = "steady"
 
     def run(self) -> SteadyRun:
@@ -190,7 +129,7 @@ class SteadyRun(CurveRun):
         return self.message
 
 
-def _nearest(branch: Branch, balance: Balance, value: float, parameter: str) -> tuple[Array, Array | None]:
+def _nearest(branch: Solutions, balance: Balance, value: float, parameter: str) -> tuple[Array, Array | None]:
     """Unknowns (N,) and contact states, where there are any, at the point of a branch nearest to a value.
 
     InputError where the branch holds no motion of such contacts.
@@ -211,23 +150,3 @@ def _nearest(branch: Branch, balance: Balance, value: float, parameter: str) -> 
         by_state = zip(balance.states, balance.by_state(states), strict=True)
         states = np.concatenate([state.start if state.slow else value for state, value in by_state])
     return guess.reshape(-1), states
-
-
-def corrected(branch: Branch, point: int) -> Mapping[str, AnyArray]:
-    """Every variable of the schema at the frequency and parameter of a point, solved for from there.
-
-    The point's own numbers where no solution is found next to them. Raises InputError where the problem is not known.
-    """
-    numbers_there, problem = branch.point(point), branch.problem_at(point)
-    balance, omega = Balance(problem), float(numbers_there["omega"])
-    balance.anchor_if_undamped(omega)
-    near = contact_states(branch.table, balance, point)
-    system, start = FrequencySystem(balance, problem.inputs), branch.guess(point).ravel()
-    result = newton(lambda x: system.evaluate(x, omega, near), start, scale=norm(start) or 1.0)
-    if not result.converged:
-        return {str(name): np.asarray(numbers_there[name]) for name in numbers_there}
-    solution = Point.at(
-        result.evaluation.detail, x=result.x, residual=result.residual_norm, iterations=result.iterations,
-        kind="regular", parameter=omega, peak_of="",
-    )  # fmt: skip
-    return Recorder(balance).record(solution)

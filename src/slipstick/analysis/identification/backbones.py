@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.curve.response import forced_response
+from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.identification.kinds import Backbone
 from slipstick.analysis.identification.measured import conditions_at
 from slipstick.analysis.modes.following import first_guess
-from slipstick.analysis.modes.nonlinear_modes import FreeProblem, free_problem
+from slipstick.analysis.modes.free_problem import FreeProblem, free_problem
 from slipstick.analysis.modes.start import LinearMode
 from slipstick.analysis.modes.system import Beside, ModeSystem, damping_rate
 from slipstick.analysis.peaks.gradient import StateSpace
@@ -93,7 +93,7 @@ class PeakPredictor:
         problem = replace(problem, outputs=[self.measured.dof])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
-            branch = forced_response(problem, omega=span, peaks_of=[self.measured.dof])
+            branch = frequency_request(problem, span, peaks_of=[self.measured.dof]).solutions()
         stopped_too(branch.outcome)
         table, balance = branch.table, Balance(problem)
         for point in np.flatnonzero(table["peak_dof"].to_numpy() == 0).tolist() if len(branch) else []:

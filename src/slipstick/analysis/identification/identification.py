@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipstick.analysis.identification.noise import error_text
 from slipstick.balance.parameters import parameter_units
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
@@ -155,10 +156,3 @@ class Identification:
     def __repr__(self) -> str:
         said = ", ".join(f"{name}={value:.6g}" for name, value in self.values.items())
         return f"Identification({said}; misfit {self.misfit:.3g})"
-
-
-def error_text(error: float, *, at_bound: bool) -> str:
-    """A standard error in words."""
-    if np.isinf(error):
-        return "not determined"
-    return f"+- {error:.2g}" if np.isfinite(error) else "at a bound" if at_bound else "no standard error"

@@ -13,14 +13,12 @@ from slipstick.balance.parameters import FACTORS
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, whole, wrong
+from slipstick.quantities import FREQUENCIES
 from slipstick.results.foreign import foreign_dataset, is_dataset
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     import xarray
-
-FREQUENCY_UNITS = {"Hz": 2.0 * np.pi, "rpm": 2.0 * np.pi / 60.0}
-"""Units of a measured frequency other than rad/s."""
 
 _EXPECTED = (
     "an xarray.Dataset with omega and displacement(omega, dof, coefficient) or amplitude(omega, dof), displacement "
@@ -155,7 +153,7 @@ def _peaks(problem: Problem, data: xarray.Dataset) -> Backbone:
     lead = one.dims
     values = np.full((one.size, 2), np.nan)
     for name, column in zip(given, columns, strict=True):
-        factor = FREQUENCY_UNITS.get(str(data[name].attrs.get("units", "")), 1.0) if name == "peak_omega" else 1.0
+        factor = FREQUENCIES.get(str(data[name].attrs.get("units", "")), 1.0) if name == "peak_omega" else 1.0
         values[:, int(name == "peak_amplitude")] = factor * np.asarray(column.values, dtype=float).reshape(-1)
     _positive(values, ("peak_omega", "peak_amplitude"))
     if not np.isfinite(values[:, 0]).any():
@@ -180,7 +178,7 @@ def _mode(problem: Problem, data: xarray.Dataset) -> Backbone:
     size, *columns = xarray.broadcast(*(array.drop_vars(list(array.coords)) for array in arrays))
     amplitude, values = np.asarray(size.values, dtype=float).reshape(-1), np.full((size.size, 2), np.nan)
     for name, column in zip(given, columns, strict=True):
-        factor = FREQUENCY_UNITS.get(str(data[name].attrs.get("units", "")), 1.0) if name == "omega" else 1.0
+        factor = FREQUENCIES.get(str(data[name].attrs.get("units", "")), 1.0) if name == "omega" else 1.0
         values[:, int(name == "modal_damping")] = factor * np.asarray(column.values, dtype=float).reshape(-1)
     if not np.all(np.isfinite(amplitude) & (amplitude > 0.0)):
         raise wrong(("measured", "modal_amplitude"), float(np.nanmin(amplitude)), "amplitudes > 0")
@@ -267,7 +265,7 @@ def _frequencies(data: xarray.Dataset, lead: Sequence[Any], values: xarray.DataA
     if "omega" not in data.variables:
         raise InputError(Fault(("measured", "omega"), "is missing", remedy="give the frequencies, rad/s"))
     omega = data["omega"]
-    factor = FREQUENCY_UNITS.get(str(omega.attrs.get("units", "")), 1.0)
+    factor = FREQUENCIES.get(str(omega.attrs.get("units", "")), 1.0)
     found = factor * numbers(("measured", "omega"), _over(omega, lead, values), "frequencies > 0")
     if np.any(found <= 0.0):
         raise wrong(("measured", "omega"), float(found.min()), "frequencies > 0")

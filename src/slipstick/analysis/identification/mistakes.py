@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.identification.kinds import Measured
-from slipstick.analysis.identification.measured import FREQUENCY_UNITS
 from slipstick.analysis.identification.predicted import Predictor
+from slipstick.quantities import FREQUENCIES
 from slipstick.typing import Array
 
 _NEAR = 0.1
@@ -59,7 +59,8 @@ def changes(measured: Measured, orders: Array) -> Iterator[Change]:
     sign = "check the sign of their phase: they are z of Re(z exp(i omega t))"
     if conjugated is not None:
         yield Change(measured=conjugated, words="conjugated", remedy=sign)
-    for unit, factor in FREQUENCY_UNITS.items():
+    for unit in ("Hz", "rpm"):
+        factor = FREQUENCIES[unit]
         if (changed := measured.at_frequencies(factor)) is not None:
             yield Change(
                 measured=changed, words=f"taken at frequencies in {unit} instead of rad/s",

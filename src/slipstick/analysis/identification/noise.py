@@ -286,3 +286,10 @@ def too_large(chi_square: float, freedom: int) -> bool:
 def listed(names: Sequence[str]) -> str:
     """Names as a list in a sentence."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def error_text(error: float, *, at_bound: bool) -> str:
+    """A standard error in words."""
+    if np.isinf(error):
+        return "not determined"
+    return f"+- {error:.2g}" if np.isfinite(error) else "at a bound" if at_bound else "no standard error"

@@ -9,8 +9,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.analysis.curve.response import forced_response
-from slipstick.analysis.curve.steady import steady_response
+from slipstick.analysis.curve.follow import frequency_request
+from slipstick.analysis.curve.steady import steady_request
 from slipstick.analysis.identification.kinds import Backbone, Decay, Loops, Measured, Vibration
 from slipstick.analysis.peaks.gradient import Extreme
 from slipstick.analysis.road.run import stopped_too
@@ -19,11 +19,11 @@ from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import Detail, by_inputs
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
-from slipstick.branch import Branch
 from slipstick.contact.law import Motion
 from slipstick.errors import SlipstickError, SlipstickWarning
 from slipstick.results.record import Outputs, contact_states, unknowns
 from slipstick.results.sensitivities import direction_of
+from slipstick.results.solutions import Solutions
 from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.solve.norm import norm
 from slipstick.typing import Array, IntArray
@@ -193,13 +193,13 @@ class VibrationPredictor:
             each: list[list[tuple[Array, Array | None]]] = [[] for _ in omega]
             if len(omega) > 2:
                 span = (float(omega.min()) * (1.0 - _BESIDE), float(omega.max()) * (1.0 + _BESIDE))
-                self._gather(each, forced_response(problem, omega=span, requested=omega, peaks_of=()), omega)
+                self._gather(each, frequency_request(problem, span, omega, ()).solutions(), omega)
             missing = [k for k, found in enumerate(each) if not found]
             if missing:
-                self._gather(each, steady_response(problem, omega=omega[missing]), omega)
+                self._gather(each, steady_request(problem, omega=omega[missing]).solutions(), omega)
         return each
 
-    def _gather(self, each: list[list[tuple[Array, Array | None]]], branch: Branch, omega: Array) -> None:
+    def _gather(self, each: list[list[tuple[Array, Array | None]]], branch: Solutions, omega: Array) -> None:
         stopped_too(branch.outcome)
         table = branch.table
         if not len(branch):

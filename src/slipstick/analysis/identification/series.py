@@ -18,6 +18,7 @@ import numpy as np
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import numbers
+from slipstick.quantities import FREQUENCIES
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -66,9 +67,7 @@ def _steady(problem: Problem, data: xarray.Dataset, time: Array) -> xarray.Datas
     """Coefficients (run, dof, coefficient) of the last periods; a loop keeps its samples."""
     import xarray
 
-    from slipstick.analysis.identification.measured import FREQUENCY_UNITS
-
-    factor = FREQUENCY_UNITS.get(str(data["omega"].attrs.get("units", "")), 1.0)
+    factor = FREQUENCIES.get(str(data["omega"].attrs.get("units", "")), 1.0)
     omega = factor * np.ravel(numbers(("measured", "omega"), data["omega"].values, "frequencies > 0"))
     if np.any(omega <= 0.0):
         raise InputError(Fault(("measured", "omega"), f"{omega.min():g}", expected="frequencies > 0"))

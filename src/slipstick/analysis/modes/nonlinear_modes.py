@@ -12,8 +12,9 @@ import numpy as np
 
 from slipstick.analysis.curve.state_continuation import relative_residual
 from slipstick.analysis.modes.following import ModePath, first_guess
-from slipstick.analysis.modes.start import LinearMode, linear_mode
-from slipstick.analysis.modes.system import ModeDetail, ModeSystem, TargetMode
+from slipstick.analysis.modes.free_problem import FreeProblem, free_problem
+from slipstick.analysis.modes.start import LinearMode
+from slipstick.analysis.modes.system import ModeDetail, ModeSystem
 from slipstick.analysis.peaks.continuation import NEWTON
 from slipstick.analysis.peaks.tracking import one_dof
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged
@@ -21,24 +22,18 @@ from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.road.request import Checks, Request
 from slipstick.analysis.road.run import Run
 from slipstick.analysis.road.work import Work, counted
-from slipstick.balance.balance import Balance
 from slipstick.balance.checks import two_numbers
-from slipstick.balance.jacobian_backends import JacobianBackend
-from slipstick.balance.loads import Load
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import numbers, whole, wrong
 from slipstick.interrupts import pass_on
-from slipstick.results.record import Outputs, Point, Recorder
+from slipstick.results.record import Point, Recorder
 from slipstick.results.result_warnings import result_warnings
 from slipstick.results.schema import Declared, Layout
+from slipstick.results.solutions import Solutions
 from slipstick.solve.continuation import BranchEvent, Continuation, Step
-from slipstick.structure.cyclic import TravellingWave
-from slipstick.structure.matrices import MatrixStructure
-from slipstick.structure.modal import ModalStructure
-from slipstick.structure.prescribed_mode import MODE, PrescribedMode
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton": NEWTON, "output_tolerance": 4e-4}
@@ -118,7 +113,7 @@ def nonlinear_modes(
     >>> float(branch.dataset.omega[0].round(6)), float(branch.dataset.modal_damping[0].round(8))
     (6.403124, 0.00078087)
     """
-    return mode_request(problem, amplitude, mode, dof, load_factors, options, listeners).branch()
+    return Branch.of(mode_request(problem, amplitude, mode, dof, load_factors, options, listeners).solutions())
 
 
 def mode_request(
@@ -164,111 +159,6 @@ def _factors(factors: Any) -> tuple[float, ...]:
     return tuple(float(f) for f in values)
 
 
-class FreeProblem:
-    """A problem whose mode moves as prescribed, and what of the problem with loads its results are held against."""
-
-    def __init__(
-        self, problem: Problem, structure: ModalStructure, number: int, dof: str, backend: JacobianBackend | str,
-        viscous: Array | None = None,
-    ) -> None:  # fmt: skip
-        self.forced, self.modal = problem, structure
-        directions = problem.direction_matrix(problem.port_directions)
-        self.ports: Array = directions.T @ structure.mode_shapes
-        at_dof = structure.mode_shapes[structure.dofs.index(dof)]
-        self.target = TargetMode(structure, number, self.ports, at_dof, viscous)
-        still = _resting(problem, structure)
-        prescribed = PrescribedMode(structure, number, self.target.scale, viscous)
-        self.problem = replace(still, structure=prescribed, loads=[*still.loads, Load(shape=MODE, cos=1.0)], told=None)
-        self.balance = Balance(self.problem, backend=backend)
-        self.balance.anchor_if_undamped(float(structure.omega[number]))
-        self.outputs = Outputs(self.balance, (dof,))
-
-    def system(self, reference: Array, *, at_dof: bool = False) -> ModeSystem:
-        """The system of equations, its phase fixed near a motion (N + 2,)."""
-        return ModeSystem(self.outputs, self.modal, self.ports, self.target, reference, at_dof=at_dof)
-
-    def mode_force(self) -> ComplexArray:
-        """Phasors of the forces of the problem's loads on the mass-normalised modes, (n_modes,)."""
-        columns = self.forced.load_columns
-        names = tuple(shape for shape in columns.shapes)
-        _, right, _, _ = self.modal.modal_parts(np.zeros((len(self.modal.dofs), 0)), columns.vectors, names)
-        P, order = self.forced.load_coefficients(), self.forced.load_order
-        if order not in self.forced.harmonics.orders:
-            return np.zeros(self.modal.omega.size, dtype=complex)
-        c, s = (self.forced.harmonics.index(order, part) for part in "cs")
-        return np.asarray(right.T @ (P[:, c] - 1j * P[:, s]))
-
-
-def free_problem(
-    problem: Problem, number: int, dof: str, backend: JacobianBackend | str = "auto"
-) -> tuple[FreeProblem, LinearMode]:
-    """The problem of free vibration in a mode, and the mode with contacts as they are at rest.
-
-    The mode that is split off is the one with the largest share in that. InputError where there is no such mode.
-    """
-    structure, viscous = _modal(problem, number, dof)
-    linear = linear_mode(_resting(problem, structure), structure, number, dof, viscous)
-    if abs(linear.at_dof) <= _STILL * linear.size:
-        raise InputError(Fault("dof", f"{dof} does not move in mode {number + 1} with the contacts as they are at rest",
-                               remedy="name one that does"))  # fmt: skip
-    return FreeProblem(problem, structure, linear.most, dof, backend, viscous), linear
-
-
-def _resting(problem: Problem, structure: ModalStructure) -> Problem:
-    """With nothing but its static loads."""
-    still = [replace(load, cos=problem.load * load.cos) for load in problem.loads if load.harmonic == 0]
-    return replace(problem, structure=structure, loads=still, load=1.0, period_ratio=(1, 1), told=None)
-
-
-def _modal(problem: Problem, number: int, dof: str) -> tuple[ModalStructure, Array | None]:
-    """The structure by its modes, and the viscous damping between them where it couples them."""
-    structure: Any = problem.structure
-    viscous: Array | None = None
-    if isinstance(structure, MatrixStructure):
-        by_modes = structure.by_modes(alone=True)
-        structure, viscous = by_modes, structure.modal_viscous
-    if isinstance(structure, TravellingWave):
-        remedy = 'take limit cycles of its sector with C = -M over "damping", or the whole disc, sector.mistuned()'
-        raise InputError(Fault("problem", "a travelling wave has no real mode", remedy=remedy))
-    if not isinstance(structure, ModalStructure):
-        name = type(structure).__name__
-        raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")
-    if structure.couples:
-        raise InputError("damping or the gas couple the modes of the disc: there is no nonlinear mode of one of them")
-    faults = motion_faults(problem)
-    count = structure.omega.size
-    shape = np.abs(structure.mode_shapes[:, number]) if number < count else np.zeros(0)
-    if number >= count:
-        faults.append(Fault("mode", found=str(number + 1), expected=f"a number from 1 to {count}"))
-    elif shape[structure.dofs.index(dof)] <= _STILL * shape.max():
-        faults.append(Fault("dof", f"{dof} does not move in mode {number + 1}", remedy="name one that does"))
-    if faults:
-        raise InputError(faults)
-    return structure, viscous
-
-
-def motion_faults(problem: Problem) -> list[Fault]:
-    """What moves the structure so that there is no free vibration in a mode."""
-    faults = [
-        Fault(("contact", pair.name), "its opposing surface moves periodically", remedy=_ALONE)
-        for pair in problem.contacts
-        if any(np.any(array) for array in _periodic(pair.rubbing))
-    ]
-    if 1 not in problem.harmonics.orders:
-        faults.append(Fault("harmonics", "a mode vibrates in harmonic 1, which is not kept", remedy="keep it"))
-    if any(load.motion is not None and (load.cos or load.sin) for load in problem.loads):
-        faults.append(Fault("loads", "a support moves or an unbalance turns", remedy=_ALONE))
-    return faults
-
-
-_STILL = 1e-6
-_ALONE = "free vibration has no such motion: leave it out"
-
-
-def _periodic(rubbing: Any) -> list[Any]:
-    return [value for part in rubbing.parts.values() for order, value in part.items() if order]
-
-
 class ModeRecorder(Recorder):
     """Points with the amplitude and the damping of the mode, and the load factor; ``force`` as in ``peak_forces``."""
 
@@ -308,12 +198,11 @@ class ModeRequest(Request):
         """None: the problem is excited, the mode is not."""
         return None
 
-    def branch(self) -> Branch:
+    def solutions(self) -> Solutions:
         """The points, in memory."""
-        branch = super().branch()
-        free = Branch(branch.table, branch.outcome, None, branch.message, without=self.without)
-        free.excited = self.problem
-        return free
+        found = super().solutions()
+        found.excited = self.problem
+        return found
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
         """That of ``ModePath.stands``."""

@@ -129,7 +129,7 @@ def optimal(
     (471.69623, 9.504764, 2.8037329, 'lowest')
     """
     search = optimum_request(problem, parameter, start, omega, dof, options, listeners).run()
-    return search.optimum(search.branch())
+    return search.optimum(Branch.of(search.solutions()))
 
 
 def optimum_request(

@@ -97,7 +97,8 @@ def track_peak(
     >>> round(float(best.parameter[0]), 4), round(float(best.omega[0]), 5), round(float(best.amplitude[0, 0]), 6)
     (471.6962, 9.50476, 2.803733)
     """
-    return tracked_peak(problem, parameter, span, omega, dof, requested, options, listeners).branch()
+    request = tracked_peak(problem, parameter, span, omega, dof, requested, options, listeners)
+    return Branch.of(request.solutions())
 
 
 def tracked_peak(

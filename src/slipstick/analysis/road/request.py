@@ -33,7 +33,7 @@ from slipstick.units import Units
 if TYPE_CHECKING:
     from slipstick.analysis.road.checkpoint import Checkpoint
     from slipstick.analysis.road.run import Run
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,9 +126,9 @@ class Request(AnalysisRequest):
         """The form of the Jacobians."""
         return {"jacobian": self.balance.backend.name}
 
-    def branch(self) -> Branch:
+    def solutions(self) -> Solutions:
         """The points, in memory."""
-        return self.run().branch()
+        return self.run().solutions()
 
     def recorder(self) -> Recorder:
         """What makes the numbers of the results from points."""

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from slipstick.analysis.road.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
-from slipstick.branch import Branch
 from slipstick.errors import Outcome, TimeIsUp
 from slipstick.faults import warn
 from slipstick.interrupts import held, pass_on
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
+from slipstick.results.solutions import Solutions
 from slipstick.solve.continuation.follow import failed
 from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array
@@ -205,7 +205,7 @@ class Run(ABC, Generic[R]):
             attributes=attributes, error=self.error,
         )  # fmt: skip
 
-    def branch(self) -> Branch:
+    def solutions(self) -> Solutions:
         """All points in memory."""
         memory, ended = Memory(self), False
         try:
@@ -216,7 +216,7 @@ class Run(ABC, Generic[R]):
         except KeyboardInterrupt:
             if not ended:
                 raise  # it came after the last point otherwise: nothing is left to interrupt
-        return memory.branch()
+        return memory.solutions()
 
 
 class Sink(ABC, Listener):
@@ -272,7 +272,7 @@ class Sink(ABC, Listener):
 
 
 class Memory(Sink):
-    """Keeps the values of all points, for a branch."""
+    """Keeps the values of all points, for solutions in memory."""
 
     def __init__(self, run: Run[Any]) -> None:
         super().__init__(run)
@@ -301,7 +301,7 @@ class Memory(Sink):
         self._slices = slices
         return slices[0]
 
-    def branch(self) -> Branch:
+    def solutions(self) -> Solutions:
         """The points, with warnings, which are given to the user too."""
         assert self.end is not None
         attributes, request = dict(self.end.attributes), self.run.request
@@ -309,4 +309,4 @@ class Memory(Sink):
             warn(said)
             attributes["warnings"] = "\n".join([*request.warnings, *said])
         table = make_table(self.run.recorder.layout, self.values(), attributes)
-        return Branch(table, self.end.outcome, request.problem, self.end.message)
+        return Solutions(table, self.end.outcome, request.vibrating, self.end.message, request.without)

@@ -125,7 +125,7 @@ def limit_cycles(
     >>> round(float(branch.dataset.omega[branch.at(0.55)]), 4)
     9.9945
     """
-    return cycles_request(problem, parameter, span, requested, options, listeners).branch()
+    return Branch.of(cycles_request(problem, parameter, span, requested, options, listeners).solutions())
 
 
 def cycles_request(

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from slipstick.analysis.augmented import Augmented, Bordered
-from slipstick.analysis.modes.nonlinear_modes import FreeProblem, free_problem
+from slipstick.analysis.modes.free_problem import FreeProblem, free_problem
 from slipstick.analysis.modes.system import Beside, ModeSystem, damping_rate
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.system import CycleSystem
+from slipstick.analysis.sensitivity.derivatives import Directions, Functional, Sensitivities
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
-from slipstick.analysis.sensitivity.sensitivity import Directions, Functional, Sensitivities
 from slipstick.balance.problem import Problem
 from slipstick.errors import SlipstickWarning
 from slipstick.results.record import Outputs, contact_states, unknowns
@@ -33,7 +33,7 @@ from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 _NEWTON = NewtonOptions(tolerance=1e-12, stagnation=1e-8)
 _RISE = 1e-7
@@ -67,7 +67,7 @@ class FreeSensitivities(Sensitivities):
 
     found: tuple[str, ...] = ("omega",)
 
-    def __init__(self, branch: Branch, parameters: tuple[str, ...], dof: str) -> None:
+    def __init__(self, branch: Solutions, parameters: tuple[str, ...], dof: str) -> None:
         super().__init__(branch, parameters, dof)
         self._none: Counter[str] = Counter()
 

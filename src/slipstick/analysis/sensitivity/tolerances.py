@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray
 
     from slipstick.balance.problem import Problem
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 DEFAULT = 0.1
 """Share of its value that a parameter varies by where nothing else is said."""
@@ -64,7 +64,7 @@ def checked_tolerances(problem: Problem, tolerances: Any) -> dict[str, float]:
     return {name: share for name, share in shares.items() if share is not None}
 
 
-def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
+def amplitude_band(branch: Solutions, dof: str, tolerances: Any) -> Band:
     """``a -+ sum |da/ds| share |s|`` at every point, not below 0; of the steeper side where there are two."""
     shares = _shares(branch, tolerances)
     rates = _sensitivity(branch, shares, dof)
@@ -75,7 +75,7 @@ def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
     return Band(np.maximum(amplitude - spread, 0.0), amplitude + spread)
 
 
-def ranked_bars(branch: Branch, dof: str, point: int, tolerances: Any = None) -> list[Bar]:
+def ranked_bars(branch: Solutions, dof: str, point: int, tolerances: Any = None) -> list[Bar]:
     """What each tolerance does at a point, the largest first; without any, a tenth of everything that is not 0."""
     problem = branch.problem_at(point)
     if tolerances is None:
@@ -87,13 +87,13 @@ def ranked_bars(branch: Branch, dof: str, point: int, tolerances: Any = None) ->
     return sorted((bar for bar in made if np.isfinite(bar.change)), key=lambda bar: -abs(bar.change))
 
 
-def _shares(branch: Branch, tolerances: Any) -> dict[str, float]:
+def _shares(branch: Solutions, tolerances: Any) -> dict[str, float]:
     if branch.problem is None:
         raise InputError(f"tolerances need the problem of the branch, which is not known: {branch.without}")
     return checked_tolerances(branch.problem, tolerances)
 
 
-def _sensitivity(branch: Branch, shares: Mapping[str, float], dof: str) -> xarray.Dataset:
+def _sensitivity(branch: Solutions, shares: Mapping[str, float], dof: str) -> xarray.Dataset:
     """Derivatives by the parameters with tolerances, loaded where there are any: most reports have none."""
     from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 

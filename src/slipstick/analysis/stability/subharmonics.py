@@ -12,10 +12,10 @@ import numpy as np
 from slipstick.analysis.curve.follow import CurveRequest, StartingPoint, frequency_request, parameter_request
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
-from slipstick.branch import Branch
 from slipstick.contact.rubbing import SECOND, SWEPT
 from slipstick.errors import InputError
 from slipstick.faults import warn
+from slipstick.results.solutions import Solutions
 from slipstick.results.stability import PERIOD_DOUBLING
 from slipstick.results.view import analysis_of
 from slipstick.solve.continuation.corrector import Corrector
@@ -61,7 +61,7 @@ def renamed(parameter: str) -> str:
     return re.sub(r"((?:cos|sin))(\d+)$", lambda match: f"{match[1]}{2 * int(match[2])}", parameter)
 
 
-def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, **options: Any) -> Branch:
+def subharmonic_response(branch: Solutions, point: int, *, stability: Any = True, **options: Any) -> Solutions:
     """As ``Branch.subharmonic``."""
     if analysis_of(branch.table) == "cycles":
         raise InputError("motion of twice the period is not followed from limit cycles: integrate in time")
@@ -79,13 +79,13 @@ def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, *
         name="the period is the single one again", kind="end", terminal=True, direction=-1,
         function=lambda step: float(np.linalg.norm(step.x[fresh]) - _GONE * np.linalg.norm(step.x)),
     )  # fmt: skip
-    return replace(request, starting_point=replace(starting_point, events=(gone,))).branch()
+    return replace(request, starting_point=replace(starting_point, events=(gone,))).solutions()
 
 
-def subharmonics_of(branch: Branch, **options: Any) -> tuple[Branch, ...]:
+def subharmonics_of(branch: Solutions, **options: Any) -> tuple[Solutions, ...]:
     """Those that begin at all points of a branch where the period doubles, each once though it may end at another."""
     kinds, where = branch.table["kind"].to_numpy(), branch.table[branch.followed].to_numpy()
-    branches: list[Branch] = []
+    branches: list[Solutions] = []
     for point in np.flatnonzero(kinds == PERIOD_DOUBLING).tolist():
         if any(_ends_at(other, float(where[point]), float(np.ptp(where))) for other in branches):
             continue
@@ -96,13 +96,13 @@ def subharmonics_of(branch: Branch, **options: Any) -> tuple[Branch, ...]:
     return tuple(branches)
 
 
-def _ends_at(branch: Branch, value: float, span: float) -> bool:
+def _ends_at(branch: Solutions, value: float, span: float) -> bool:
     """Whether a branch of twice the period has come back to the one it began on at a value of that."""
     factor = 2.0 if branch.followed == "omega" else 1.0
     return abs(factor * float(branch.table[branch.followed].to_numpy()[-1]) - value) < 1e-3 * span
 
 
-def _request(branch: Branch, options: Mapping[str, Any]) -> CurveRequest:
+def _request(branch: Solutions, options: Mapping[str, Any]) -> CurveRequest:
     """The range of the branch, with half its frequencies."""
     problem, where = branch.problem, branch.table[branch.followed].to_numpy()
     if problem is None:
@@ -128,7 +128,7 @@ def _fresh(request: CurveRequest) -> BoolArray:
     return np.asarray(np.tile(one, request.balance.n_ports))
 
 
-def _embedded(branch: Branch, request: CurveRequest, point: int) -> Array:
+def _embedded(branch: Solutions, request: CurveRequest, point: int) -> Array:
     """The unknowns of a point of the branch among those with twice the period."""
     X, h = branch.guess(point), request.balance.harmonics
     out = np.zeros((len(X), h.size))

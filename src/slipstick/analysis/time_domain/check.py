@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.curve.steady import corrected
 from slipstick.analysis.time_domain.initial_state import HarmonicStart
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, integration_faults, sticks_and_slips
 from slipstick.analysis.time_domain.transient import transient
+from slipstick.balance.balance import Balance
 from slipstick.balance.reduction import worst_error
+from slipstick.balance.systems import FrequencySystem
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.results.contacts import FRICTION_VARIABLES
+from slipstick.results.record import Point, Recorder, contact_states
 from slipstick.results.view import analysis_of
-from slipstick.typing import Array
+from slipstick.solve.newton import newton
+from slipstick.solve.norm import norm
+from slipstick.typing import AnyArray, Array
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 _FREE_PHASE = 1e-4
 """Change of the state over a period, of self-excited vibration, that is that of a frequency that is nearly right."""
@@ -45,7 +50,7 @@ class TimeCheck:
     """Estimated error of the reduced structure here, which both share: the comparison cannot see it. None: unknown."""
 
 
-def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
+def check_in_time(branch: Solutions, point: int, **options: Any) -> TimeCheck:
     """As ``Branch.check_in_time``."""
     data, problem = branch.point(point), branch.problem_at(point)
     if faults := list(integration_faults(problem)):
@@ -84,3 +89,23 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
         time_error=result.error,
         reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
     )
+
+
+def corrected(branch: Solutions, point: int) -> Mapping[str, AnyArray]:
+    """Every variable of the schema at the frequency and parameter of a point, solved for from there.
+
+    The point's own numbers where no solution is found next to them. Raises InputError where the problem is not known.
+    """
+    numbers_there, problem = branch.point(point), branch.problem_at(point)
+    balance, omega = Balance(problem), float(numbers_there["omega"])
+    balance.anchor_if_undamped(omega)
+    near = contact_states(branch.table, balance, point)
+    system, start = FrequencySystem(balance, problem.inputs), branch.guess(point).ravel()
+    result = newton(lambda x: system.evaluate(x, omega, near), start, scale=norm(start) or 1.0)
+    if not result.converged:
+        return {str(name): np.asarray(numbers_there[name]) for name in numbers_there}
+    solution = Point.at(
+        result.evaluation.detail, x=result.x, residual=result.residual_norm, iterations=result.iterations,
+        kind="regular", parameter=omega, peak_of="",
+    )  # fmt: skip
+    return Recorder(balance).record(solution)

@@ -136,7 +136,7 @@ def wear(
     (542.141, 2.6954)
     """
     arguments = locals()
-    return wear_request(**arguments).branch()
+    return Branch.of(wear_request(**arguments).solutions())
 
 
 def wear_request(

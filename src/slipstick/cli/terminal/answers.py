@@ -102,25 +102,17 @@ def case_answer(case: Case) -> Answer:
 
 def results_answer(data: ResultTable) -> Answer:
     """What was found, from the results."""
-    from slipstick.results.peaks import located_peaks
+    from slipstick.results.view import followed_of, listed_peaks
 
-    axis = "parameter" if data.attrs.get("parameter") else "omega"
-    of = data["peak_dof"].to_numpy()
-    dofs = [str(name) for name in data["dof"].to_numpy()]
-    at, amplitude = data[axis].to_numpy(), data["amplitude"].to_numpy()
+    axis = followed_of(data)
     peaks = [
-        {
-            "dof": dofs[of[i]],
-            axis: float(at[i]),
-            "amplitude": float(amplitude[i, of[i]]),
-            "point": int(i),
-        }
-        for i in located_peaks(data).tolist()
+        {"dof": peak.dof, axis: peak.at, "amplitude": peak.amplitude, "point": peak.point}
+        for peak in listed_peaks(data)
     ]
     return {
         "points": int(data.sizes["point"]),
         "newton_iterations": int(data["newton_iterations"].to_numpy().sum()),
-        "peaks": sorted(peaks, key=lambda peak: -peak["amplitude"]),
+        "peaks": peaks,
     }
 
 

@@ -16,7 +16,7 @@ from slipstick.errors import InputError
 from slipstick.runs.folder import REPORT, results_of
 
 if TYPE_CHECKING:
-    from slipstick.branch import Branch
+    from slipstick.results.solutions import Solutions
 
 _PAGES = (".html", ".htm")
 
@@ -98,7 +98,7 @@ def report_results(
         if len(paths) > 1:
             raise InputError("a report holds one fit, or results of runs; give the fit by itself")
         return _told(write_fit_report(load_dataset(paths[0]), target, title=title))
-    branches: dict[str, Branch] = {}
+    branches: dict[str, Solutions] = {}
     for path, label in zip(paths, labels(paths), strict=True):
         branches[label] = load(path)
     return _told(write_report(branches, target, title=title, contacts=contacts, dofs=dofs))
@@ -117,7 +117,7 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
     return write_study_report(load_dataset(path), curves, target, title=title, dofs=dofs)
 
 
-def _case_of(path: Path, number: int) -> Branch:
+def _case_of(path: Path, number: int) -> Solutions:
     """One case of a study, computed again with all that a report shows."""
     from slipstick.case.case import Case
     from slipstick.cli.terminal.guard import prepare_kernel, quietly
@@ -134,7 +134,7 @@ def _case_of(path: Path, number: int) -> Branch:
         raise InputError(f"--case: found {number}; expected a case of the study, from 0 to {len(case.plan) - 1}")
     prepare_kernel(complain)
     job = case.study_job()
-    branch = quietly(job.request(case.plan.problem(job.problem, number)).branch)
+    branch = quietly(job.request(case.plan.problem(job.problem, number)).solutions)
     values = zip(case.plan.names, case.plan.values[number].tolist(), strict=True)
     branch.table.attrs.update(case.names | {"study_case": ", ".join(f"{key} = {value:g}" for key, value in values)})
     return branch

@@ -38,13 +38,12 @@ from slipstick.cli.verbs.check import print_warnings
 from slipstick.errors import InputError
 from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
-from slipstick.units import Units, after_number, is_rotation, unit_of_dof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from slipstick.branch import Branch
     from slipstick.case.case import Case
+    from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
     from slipstick.runs.run import CaseRun
 
@@ -208,16 +207,14 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
 
     from slipstick import plots
     from slipstick.results.contacts import has_orbit, has_states
+    from slipstick.results.view import names_of, ranked
 
     branch = run.branch
     if run.table:
         drawn: dict[str, Callable[[], Axes]] = run.case.further[run.table].figures(branch)
         return drawn
     data = run.found.to_dataset()
-    names, size = [str(name) for name in data["dof"].to_numpy()], data["amplitude"].max("point").to_numpy()
-    dof = names[
-        np.lexsort(np.stack([-size, np.array([float(is_rotation(name)) for name in names])]))[0]
-    ]  # rad and lengths are not compared
+    dof = names_of(data, "dof")[ranked(data, "dof", "amplitude")[0]]
     top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
     drawings: dict[str, Callable[[], Axes]] = {
         "response": lambda: plots.response(data, dof, references=_references(run.case)),
@@ -246,7 +243,7 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
     return drawings
 
 
-def _references(case: Case) -> dict[str, Branch]:
+def _references(case: Case) -> dict[str, Solutions]:
     """Linear responses without contact and fully stuck, over the range of frequencies."""
     if case.parameter is not None:
         return {}
@@ -300,19 +297,10 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
     """One line for each located peak, the largest first; those of rotations, in rad, after those of lengths."""
-    from slipstick.results.peaks import located_peaks
+    from slipstick.results.view import after, followed_text, listed_peaks
 
-    of = data["peak_dof"].to_numpy()
-    axis, units = "parameter" if data.attrs.get("parameter") else "omega", Units.of_results(data.attrs)
-    at, amplitude = data[axis].to_numpy(), data["amplitude"].to_numpy()
-    lines = []
-    for i in located_peaks(data).tolist():
-        dof = str(data["dof"].to_numpy()[of[i]])
-        value, size = float(at[i]), float(amplitude[i, of[i]])
-        if axis == "omega":
-            where = units.frequency_text(value, str(data.attrs.get("frequency_unit", units.angular)))
-        else:
-            where = f"{value:.6g}{after_number(data[axis].attrs['units'])}"
-        unit = after_number(unit_of_dof(str(data["amplitude"].attrs["units"]), dof))
-        lines.append((is_rotation(dof), -size, f"peak of {dof}: amplitude {size:.6g}{unit} at {where}"))
-    return [line for *_, line in sorted(lines)[:most]]
+    return [
+        f"peak of {peak.dof}: amplitude {peak.amplitude:.6g}{after(data, 'amplitude', peak.dof)} at "
+        f"{followed_text(data, peak.at)}"
+        for peak in listed_peaks(data)[:most]
+    ]
