@@ -124,6 +124,7 @@ class Assigned:
     def __init__(self, distinct: Sequence[Inputs], which: NDArray[np.intp]) -> None:
         self.distinct, self.which = tuple(distinct), which
         self._stacked: dict[int, ContactInputs] = {}
+        self._loads: list[Array] = []
 
     @classmethod
     def of(cls, inputs: Sequence[Inputs]) -> Assigned:
@@ -138,13 +139,15 @@ class Assigned:
     def at(self, which: Any) -> Assigned:
         """Those of some of the motions."""
         some = Assigned(self.distinct, self.which[which])
-        some._stacked = self._stacked
+        some._stacked, some._loads = self._stacked, self._loads
         return some
 
     @property
     def loads(self) -> Array:
         """Load coefficients (n, n_loads, L)."""
-        return np.array([one.P for one in self.distinct])[self.which]
+        if not self._loads:
+            self._loads.append(np.array([one.P for one in self.distinct]))
+        return np.asarray(self._loads[0][self.which])
 
     @property
     def structures(self) -> list[Mapping[str, float]]:
