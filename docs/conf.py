@@ -90,7 +90,9 @@ def related() -> dict[str, list[str]]:
     return found
 
 
-autosummary_context = {"shown": SHOWN, "related": related()}
+INHERITED = ("slipstick.Branch",)
+"""Classes whose page shows what they inherit."""
+autosummary_context = {"shown": SHOWN, "inherited": INHERITED, "related": related()}
 
 CITED = r"THEORY\.md \((\d+\.\d+)\)"
 

@@ -326,14 +326,14 @@ def test_before_a_step_there_is_nothing_to_keep():
 
 def test_what_stops_a_curve_stops_the_fit_that_it_is_part_of(monkeypatch):
     """Of amplitudes the motions meant are chosen by curves, which end by themselves where they are interrupted."""
-    whole = predicted.forced_response
+    whole = predicted.frequency_request
 
     def interrupted(*arguments, **named):
         def stop(event):
             raise KeyboardInterrupt
 
-        return whole(*arguments, **named, listeners=stop)
+        return whole(*arguments, **named, listeners=(stop,))
 
-    monkeypatch.setattr(predicted, "forced_response", interrupted)
+    monkeypatch.setattr(predicted, "frequency_request", interrupted)
     with pytest.raises(KeyboardInterrupt):
         ss.identify(oscillator(), measured(), START)

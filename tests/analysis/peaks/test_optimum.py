@@ -96,7 +96,7 @@ def beside(**more):
 
 
 def test_beside_it_the_peak_is_followed():
-    branch = beside().branch()
+    branch = ss.Branch.of(beside().solutions())
     locus = ss.track_peak(oscillator(), "damper.normal_load", (471.69623374 / 1.5, 471.69623374 * 1.5), omega=(2, 15.0))
     assert branch.dataset.attrs["optimum"] == pytest.approx(471.69623374, rel=1e-9)
     assert branch.dataset.sizes["point"] == locus.dataset.sizes["point"]
@@ -105,7 +105,7 @@ def test_beside_it_the_peak_is_followed():
 
 def test_where_the_peak_beside_it_is_lost_the_optimum_comes_last(monkeypatch):
     monkeypatch.setattr(optimum, "_SAME", -1.0)
-    branch = beside().branch()
+    branch = ss.Branch.of(beside().solutions())
     d = branch.dataset
     assert (branch.outcome, str(d.kind.values[-1])) == (ss.Outcome.COMPLETED, "optimum")
     assert float(d.parameter[-1]) == pytest.approx(471.69623374, rel=1e-9)
@@ -120,5 +120,5 @@ def test_an_optimum_is_kept_where_the_time_is_up_before_another_point(monkeypatc
         if "normal_load = 314" in getattr(event, "doing", ""):
             raise ss.errors.TimeIsUp
 
-    branch = beside(listeners=late).branch()
+    branch = ss.Branch.of(beside(listeners=late).solutions())
     assert (branch.outcome, branch.dataset.kind.values.tolist()) == (ss.Outcome.TIME_LIMIT, ["optimum"])
