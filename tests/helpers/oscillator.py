@@ -18,6 +18,7 @@ def mass(**options: Any) -> ss.MatrixStructure:
 def damper(velocity: float = 0.0, *, name: str = "damper", law: Any = None, **parts: Any) -> ss.ContactPair:
     """Friction under a constant load, with the values of the paper beside those given; the rest is how it rubs."""
     values = {key: parts.pop(key, value) for key, value in {"kt": 100.0, "mu": 0.3, "normal_load": 800.0}.items()}
+    values |= {key: parts.pop(key) for key in ("kn", "gap") if key in parts}
     rubbing = ss.RubbingMotion(velocity=velocity, **parts)
     return ss.ContactPair(name=name, contact=law or ss.FrictionContact(**values), tangential="x", rubbing=rubbing)
 

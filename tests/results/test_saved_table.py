@@ -14,6 +14,7 @@ import xarray
 from helpers import reports
 from helpers.command import slipstick as called
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 from scipy.io import loadmat
 
 import slipstick as ss
@@ -24,11 +25,7 @@ from slipstick.results.saved_table import matlab_names, tables_of, write_table
 
 @cache
 def problem() -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    damper = ss.ContactPair(
-        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=300.0), tangential="x"
-    )
-    return ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=range(4))
+    return one_mass(damper(normal_load=300.0))
 
 
 @cache

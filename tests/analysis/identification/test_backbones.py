@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
@@ -21,10 +22,7 @@ LOADS = [80.0, 120.0, 180.0, 260.0]
 
 
 def oscillator(kt=100.0, mu=0.3) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=kt, mu=mu, normal_load=300.0)
-    pair = ss.ContactPair(name="damper", tangential="x", contact=contact)
-    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=[0, 1, 3])
+    return one_mass(damper(kt=kt, mu=mu, normal_load=300.0), harmonics=[0, 1, 3])
 
 
 @cache

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from helpers.counting import calls_of
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.analysis.identification import predicted
@@ -26,12 +27,7 @@ FREQUENCIES = np.linspace(5.0, 12.0, 16)
 def oscillator(*, varying: bool = True, **rubbing) -> ss.Problem:
     """The paper's, with a normal load that varies over the period: else friction and load are one parameter."""
     moved = {"normal_cos": {2: 100.0}, "normal_sin": {1: 60.0}} if varying else {}
-    pair = ss.ContactPair(
-        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, normal_load=300.0), tangential="x",
-        rubbing=ss.RubbingMotion(**moved, **rubbing),
-    )  # fmt: skip
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
+    return one_mass(damper(kn=1.0, normal_load=300.0, **moved, **rubbing), harmonics=range(11))
 
 
 @cache

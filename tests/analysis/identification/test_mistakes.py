@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 import xarray as xr
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.analysis.identification.measured import read_measured
@@ -19,10 +20,7 @@ FREQUENCIES = np.linspace(6.0, 12.0, 8)
 
 
 def problem(**contact: float) -> ss.Problem:
-    law = ss.FrictionContact(**({"kt": 100.0, "mu": 0.3, "normal_load": 300.0} | contact))
-    pair = ss.ContactPair(name="damper", contact=law, tangential="x")
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
+    return one_mass(damper(**({"normal_load": 300.0} | contact)), harmonics=range(6))
 
 
 @cache

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.analysis.identification.kinds import Vibration
@@ -20,10 +21,7 @@ LEVELS, FREQUENCIES = [2.0, 5.0, 10.0], np.linspace(6.0, 13.0, 12)
 
 def problem(**contact: float) -> ss.Problem:
     """Slipping in some points of the highest levels only: they alone tell friction."""
-    law = ss.FrictionContact(**({"kt": 100.0, "mu": 0.3, "normal_load": 20.0} | contact))
-    pair = ss.ContactPair(name="damper", contact=law, tangential="x")
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
+    return one_mass(damper(**({"normal_load": 20.0} | contact)), harmonics=range(6))
 
 
 @cache

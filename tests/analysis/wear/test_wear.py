@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.oscillator import damper, one_mass
 from helpers.rings import pairs, wave_problem
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -32,13 +33,7 @@ def prescribed(load: float, velocity: float = 0.0) -> ss.Problem:
 
 
 def oscillator(load: float = 800.0, **options: Any) -> ss.Problem:
-    return ss.Problem(
-        ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"]),
-        contacts=ss.ContactPair(
-            name="damper", tangential="x", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, normal_load=load)
-        ),
-        loads=ss.Load(dof="x", sin=100.0), harmonics=range(11), told=None, **options,
-    )  # fmt: skip
+    return one_mass(damper(kn=1.0, normal_load=load), harmonics=range(11), told=None, **options)
 
 
 def loads(branch: ss.Branch) -> Array:
