@@ -15,6 +15,7 @@ from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Table, Verdict
 from slipstick.importers.formats import FORMATS, Format, format_of, register
 from slipstick.importers.mesh_model import assemble_mesh
+from slipstick.importers.text_numbers import reading
 
 STEEL = ss.Material(young=2.1e5, poisson=0.3, density=7.8e-9)
 
@@ -37,7 +38,8 @@ CARDS = Table(("shell", Verdict.COUPLING, "adds a shell"), ("comment", Verdict.H
 
 @CARDS.reads("node")
 def _node(deck: Deck, words: list[str], line: int) -> None:
-    deck.nodes[int(words[0])] = [float(word) for word in words[1:]]
+    label, x, y, z = words
+    deck.nodes[int(label)] = float(x), float(y), float(z)
 
 
 @CARDS.reads("brick")
@@ -58,7 +60,8 @@ def read_tiny(path: Path) -> Deck:
         name, *words = text.split()
         entry = CARDS.get(name)
         if entry is not None and entry.read is not None:
-            entry.read(deck, words, line)
+            with reading(deck.place(line, name)):
+                entry.read(deck, words, line)
         else:
             deck.look_up(CARDS, name, name, line)
     deck.build()
@@ -94,6 +97,10 @@ def test_a_reader_of_ones_own_is_one_function(tmp_path: Path) -> None:
     assert str(fault).startswith("bar.tiny, line 24: shell adds a shell; an assembly of the mesh here")
     with pytest.raises(InputError, match=r"bar\.tiny, line 24: brick: element 1 is given twice"):
         ss.import_model(write_tiny(tmp_path / "bar.tiny", "brick 1 1 2 3 4 5 6 7 9\n"))
+    with pytest.raises(InputError, match=r"bar\.tiny, line 24: brick: element 9 has 3 nodes; expected 8, as of hex8"):
+        ss.import_model(write_tiny(tmp_path / "bar.tiny", "brick 9 1 2 3\n"))
+    with pytest.raises(InputError, match=r"bar\.tiny, line 24: node cannot be read \(not enough values"):
+        ss.import_model(write_tiny(tmp_path / "bar.tiny", "node 99 1.0\n"))
 
 
 @pytest.mark.usefixtures("own_formats")

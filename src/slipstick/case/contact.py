@@ -75,7 +75,8 @@ def _law_name(value: object) -> str:
     if isinstance(value, str) and value in _LAWS:
         return value
     close = get_close_matches(str(value).lower(), _LAWS, n=1)
-    expected = '"stator", "iwan", "dahl" or "bouc_wen"; left out for friction contacts'
+    *names, last = (f'"{name}"' for name in _LAWS)
+    expected = f"{', '.join(names)} or {last}; left out for friction contacts"
     raise InputError(Fault(expected=expected, remedy=f"did you mean '{close[0]}'?" if close else ""))
 
 
@@ -168,9 +169,7 @@ class LawTable(Table):
     """``[[contact]]`` with ``law``: one of another kind than a friction contact."""
 
     name: str = Field(min_length=1, description='a name for the contact, such as "joint"')
-    law: Annotated[str, PlainValidator(_law_name)] = Field(
-        description='"stator", "iwan", "dahl" or "bouc_wen"; left out for friction contacts'
-    )
+    law: Annotated[str, PlainValidator(_law_name)] = Field(description='the name of a law such as "iwan"')
     rubbing: RubbingTable | None = Field(default=None, description="a table such as { velocity = 10.0 }")
     makes: ClassVar[str]
     neutral: ClassVar[Mapping[str, float]]

@@ -48,7 +48,7 @@ class RequestTable(Table):
     """A table that has a command of its own."""
 
     verb: ClassVar[str]
-    """The function of the library that computes it."""
+    """The function of the library that computes it, as it is called after ``ss.``: ``init --python`` names it."""
     onward: ClassVar[str] = "another part begins"
     """The message where another part of the branch begins."""
     nothing: ClassVar[Mapping[str, Any]] = {}
@@ -433,7 +433,7 @@ class WearTable(RequestTable):
 class RunUpTable(RequestTable):
     """``[run_up]``: passing through, or long motion at one speed, in time."""
 
-    verb: ClassVar[str] = "run_up"
+    verb: ClassVar[str] = "runs.run_up"
 
     start: Speed = Field(alias="from", description="a frequency > 0, the first speed of the excitation")
     stop: Speed | None = Field(default=None, alias="to", description="a frequency > 0; left out, the speed stays")

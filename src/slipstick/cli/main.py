@@ -13,9 +13,8 @@ import typer
 
 from slipstick.cli.terminal import guard
 from slipstick.cli.verb import app
+from slipstick.cli.verbs.requests import REQUESTS
 
-REQUESTS = ("track", "optimal", "modes", "cycles", "wear")
-"""Verbs of tables that ask for something, in the file of that name."""
 VERBS = {
     "Begin": ("init", "check", "import_"),
     "Compute a case": ("run", *REQUESTS, "run_up", "resume"),
@@ -29,8 +28,8 @@ own name."""
 
 for _group, _names in VERBS.items():
     for _name in _names:
-        _file = import_module(f"slipstick.cli.verbs.{'requests' if _name in REQUESTS else _name}")
-        app.command(_name.rstrip("_").replace("_", "-"), rich_help_panel=_group)(getattr(_file, _name))
+        _called = REQUESTS.get(_name) or getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name)
+        app.command(_name.rstrip("_").replace("_", "-"), rich_help_panel=_group)(_called)
 
 
 def _version(wanted: bool) -> None:

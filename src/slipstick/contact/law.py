@@ -49,7 +49,7 @@ class Response(NamedTuple):
     """Forces of n elements with their exact derivatives, each at fixed other arguments. Ports are counted from 0."""
 
     force: tuple[Array, ...]
-    """Coefficients (n, L) for each port, force."""
+    """Coefficients (n, L) for each port, force, in the order of ``Harmonics``."""
     by_motion: Mapping[tuple[int, int], Array]
     """``(i, j) -> dF_i/dQ_j`` (n, L, L); pairs left out are zero."""
     by_parameter: Callable[[str], ByPort]
@@ -250,7 +250,8 @@ class Law(ABC):
     def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array] | None:
         """The law in time: forces, and how its memory changes; None: unknown.
 
-        With it the law is integrated in time (``transient``, ``check_in_time``) and has multipliers (stability).
+        With it the law is integrated in time (``transient``, ``check_in_time``) and has multipliers (stability). Where
+        it jumps it has no slope: multipliers are not known then, see ``regimes``.
 
         Parameters
         ----------

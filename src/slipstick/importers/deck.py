@@ -16,7 +16,7 @@ import numpy as np
 from slipstick.errors import Fault, Place, Where
 from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
-from slipstick.fem.elements import FACES
+from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.equations import NodalEquation, Pair
 from slipstick.fem.frames import NodeAxes
 from slipstick.fem.lumped import Lumped
@@ -114,9 +114,11 @@ class Deck(Findings):
         Raises
         ------
         InputError
-            If the label is given to another one, or a corner is missing.
+            If the label is given to another one, a corner is missing, or the number of nodes is not that of the kind.
         """
         found = list(nodes)
+        if kind in ELEMENTS and len(found) != (count := ELEMENTS[kind].n_nodes):
+            raise refused(where, f"element {label} has {len(found)} nodes", expected=f"{count}, as of {kind}")
         if 0 in found:
             self._made_from = self._made_from or max(self.nodes, default=0) + 1
             found = with_middles(kind, found, label, self.middles, self._made_from, self.source)

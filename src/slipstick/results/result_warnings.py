@@ -24,11 +24,11 @@ def result_warnings(
 ) -> list[str]:
     """Contacts that never acted, points that are missing or misplaced, missing harmonics, and stability in doubt.
 
-    ``followed`` names what ``values["parameter"]``, else ``values["omega"]``, are values of; ``unit`` that of
-    frequencies, ``asked`` the accuracy to which harmonics were adapted, ``requested`` the values at which points are
-    wanted.
+    ``followed`` is "omega", or names what ``values["parameter"]``, else ``values["omega"]``, are values of; ``unit``
+    that of frequencies, ``asked`` the accuracy to which harmonics were adapted, ``requested`` the values at which
+    points are wanted.
     """
-    at = values["parameter" if "parameter" in values else "omega"]
+    at = values["parameter" if "parameter" in values and followed != "omega" else "omega"]
     missing = truncation_sentence(followed, at, values["truncation"], unit, asked)
     doubts = stability_sentences(followed, at, values, unit) if "stable" in values else ()
     return [

@@ -113,7 +113,7 @@ class Receptance(ABC):
 
     @abstractmethod
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """Receptance at the harmonics ``orders`` (k,) of ``omega`` (rad/s) and its derivative by omega.
+        """Receptance at the harmonics ``orders`` (k,), above 0, of ``omega`` (rad/s) and its derivative by omega.
 
         Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the
         fundamental frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from

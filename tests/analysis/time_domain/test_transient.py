@@ -11,6 +11,7 @@ import slipstick as ss
 from slipstick.analysis.time_domain.initial_state import HarmonicStart
 from slipstick.analysis.time_domain.piecewise import PiecewiseLinear
 from slipstick.analysis.time_domain.piecewise_model import friction_system
+from slipstick.contact.law import Law
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import EXACT_OSCILLATOR, oscillator
 
@@ -235,3 +236,41 @@ def test_a_result_is_shown_in_a_line():
     text = repr(ss.transient(problem, 3.0))
     assert text.startswith("TransientResult(omega=3, 1 outputs, 1 contacts, ")
     assert len(text) < 160
+
+
+class Plastic(Law):
+    """A spring and a dashpot in series, and a limit at which the rate of their force jumps to zero."""
+
+    ports, memory = ("x",), ("f",)
+
+    def __init__(self, **values):
+        self.values = values
+
+    def changed(self, **values):
+        return Plastic(**{**self.values, **values})
+
+    def respond(self, motion, values):
+        raise NotImplementedError
+
+    def rate(self, q, velocity, memory, values):
+        limit, rate = values["limit"], values["kt"] * velocity - memory / values["time"]
+        return np.clip(memory, -limit, limit), np.where((np.abs(memory) >= limit) & (memory * rate > 0.0), 0.0, rate)
+
+
+def test_a_rate_that_jumps_is_marched_where_newton_on_the_period_has_no_slope():
+    law, omega, periods, steps = Plastic(kt=100.0, time=0.5, limit=0.5), 10.0, 3, 1000
+    problem = ss.Problem(
+        ss.MatrixStructure(M=[[1.0]], C=[[2.0]], K=[[100.0]], dofs=["x"]),
+        contacts=[ss.ContactPair(name="damper", contact=law, ports={"x": "x"})],
+        loads=[ss.Load(dof="x", cos=10.0)],
+        harmonics=[0, 1, 3],
+    )
+    found = ss.transient(problem, omega, periods=periods, tolerance=1e-3)
+    x, v, f, h, last = 0.0, 0.0, 0.0, 2.0 * np.pi / omega / steps, []
+    for k in range((periods + 1) * steps):
+        v += h * (10.0 * np.cos(omega * (k + 0.5) * h) - 2.0 * v - 100.0 * x - f)
+        x += h * v
+        f = min(max(f + h * (100.0 * v - f / 0.5), -0.5), 0.5)
+        last.append(x)
+    x_last = np.array(last[-steps:])
+    assert found.amplitude[0] == pytest.approx(np.abs(x_last - x_last.mean()).max(), rel=1e-3)  # steps of first order

@@ -49,7 +49,8 @@ class AnalysisRequest(ABC):
     start, stop
         First and last value of what is followed.
     parameter
-        Name of the parameter that is followed; empty where it is the frequency.
+        Name of what differs from the problem at each point, ``Point.parameter``: the parameter that is followed, or one
+        that is found. Empty where that is the frequency alone.
     requested
         Values of it at which points are wanted.
     warnings
@@ -71,6 +72,11 @@ class AnalysisRequest(ABC):
     @abstractmethod
     def analysis(self) -> str:
         """Name of the analysis."""
+
+    @property
+    def followed(self) -> str:
+        """What ``start``, ``stop`` and ``requested`` are values of: "omega", or the parameter."""
+        return self.parameter or "omega"
 
     @property
     def pulse(self) -> Pulse | None:
@@ -113,7 +119,10 @@ class Request(AnalysisRequest):
 
     @property
     def vibrating(self) -> Problem | None:
-        """The problem that goes with the results; None where they are of no problem with loads."""
+        """The problem that goes with the results; None where they are of no problem with loads.
+
+        Points are of this problem at their frequency and ``parameter``: checks in time and sensitivities rely on it.
+        """
         return self.problem
 
     @property
@@ -136,11 +145,11 @@ class Request(AnalysisRequest):
 
     def doubts(self, values: Mapping[str, Array]) -> list[str]:
         """What is suspicious in the values of the results, by variable."""
-        problem, followed = self.problem, self.parameter or "omega"
+        problem = self.problem
         unit, asked = problem.units.angular, adapted_to(self.options)
         return [
             *drift_warnings(problem, values),
-            *result_warnings(followed, values, problem.elements, unit, asked, self.requested),
+            *result_warnings(self.followed, values, problem.elements, unit, asked, self.requested),
         ]
 
 

@@ -158,8 +158,9 @@ class Stepper:
         balanced, scale = linear.cache["balanced"]  # type: ignore[misc]
         return np.asarray(scale * (expm(balanced * (self.step * fraction)) @ (Z / scale)))
 
+    @np.errstate(over="ignore", invalid="ignore")  # slopes of a law that jumps: the derivative is not finite then
     def carried(self, item: Piece, Phi: Array) -> Array:
-        """Derivative of z at the end of a piece from that at its start, (size, ...)."""
+        """Derivative of z at the end of a piece from that at its start, (size, ...); not finite where there is none."""
         if item.path is None or not item.linear.smooth:
             return self.propagate(item.linear, Phi, item.fraction)
         z = np.vander(item.fraction * _GAUSS, len(item.path), increasing=True) @ item.path

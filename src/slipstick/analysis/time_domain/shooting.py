@@ -165,7 +165,7 @@ def _periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool)
         period, wait = period + 1, wait - 1
         same, corrected = stepper.states == states, None
         change = relative_change(stepper, z, stepper.z, stepper.states) if same else np.inf
-        if Phi is not None and same:
+        if Phi is not None and same and np.all(np.isfinite(Phi)):  # a rate that jumps has no slope
             corrected = _newton_start(stepper, z, states, Phi)
             error = relative_change(stepper, corrected, stepper.z, states)
         else:

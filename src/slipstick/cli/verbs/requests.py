@@ -32,28 +32,28 @@ def _verb(table: str, about: str, example: str) -> Callable[..., None]:
     return verb(computed)
 
 
-track = _verb(
-    "track",
-    'Follow the peak of a case over the parameter of its table "track", without the curves between.',
-    'parameter = "damper.normal_load", from = 10, to = 1000',
-)
-optimal = _verb(
-    "optimal",
-    'Find the value of a parameter, that of its table "optimal", at which the peak is lowest.',
-    'parameter = "damper.normal_load"',
-)
-modes = _verb(
-    "modes",
-    'Follow free vibration in a mode (table "modes") over its amplitude: frequency, damping, peaks of all loads.',
-    "from = 0.01, to = 10.0",
-)
-cycles = _verb(
-    "cycles",
-    'Follow self-excited vibration, such as squeal, over the parameter of the table "cycles".',
-    'parameter = "pad.mu", from = 0.3, to = 0.8',
-)
-wear = _verb(
-    "wear",
-    'Wear the contacts of a case over the cycles of its table "wear"; results.nc is written point by point.',
-    "kappa = { tip = 1e-9 }, to = 1e6, omega = 9.0",
-)
+_TABLES = {
+    "track": (
+        'Follow the peak of a case over the parameter of its table "track", without the curves between.',
+        'parameter = "damper.normal_load", from = 10, to = 1000',
+    ),
+    "optimal": (
+        'Find the value of a parameter, that of its table "optimal", at which the peak is lowest.',
+        'parameter = "damper.normal_load"',
+    ),
+    "modes": (
+        'Follow free vibration in a mode (table "modes") over its amplitude: frequency, damping, peaks of all loads.',
+        "from = 0.01, to = 10.0",
+    ),
+    "cycles": (
+        'Follow self-excited vibration, such as squeal, over the parameter of the table "cycles".',
+        'parameter = "pad.mu", from = 0.3, to = 0.8',
+    ),
+    "wear": (
+        'Wear the contacts of a case over the cycles of its table "wear"; results.nc is written point by point.',
+        "kappa = { tip = 1e-9 }, to = 1e6, omega = 9.0",
+    ),
+}
+"""What each verb does, and what could stand in its table."""
+
+REQUESTS = {table: _verb(table, *said) for table, said in _TABLES.items()}
