@@ -11,7 +11,7 @@ from slipstick.analysis.time_domain.event_integrator import ChatteringError, Ste
 from slipstick.analysis.time_domain.initial_state import start_at_rest
 from slipstick.analysis.time_domain.piecewise import PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import friction_system
-from slipstick.analysis.time_domain.slow_modes import SlowModes
+from slipstick.analysis.time_domain.shooting import SlowModes
 
 OMEGA = 9.0
 
