@@ -168,7 +168,7 @@ def test_where_the_slow_modes_lead_nowhere_all_modes_go_on(monkeypatch, how):
 
         monkeypatch.setattr(SlowModes, "followed", chatters)
     else:
-        monkeypatch.setattr(shooting, "_MOST_FEW", 1)
+        monkeypatch.setattr(shooting, "_MOST_SLOW", 1)
     assert_same(ss.transient(problem, OMEGA), right, 1e-6)
 
 

@@ -85,7 +85,7 @@ class StabilityWatch:
     Raises
     ------
     InputError
-        If a contact follows a law that does not tell its rate in time, or slides in a plane on a structure that has no
+        If a contact follows a law that has no rate in time, or slides in a plane on a structure that has no
         equations in time.
     """
 
@@ -219,7 +219,7 @@ class StabilityWatch:
     """Whether nothing prescribes the frequency."""
 
     def judged(self, multipliers: ComplexArray) -> ComplexArray:
-        """Those of the multipliers that stability depends on."""
+        """The multipliers that decide stability; a subclass leaves out those of a free phase."""
         return multipliers
 
     def _pieces(
@@ -308,7 +308,7 @@ class StabilityWatch:
 
 
 def unstable(multipliers: ComplexArray) -> int:
-    """How many multipliers lie beyond the unit circle."""
+    """Number of multipliers outside the unit circle."""
     return int(np.sum(np.abs(multipliers) > 1.0 + BEYOND))
 
 

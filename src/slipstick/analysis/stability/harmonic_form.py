@@ -110,7 +110,7 @@ class HarmonicForm:
         return complex(np.linalg.slogdet(self.matrix(exponent))[0])
 
     def damped(self, exponent: complex, damping: float) -> complex:
-        """The same phase with dampers at all ports in place of the contacts."""
+        """Phase of ``det D(lambda)`` with dampers at all ports in place of the contacts."""
         A, n = self.answers(exponent), self.contacts.n_ports
         s = exponent + 1j * self.orders * self.omega
         return complex(np.prod(np.linalg.slogdet(np.eye(n) + damping * s[:, None, None] * A)[0]))

@@ -66,22 +66,14 @@ class LawsAlong:
         r, rows = combinations.dynamics.size, self._ports.T @ combinations(states[: self._nc]).motion
         P, free = rows.shape
         out = np.zeros((2 * P + m, free + m))
-        out[:P, :free], out[P : 2 * P, r : 2 * r], out[2 * P :, free:] = (
-            rows,
-            combinations.scale * rows[:, :r],
-            np.eye(m),
-        )
+        out[:P, :free], out[P : 2 * P, r : 2 * r] = rows, combinations.scale * rows[:, :r]
+        out[2 * P :, free:] = np.eye(m)
         return out
 
     def _slopes(self, tau: Array, states: StateCodes) -> tuple[Array, ...] | None:
         """Derivatives of motion, velocity, forces and rates of the memory by the coordinates; None: not known."""
-        laws, given, motion, regimes = (
-            self._motion.laws,
-            self._port_rows(states),
-            self._port_state(tau, states),
-            self._regimes(states),
-        )
-        P = laws.n_ports
+        laws, given, regimes = self._motion.laws, self._port_rows(states), self._regimes(states)
+        motion, P = self._port_state(tau, states), laws.n_ports
         if self.at_once and not laws.switching and np.any(laws.slopes(*motion, regimes)[:, :P, P:]):
             return None
         residual = self._compliance(states)[1] if self.at_once else None

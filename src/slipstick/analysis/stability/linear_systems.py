@@ -162,9 +162,9 @@ def friction_batch(balance: Balance) -> int | None:
 def friction_values(balance: Balance, detail: Detail) -> Mapping[str, Array]:
     """Parameters (n,) of the friction contacts at a point, then of the sliders of other contacts."""
     batch = friction_batch(balance)
-    asked = detail.asked.batches
-    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else asked[batch].values
-    more = [slider_values(balance.batches[k].law, asked[k].values) for k in slider_batches(balance)]
+    inputs = detail.asked.batches
+    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else inputs[batch].values
+    more = [slider_values(balance.batches[k].law, inputs[k].values) for k in slider_batches(balance)]
     return {name: np.concatenate([own[name], *(one[name] for one in more)]) for name in ("kt", "mu", "kn", "gap")}
 
 
@@ -210,8 +210,8 @@ class LinearSystems:
         self._ports = np.stack([with_joints, np.append(own[1], np.full(len(with_joints) - len(own[1]), -1))])
         self._structures: dict[tuple[tuple[str, float], ...], Dynamics] = {}
         self._key: object = None
-        self._known: Dynamics | None = None
-        self._asked: Inputs | None = None
+        self._structure: Dynamics | None = None
+        self._inputs: Inputs | None = None
         self._contacts: FrictionPorts | None = None
         self._combinations: Combinations | None = None
         try:
@@ -222,10 +222,10 @@ class LinearSystems:
 
     def contacts(self, detail: Detail) -> FrictionPorts:
         """The contacts with the parameters of a point."""
-        asked = detail.asked
-        if self._contacts is None or asked is not self._asked:
+        inputs = detail.asked
+        if self._contacts is None or inputs is not self._inputs:
             values = friction_values(self._balance, detail)
-            self._asked, self._contacts = asked, FrictionPorts(
+            self._inputs, self._contacts = inputs, FrictionPorts(
                 tangential=self._ports[0], normal=self._ports[1], kt=values["kt"], mu=values["mu"], kn=values["kn"],
                 n_ports=self._balance.n_ports,
             )  # fmt: skip
@@ -238,8 +238,8 @@ class LinearSystems:
             size = structure.count_below(IN_MOTION * self._balance.harmonics.highest * detail.omega)
         parameters = (p.tobytes() for p in (contacts.kt, contacts.mu, contacts.kn))
         key = (size, *parameters)
-        if self._combinations is None or key != self._key or structure is not self._known:
-            self._known = structure
+        if self._combinations is None or key != self._key or structure is not self._structure:
+            self._structure = structure
             self._key = key
             self._combinations = Combinations(structure.slowest(size) if size else structure, contacts)
         return self._combinations

@@ -31,7 +31,7 @@ TAYLOR_REACH = 5.0
 """Bound on rate times length of a step of the Taylor series: a longer one would lose digits to cancellation."""
 
 _TAYLOR_ROUNDING, _TAYLOR_TERMS = 1e-13, 60
-"""The series ends where two terms together are below that beside its size, or after so many terms."""
+"""The series ends where the sum of two terms over the size is smaller, or after so many terms."""
 
 _FEWEST_STEPS, _STEPS_PER_ORDER = 48, 3
 """Steps a period of the Magnus method, by the highest harmonic of the motion."""
@@ -40,12 +40,13 @@ _NODES = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
 """Gauss nodes of a step of the Magnus method, (3,)."""
 
 _SHORTEST_STEP = 1e-6
-"""Length (rad) of the steps beside a steep time: nothing is resolved within."""
+"""Length (rad) of the steps next to a steep time; shorter ones bring no accuracy."""
 
 _BEFORE_CHANGE = 1e-9
 """Phase before a change of state at which the law has the slopes of the state that ends."""
 
 _SIDES = {"slip+": 1.0, "slip-": -1.0}
+"""Signs of the states of slip."""
 
 
 @dataclass(frozen=True)
@@ -87,23 +88,26 @@ def _memories(line: Timeline, count: int) -> tuple[int, ...]:
     return tuple(i for i, state in enumerate(line.cut[:count]) if state == STICK and i in line.changing)
 
 
-def _unit(combinations: Combinations, memories: tuple[int, ...]) -> tuple[list[int], Array]:
-    """Rows of the coordinates of a monodromy matrix among all, and unit disturbances of each (2 r + n, k)."""
-    r, n = combinations.dynamics.size, combinations.contacts.count
+def _unit(size: int, r: int, memories: Sequence[int]) -> tuple[list[int], Array]:
+    """Rows of the k coordinates of a monodromy matrix among all, and unit disturbances of each (size, k).
+
+    All of the 2 r motions and velocities are coordinates, and the memories behind them with the given numbers.
+    """
     rows = [*range(2 * r), *(2 * r + i for i in memories)]
-    Phi = np.zeros((2 * r + n, len(rows)))
+    Phi = np.zeros((size, len(rows)))
     Phi[rows, range(len(rows))] = 1.0
     return rows, Phi
 
 
 def monodromy(line: Timeline, starts: StickStarts, combinations: Combinations, omega: float) -> Monodromy | None:
     """The product over all intervals of a period (THEORY.md (13.4)); None where it would take minutes."""
-    memories = _memories(line, combinations.contacts.count)
+    r, n = combinations.dynamics.size, combinations.contacts.count
+    memories = _memories(line, n)
     known = tuple(dict.fromkeys(interval.states for interval in line.intervals))
     forces, rates, sound = combinations.of_each(known)
     if not rates.max() * 2.0 * np.pi / omega < _MOST_STEPS:
         return None
-    places, Phi = _unit(combinations, memories)
+    places, Phi = _unit(2 * r + n, r, memories)
     number = {states: k for k, states in enumerate(known)}
     rows = [_start(interval, starts) for interval in line.intervals]
     propagate(
@@ -136,9 +140,7 @@ def monodromy_with_laws(
         if nc + k in line.changing or line.cut[nc + k] not in own.regimes.neutral
     ]  # fmt: skip
     remembered = laws.remembered(line.cut[nc:], which)
-    places = [*range(2 * r), *(2 * r + i for i in memories), *(2 * r + n + i for i in remembered)]
-    Phi = np.zeros((2 * r + n + m, len(places)))
-    Phi[places, range(len(places))] = 1.0
+    places, Phi = _unit(2 * r + n + m, r, [*memories, *(n + i for i in remembered)])
     begin = 0.0 if first.change is None else first.change.time - first.length
     longest, sound = _longest_step(motion), True
     steep = _steep_times(line, laws, nc)
@@ -233,9 +235,7 @@ def monodromy_stick_slip(combinations: Combinations, motion: SmoothMotion, law_p
     edges = np.array(sorted({start % (2.0 * np.pi) for one in states for start, _, _ in one}))
     changing = [any(state != "stick" for _, _, state in one) for one in states]
     memories = tuple(e for e, one in enumerate(states) if changing[e] and _state(one, edges[0] + 1e-12) == "stick")
-    places = [*range(2 * r), *(2 * r + e for e in memories)]
-    Phi = np.zeros((2 * r + n, len(places)))
-    Phi[places, range(len(places))] = 1.0
+    places, Phi = _unit(2 * r + n, r, memories)
     longest = _longest_step(motion)
     spans = list(zip(edges, [*edges[1:], edges[0] + 2.0 * np.pi], strict=True))
     middle = [[_state(one, 0.5 * (a + b)) for one in states] for a, b in spans]
@@ -301,11 +301,8 @@ def _magnus(A: Array, steps: Array) -> Array:
     from scipy.linalg import expm
 
     h = steps[:, None, None]
-    a, b, c = (
-        h * A[:, 1],
-        h * np.sqrt(15.0) / 3.0 * (A[:, 2] - A[:, 0]),
-        h * 10.0 / 3.0 * (A[:, 2] - 2.0 * A[:, 1] + A[:, 0]),
-    )
+    a, b = h * A[:, 1], h * np.sqrt(15.0) / 3.0 * (A[:, 2] - A[:, 0])
+    c = h * 10.0 / 3.0 * (A[:, 2] - 2.0 * A[:, 1] + A[:, 0])
     first = a @ b - b @ a
     second = 2.0 * c + first
     second = -(a @ second - second @ a) / 60.0

@@ -62,7 +62,7 @@ class Orbit:
     matrix: Array
     """(k, k): motion, velocities, and memories of contacts stuck where the period begins, but not all period."""
     distance: float
-    """From the truncated motion, over its size."""
+    """Distance from the truncated motion, over its size."""
 
     @property
     def multipliers(self) -> ComplexArray:

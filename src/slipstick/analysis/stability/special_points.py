@@ -118,7 +118,7 @@ class SpecialPoints:
         return stability
 
     def _alone(self, step: Step, error: float) -> PointStability:
-        """Of an interpolated step that was not evaluated."""
+        """Stability of an interpolated step that was not evaluated."""
         return self._watch.at(step.x, self._system.evaluate(step.x, step.parameter).detail, error=error)
 
     def _together(self, steps: Sequence[tuple[Step, float]]) -> list[PointStability | None]:

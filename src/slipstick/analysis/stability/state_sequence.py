@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -174,12 +174,10 @@ _SHORTEST = 1e-6
 def state_order(harmonics: Harmonics, X: Array, Y: Array, values: Mapping[str, Array]) -> StateOrder:
     """The order of the states of every contact over a period of a motion (n, L)."""
     intervals = element_intervals(harmonics, X, Y, **values)
-    words = []
-    for total, at, code in zip(intervals.totals.tolist(), intervals.at, intervals.code, strict=True):
-        lasting = code[:total, 0][at[:total, 1] - at[:total, 0] > _SHORTEST].tolist()
-        kept = [c for i, c in enumerate(lasting) if len(lasting) == 1 or c != lasting[i - 1]]
-        words.append(_rotated(kept or lasting[:1]))
-    return tuple(words)
+    return tuple(
+        _cyclic(code[:total, 0][at[:total, 1] - at[:total, 0] > _SHORTEST].tolist())
+        for total, at, code in zip(intervals.totals.tolist(), intervals.at, intervals.code, strict=True)
+    )
 
 
 def state_order_at(
@@ -195,30 +193,26 @@ def state_order_at(
     ``values`` are the parameters of the batches there, those of the inputs by default. ``at_once`` tells slip all
     period from stick all period where one can follow the other directly.
     """
-    word: StateOrder = ()
+    order: StateOrder = ()
     for k, batch in enumerate(balance.batches):
         own = inputs.batches[k].values if values is None else values[k]
         if is_friction(batch.law):
             motion = balance.layout.motion(k, x, omega, inputs.batches[k])
-            word = (*word, *state_order(balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]}))
+            own = {**own, "v": motion.drift[0]}
+            order = (*order, *state_order(balance.harmonics, motion.Q[0], motion.Q[1], own))
         elif batch.law.regimes is not None:
             intervals = batch.law.states(balance.layout.motion(k, x, omega, inputs.batches[k]), own)
-            words = [_order_of_regimes(states) for states in intervals or ()]
+            orders = [_cyclic([name for a, b, name in states if b - a > _SHORTEST]) for states in intervals or ()]
             if batch.law.slips_at_once and not at_once:
-                words = [("slip",) if one == ("stick",) else one for one in words]
-            word = (*word, *words)
-    return word
+                orders = [("slip",) if one == ("stick",) else one for one in orders]
+            order = (*order, *orders)
+    return order
 
 
-def _order_of_regimes(states: Sequence[Interval]) -> tuple[str, ...]:
-    """The order of the states of one contact over a period, from their intervals."""
-    lasting = [name for start, end, name in states if end - start > _SHORTEST]
-    kept = [name for i, name in enumerate(lasting) if len(lasting) == 1 or name != lasting[i - 1]]
-    return min(tuple(kept[i:] + kept[:i]) for i in range(len(kept))) if kept else tuple(lasting[:1])
-
-
-def _rotated(states: list[int]) -> tuple[int, ...]:
-    return min(tuple(states[i:] + states[:i]) for i in range(len(states)))
+def _cyclic(states: list[Any]) -> tuple[Any, ...]:
+    """States of a period in their order, without repetition, begun so that the tuple is smallest."""
+    distinct = [state for i, state in enumerate(states) if state != states[i - 1]] or states[:1]
+    return min((tuple(distinct[i:] + distinct[:i]) for i in range(len(distinct))), default=())
 
 
 class StickStarts:

@@ -42,7 +42,7 @@ _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
 
 _FIT, _SETTLED, _LONGEST_ITERATION, _RELAXED = 1e-11, 1e-13, 60, 3
 """Errors over the size: at the ends of a polynomial that fits, and of a change in its iteration that may be rounding.
-The iteration takes at most 60 rounds; behind a residual the slopes of angles stay the same after 3."""
+The iteration takes at most 60 rounds; with a residual the slopes of angles stay the same after 3."""
 
 _SHORTEST, _SHORTEST_SWITCHING = 2.0**-16, 2.0**-44
 """Part of a step that is not cut any more, as a corner of the law lies in it.
@@ -376,7 +376,7 @@ class Stepper:
                 yield self._switch(linear, at, now) if isinstance(at, int) else self._next_regime(linear, *at, now)
 
     def _immediate(self, before: int, length: float, tau: float) -> int:
-        """How many changes of state came at one instant, with one after a length; ChatteringError beyond some."""
+        """Number of state changes at one instant, with the next one after ``length``; ChatteringError if too many."""
         if length > 0.0:
             return 0
         if before >= 8 * len(self.states) + 8:
@@ -422,7 +422,7 @@ class Stepper:
         return self.model.system.laws.guards(*self.model.law_motion(linear, z), linear.regimes)
 
     def _guard_root(self, linear: LinearPiece, path: Array, k: int, low: float, high: float) -> float:
-        """Where guard k, negative at ``high``, changes its sign; ``low`` where it never was positive."""
+        """Part of the step where guard k, negative at ``high``, changes sign; ``low`` if it never was positive."""
         from scipy.optimize import brentq
 
         near = low + (high - low) * np.append(0.0, _NEAR_START)
@@ -490,7 +490,7 @@ def spring_memory(model: PiecewiseLinear, states: Combination, contact: int, z: 
 
 
 def _collocation() -> tuple[Array, Array, Array]:
-    """From values at the Gauss nodes of [0, 1]: integrals up to each node, over all, and coefficients of the powers."""
+    """Maps from values at the Gauss nodes of [0, 1]: integrals up to each node, over all, and power coefficients."""
     nodes = np.polynomial.legendre
     basis = nodes.legvander(2.0 * _GAUSS - 1.0, _COUNT - 1)
     integrals = np.zeros((_COUNT, _COUNT))

@@ -78,7 +78,7 @@ class Switching:
 
     @property
     def regimes(self) -> Regimes:
-        """Those of its law."""
+        """Regimes of its law."""
         result = self.law.law.regimes
         assert result is not None
         return result
@@ -102,7 +102,7 @@ class _InRegime(NamedTuple):
     columns: IntArray
     """Their places among ports and memory (p + m, n)."""
     numbers: list[int]
-    """Those among ``switching``."""
+    """Numbers of the contacts among ``switching``."""
 
 
 class LawsInTime:
@@ -125,7 +125,7 @@ class LawsInTime:
         """The laws, with their rows among the ports, those of their memory, and their places among ``switching``."""
         self.switching = tuple(switching)
         self.count = sum(len(law.elements) for law in laws)
-        """Of all contacts."""
+        """Number of all contacts."""
         self.drift = np.concatenate([np.zeros(0), *(law.velocity.reshape(-1) for law in laws)])
         """Constant velocity along the ports (n_ports,)."""
 
@@ -138,7 +138,7 @@ class LawsInTime:
         return any(law.law.memory and law.law.regimes is None for law, *_ in self.each)
 
     def sized(self, length: float) -> LawsInTime:
-        """The same with a typical motion."""
+        """These laws with a typical motion."""
         return LawsInTime([replace(law, length=length) for law, *_ in self.each])
 
     def rate(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers = ()) -> tuple[Array, Array]:
@@ -285,7 +285,7 @@ def _joined(result: Array, k: int) -> Array:
 
 
 class PortMotion(NamedTuple):
-    """Motion, velocity and forces (k, P) at the ports, and rates of the memory (k, m), behind a static residual."""
+    """Motion, velocity and forces (k, P) at the ports, and rates of the memory (k, m), with a static residual."""
 
     q: Array
     velocity: Array

@@ -88,7 +88,7 @@ class PeriodRecorder:
         self.layout, self.postprocessing = Layout(labels=labels, variables=variables), Postprocessing()
 
     def record(self, period: PeriodDone) -> Mapping[str, Any]:
-        """Those of one period."""
+        """Values of one period."""
         return period.values
 
 
@@ -117,7 +117,7 @@ class LongRun(AnalysisRequest):
     steps: int | None = None
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """That of a period; journals written before have no value and no seconds."""
+        """Checkpoint of a period; journals of earlier versions have no value and no seconds."""
         with undamaged():
             energy = dict(zip(plain["energy_names"], vector(plain["energy"]).tolist(), strict=True))
             states = self.states(map(int, plain["states"]))
@@ -129,7 +129,7 @@ class LongRun(AnalysisRequest):
         return PeriodRun(self)
 
     def recorder(self) -> PeriodRecorder:
-        """Of periods."""
+        """The recorder of periods."""
         return PeriodRecorder(self.problem)
 
     @property

@@ -39,7 +39,7 @@ class PeriodRecord:
         self.work = np.zeros(self._nc)
         """Energy a period / (2 pi) of each friction contact."""
         self.law_work = np.zeros(system.laws.n_ports)
-        """The same along each port of other laws."""
+        """Work along each port of other laws, likewise."""
         self.tau: list[float] = []
         self.changes: list[StateChange] = []
         self._values: list[Array] = []
@@ -245,7 +245,7 @@ class PeriodSums:
 
     @property
     def law_work(self) -> Array:
-        """The same along each port of other laws."""
+        """Work along each port of other laws, likewise."""
         return np.asarray(self._law_work)
 
     @property

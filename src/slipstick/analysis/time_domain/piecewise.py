@@ -228,7 +228,7 @@ class LinearPiece:
     residual: Array | None = None
     """Static compliance of the ports to these forces, (P, P)."""
     regimes: RegimeNumbers = ()
-    """Of the contacts whose law switches."""
+    """Regimes of the contacts whose law switches."""
     smooth: bool = False
     """Whether other laws add nonlinear terms to ``A z``."""
     cache: dict[str, object] = field(default_factory=dict)

@@ -61,17 +61,17 @@ def saltation(stepper: Stepper, item: StateChange, Phi: Array, earlier: Array | 
     """
     system, z = stepper.model.system, item.z.copy()
     if item.contact >= system.n_contacts:
-        own, kept = _regime_begins(stepper, item, z)
+        own, rows = _regime_begins(stepper, item, z)
     else:
-        own, kept = _friction_begins(stepper, item, z)
+        own, rows = _friction_begins(stepper, item, z)
     after = stepper.model.rate(stepper.model(item.states), z[None])[0]
     jump = np.zeros(len(z))
-    jump[own] = after[own] - kept @ item.rate
+    jump[own] = after[own] - rows @ item.rate
     if stepper.model.at_once:  # velocities jump, and what others remember follows them
         others = np.setdiff1d(np.arange(system.memory.start, system.memory.stop), own)
         jump[others] = (after - item.rate)[others]
     out = Phi.copy()
-    out[own] = kept @ Phi
+    out[own] = rows @ Phi
     if earlier is None:
         slope = item.margin @ item.rate
         earlier = item.margin @ Phi / slope if slope != 0.0 else np.zeros(Phi.shape[1])
@@ -81,7 +81,7 @@ def saltation(stepper: Stepper, item: StateChange, Phi: Array, earlier: Array | 
 def _friction_begins(stepper: Stepper, item: StateChange, z: Array) -> tuple[Array, Array]:
     """Places in z of the memory of a friction contact, and its rows after the change; writes its value into z."""
     model, e = stepper.model, 2 * stepper.model.system.n + item.contact
-    kept = np.zeros((1, len(z)))
+    rows = np.zeros((1, len(z)))
     z[e] = 0.0
     if item.after is State.STICK:
         linear, after = item.linear, model(item.states)
@@ -90,9 +90,9 @@ def _friction_begins(stepper: Stepper, item: StateChange, z: Array) -> tuple[Arr
         before, law = (
             model.gradient(piece, piece.fx[item.contact], at) for piece, at in ((linear, item.z), (after, z))
         )
-        kept[0] = (before - law) / law[e]
-        kept[0, e] = before[e] / law[e]
-    return np.array([e]), kept
+        rows[0] = (before - law) / law[e]
+        rows[0, e] = before[e] / law[e]
+    return np.array([e]), rows
 
 
 def _regime_begins(stepper: Stepper, item: StateChange, z: Array) -> tuple[Array, Array]:
@@ -243,12 +243,12 @@ class SlowModes:
 
     whole: Stepper
     stepper: Stepper
-    """Of the slow modes."""
+    """Integrator of the slow modes."""
     slow: IntArray
     """Numbers of the slow modes, (k,)."""
     fast: IntArray
     stiffness: Array
-    """Of the fast modes, per unit of tau, (n - k,)."""
+    """Stiffness of the fast modes, per unit of tau, (n - k,)."""
     damping: Array
 
     @classmethod

@@ -54,7 +54,7 @@ class SweptSystem(FrictionSystem):
 
     @cached_property
     def _places(self) -> tuple[slice, int, slice, slice]:
-        """Of u, nu, w and y in the forcing."""
+        """Places of u, nu, w and y in the forcing."""
         k = 2 * len(self.orders)
         return slice(1, 1 + k), 1 + k, slice(2 + k, 2 + 2 * k), slice(2 + 2 * k, 2 + 3 * k)
 

@@ -101,13 +101,11 @@ class TransientResult:
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The same with labels, over ``time``, ``dof``, ``contact``, ``coefficient`` and ``change``."""
+        """The result with labels, over ``time``, ``dof``, ``contact``, ``coefficient`` and ``change``."""
         import xarray
 
-        label, coefficients = (
-            self.units.label,
-            ["0", *(f"{part}{m}" for m in self.harmonics.orders[1:] for part in "cs")],
-        )
+        label = self.units.label
+        coefficients = ["0", *(f"{part}{m}" for m in self.harmonics.orders[1:] for part in "cs")]
         states = zip(("separation", "stick", "slip_plus", "slip_minus"), self.fractions.T, strict=True)
         parts = [(f"{name}_fraction", ("contact",), part, "1", f"fraction of {name}") for name, part in states]
         variables: list[tuple[str, tuple[str, ...], Any, str, str]] = [
