@@ -5,7 +5,7 @@ from helpers.stability import point_at, two_dofs
 
 import slipstick as ss
 from slipstick.analysis.stability.refined_motion import Iteration
-from slipstick.analysis.stability.state_sequence import timeline, word_of
+from slipstick.analysis.stability.state_sequence import state_order, timeline
 from slipstick.balance.balance import Balance
 from slipstick.contact.forces import element_states
 from slipstick.contact.kernel.tuples import NAMES
@@ -52,7 +52,7 @@ def test_a_word_does_not_depend_on_where_the_period_begins() -> None:
     problem = two_dofs(ss.RubbingMotion())
     loads = [ss.Load(dof="x", cos=40.0), ss.Load(dof="y", sin=-25.0)]
     late = ss.Problem(problem.structure, contacts=problem.contacts, loads=loads, harmonics=problem.harmonics)
-    words = [word_of(m.harmonics, m.X, m.Y, m.values) for m in (motion_of(problem, 6.0), motion_of(late, 6.0))]
+    words = [state_order(m.harmonics, m.X, m.Y, m.values) for m in (motion_of(problem, 6.0), motion_of(late, 6.0))]
     assert words[0] == words[1]
     assert len(words[0][0]) > 2
 

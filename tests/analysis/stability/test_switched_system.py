@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slipstick.analysis.stability.dynamics import Dynamics
-from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
+from slipstick.analysis.stability.linear_systems import Combinations, FrictionPorts
 
 KT, MU, KN = np.array([100.0, 50.0]), np.array([0.3, 0.6]), np.array([40.0, 80.0])
 PORTS = FrictionPorts(tangential=np.array([0, 1]), normal=np.array([2, -1]), kt=KT, mu=MU, kn=KN, n_ports=3)

@@ -74,6 +74,7 @@ def test_the_extreme_within_a_piece_is_that_of_its_cubic(recorded, seed):
     n = record._n_motions
     record._values.append(np.tile([[a], [b]], (1, n + 2)))
     record._slopes.append(np.tile([[da / width], [-abs(db) * np.sign(da) / width]], (1, n)))
+    record.tau.append(0.0)
     record._widths.append(width)
     db = -abs(db) * np.sign(da)
     cubic = np.polynomial.Polynomial([a, da, 3 * (b - a) - 2 * da - db, da + db - 2 * (b - a)])

@@ -11,7 +11,7 @@ from slipstick.analysis.time_domain.event_integrator import ChatteringError, Ste
 from slipstick.analysis.time_domain.initial_state import start_at_rest
 from slipstick.analysis.time_domain.piecewise import PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import friction_system
-from slipstick.analysis.time_domain.slow_modes import SlowModes
+from slipstick.analysis.time_domain.shooting import SlowModes
 
 OMEGA = 9.0
 
@@ -168,7 +168,7 @@ def test_where_the_slow_modes_lead_nowhere_all_modes_go_on(monkeypatch, how):
 
         monkeypatch.setattr(SlowModes, "followed", chatters)
     else:
-        monkeypatch.setattr(shooting, "_MOST_FEW", 1)
+        monkeypatch.setattr(shooting, "_MOST_SLOW", 1)
     assert_same(ss.transient(problem, OMEGA), right, 1e-6)
 
 

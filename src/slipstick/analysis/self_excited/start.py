@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.steady_sliding import Sliding
 from slipstick.analysis.self_excited.system import CycleSystem
-from slipstick.analysis.stability.state_sequence import Word, word_at
+from slipstick.analysis.stability.state_sequence import StateOrder, state_order_at
 from slipstick.balance.scaling import scales
 from slipstick.contact.friction_law import is_friction
 from slipstick.solve.continuation import ArclengthScaling, Step
@@ -148,17 +148,17 @@ class CycleStart:
 
     def _slides_on(self, step: Step) -> bool:
         """Whether no contact changes its state."""
-        return self._word(step.x[:-1], float(step.x[-1]), step.parameter) == self._word(self.rest)
+        return self._order(step.x[:-1], float(step.x[-1]), step.parameter) == self._order(self.rest)
 
-    def _word(self, x: Array, omega: float | None = None, value: float | None = None) -> Word:
+    def _order(self, x: Array, omega: float | None = None, value: float | None = None) -> StateOrder:
         inputs = self._space.at_value(self.value if value is None else value)
-        return word_at(self._balance, x, omega or self.omega, inputs)
+        return state_order_at(self._balance, x, omega or self.omega, inputs)
 
     def _largest(self) -> float | None:
-        still = self._word(self.rest)
+        still = self._order(self.rest)
         high = self.scale
         for _ in range(_DOUBLINGS):
-            if self._word(self.vibrating(high)) != still:
+            if self._order(self.vibrating(high)) != still:
                 break
             high *= 2.0
         else:
@@ -166,5 +166,5 @@ class CycleStart:
         low = 0.0
         for _ in range(_DOUBLINGS):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if self._word(self.vibrating(middle)) == still else (low, middle)
+            low, high = (middle, high) if self._order(self.vibrating(middle)) == still else (low, middle)
         return high

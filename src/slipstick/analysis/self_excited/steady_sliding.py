@@ -13,8 +13,8 @@ from itertools import pairwise
 import numpy as np
 
 from slipstick.analysis.stability.floquet import unstable
+from slipstick.analysis.stability.laws_along import VELOCITIES_JUMP, LawsAlong
 from slipstick.analysis.stability.linear_systems import LinearSystems
-from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, LawsAlong
 from slipstick.analysis.stability.refined_motion import Iteration
 from slipstick.analysis.stability.state_sequence import timeline
 from slipstick.balance.balance import Balance

@@ -1,4 +1,4 @@
-"""The structure as modes with unit mass, the slow ones in motion and the fast ones at rest under the contact forces."""
+"""The structure in modes of unit mass: slow ones move, fast ones follow the contact forces statically."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
 
 FEWEST = 8
-"""So many coordinates stay in motion whatever their frequencies."""
+"""Fewest coordinates that stay in motion, whatever their frequencies."""
 
-_SYMMETRIC = 1e-12
+_SYMMETRY_TOLERANCE = 1e-12
+"""Largest difference of a symmetric matrix from its transpose, over its largest entry: rounding of an assembly."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,19 +42,19 @@ class Dynamics:
 
     @cached_property
     def _squared(self) -> Array | None:
-        """Squared frequencies (r,) of modes; None of coordinates that are none."""
+        """Squared frequencies (r,) of modes; None where the coordinates are not modes."""
         squared = np.diag(self.K).copy()
         return None if np.any(self.K - np.diag(squared)) else squared
 
     def count_below(self, frequency: float) -> int:
-        """How many coordinates stay in motion for modes up to a frequency, rad/s, and for those that may grow."""
+        """Number of coordinates in motion: modes up to a frequency, rad/s, and all that may grow."""
         if self._squared is None:
             return self.size
         return min(self.size, max(FEWEST, self._growing, int(np.sum(self._squared <= frequency**2))))
 
     @cached_property
     def _growing(self) -> int:
-        """How many of the slowest modes hold all that damping feeds energy into; all, where it couples them so."""
+        """Number of slowest modes that include all those into which damping feeds energy; all where it couples them."""
         assert self._squared is not None
         C, order = 0.5 * (self.C + self.C.T), np.argsort(self._squared, kind="stable")
         fed = np.flatnonzero(np.diag(C)[order] < 0.0)
@@ -61,7 +62,7 @@ class Dynamics:
         return self.size if coupled else int(fed.max(initial=-1)) + 1
 
     def slowest(self, count: int) -> Dynamics:
-        """Only the slowest modes in motion, the others' compliance in ``R``: they cannot lose their stability then."""
+        """The slowest modes alone in motion; the others add their compliance to ``R`` and cannot lose stability."""
         if self._squared is None or count >= self.size:
             return self
         order = np.argsort(self._squared, kind="stable")
@@ -79,9 +80,9 @@ class Dynamics:
 
 
 def dynamics(equations: TimeEquations) -> Dynamics:
-    """From equations of motion whose rows are the contact ports and whose columns are these and then the loads.
+    """The dynamics of equations of motion: rows are the contact ports, columns the same ports, then the loads.
 
-    Modes where the matrices are symmetric. Raises InputError if the mass matrix is singular.
+    Coordinates are modes where the matrices are symmetric. Raises InputError if the mass matrix is singular.
     """
     M, C, K, n_ports = equations.M, equations.C, equations.K, len(equations.rows)
     through = {"R": equations.feedthrough[:, :n_ports], "load_compliance": equations.feedthrough[:, n_ports:]}
@@ -123,4 +124,4 @@ def _is_diagonal(matrix: Array) -> bool:
 
 
 def _is_symmetric(matrix: Array) -> bool:
-    return bool(np.abs(matrix - matrix.T).max(initial=0.0) <= _SYMMETRIC * np.abs(matrix).max(initial=0.0))
+    return bool(np.abs(matrix - matrix.T).max(initial=0.0) <= _SYMMETRY_TOLERANCE * np.abs(matrix).max(initial=0.0))

@@ -1,7 +1,7 @@
 """Disturbances as growing vibration: ``D(lambda) = I + A(lambda + i k omega) J(lambda)`` (THEORY.md (13.5)).
 
-A disturbance ``e^(lambda t) sum_k d_k e^(i k tau)`` keeps itself up where ``det D = 0``. The contacts' answer J is in
-closed form; lambda enters it through what each stick remembers of its beginning, one vector a stick.
+A disturbance ``e^(lambda t) sum_k d_k e^(i k tau)`` sustains itself where ``det D = 0``. The tangent J of the contacts
+is in closed form; lambda enters it through the memory that each stick begins with, one vector a stick.
 
 Of structures known by receptances alone growing disturbances are counted on the imaginary axis (THEORY.md (13.8)): the
 turns of the phase of ``det D`` over frequency count its zeros at growing disturbances, less its poles there. A
@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics
-from slipstick.analysis.stability.switched_system import FrictionPorts
+from slipstick.analysis.stability.linear_systems import FrictionPorts
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.structure.receptance import Receptance
@@ -29,14 +29,30 @@ from slipstick.typing import AnyArray, Array, ComplexArray, IntArray
 Answers = Callable[[complex], ComplexArray]
 """Receptances (2 H + 1, n_ports, n_ports) of the structure at ``lambda + i k omega``, k = -H..H."""
 
-_TRIALS = 12
-_SAME = 1e-6
-_GIVES = 1e-3
-"""Power beside the apparent one from which on a structure gives it: less is noise of what was measured."""
+_MOST_SECANTS, _FIRST_SECANT, _SECANT_TOLERANCE, _FARTHEST_EXPONENT = 12, 1e-4, 1e-10, 0.5
+"""Secants for one exponent: most of them, and over omega the first, the last, and the distance that is another zero."""
+
+_ORDER_TOLERANCE = 1e-6
+"""Difference of receptances between orders, over their size, that is rounding of the interpolation."""
+
+_POWER_TOLERANCE = 1e-3
+"""Power over the apparent power, from which a structure gives it: less is noise of a measurement."""
+
+FIRST_NODES, _NODES_PER_OMEGA, _TOP_FACTOR = 33, 8, 30.0
+"""Equidistant frequencies at first; those per omega along the whole axis; and how far above the structure it ends."""
+
+_LARGEST_STEP, _FINEST_STEP, _MOST_VALUES = pi / 3.0, 1e-9, 10_000
+"""Turn of the phase in a step that is halved, the shortest step over the highest frequency, and the most values."""
+
+WHOLE_TOLERANCE = 0.1
+"""Distance from a whole number beyond which a count is not valid."""
+
+_DAMPERS = (0.03, 1.0, 30.0)
+"""Dampers over the inverse of the largest mobility, soft to hard: each may reveal other poles."""
 
 
 class StickTerm(NamedTuple):
-    """One stick: it begins at ``start``, lasts ``length`` (rad), and remembers ``-kt dx + factor dy``."""
+    """One stick: it begins at ``start``, lasts ``length`` (rad), and begins with the memory ``-kt dx + factor dy``."""
 
     contact: int
     start: float
@@ -51,7 +67,7 @@ class HarmonicForm:
     Attributes
     ----------
     fixed
-        What of J does not depend on lambda, (n_ports, K, n_ports, K) with K = 2 H + 1.
+        Part of J that does not depend on lambda, (n_ports, K, n_ports, K) with K = 2 H + 1.
     sticks
         All stick intervals that begin within the period.
     """
@@ -94,7 +110,7 @@ class HarmonicForm:
         return complex(np.linalg.slogdet(self.matrix(exponent))[0])
 
     def damped(self, exponent: complex, damping: float) -> complex:
-        """The same phase with dampers at all ports in place of the contacts."""
+        """Phase of ``det D(lambda)`` with dampers at all ports in place of the contacts."""
         A, n = self.answers(exponent), self.contacts.n_ports
         s = exponent + 1j * self.orders * self.omega
         return complex(np.prod(np.linalg.slogdet(np.eye(n) + damping * s[:, None, None] * A)[0]))
@@ -104,22 +120,22 @@ class HarmonicForm:
         A, w = self.answers(exponent), exponent.imag + self.orders * self.omega
         power = np.linalg.eigvalsh((A - A.conj().transpose(0, 2, 1)) / 2j)
         gain = np.where(w > 0.0, power.max(axis=1), np.where(w < 0.0, -power.min(axis=1), 0.0))
-        return bool(np.any(gain > _GIVES * np.abs(A).max(axis=(1, 2))))
+        return bool(np.any(gain > _POWER_TOLERANCE * np.abs(A).max(axis=(1, 2))))
 
     def exponent(self, start: complex) -> complex | None:
-        """The zero of ``det D`` near ``start``, by secants on the bordered matrix; None where they run away."""
+        """The zero of ``det D`` nearest to ``start``, by secants on the bordered matrix; None if they diverge."""
         D, size = self.matrix(start), abs(self.omega)
         left, right = _null_vectors(D)
-        known = [start, start + 1e-4 * size]
+        known = [start, start + _FIRST_SECANT * size]
         values = [_border(D, left, right), _border(self.matrix(known[1]), left, right)]
-        for _ in range(_TRIALS):
+        for _ in range(_MOST_SECANTS):
             slope = (values[-1] - values[-2]) / (known[-1] - known[-2])
             if not abs(slope) > 0.0:
                 return None
             known.append(known[-1] - values[-1] / slope)
-            if abs(known[-1] - start) > 0.5 * size:
+            if abs(known[-1] - start) > _FARTHEST_EXPONENT * size:
                 return None
-            if abs(known[-1] - known[-2]) < 1e-10 * size:
+            if abs(known[-1] - known[-2]) < _SECANT_TOLERANCE * size:
                 return known[-1]
             values.append(_border(self.matrix(known[-1]), left, right))
         return None
@@ -199,11 +215,11 @@ def _decay(rate: AnyArray, length: float) -> ComplexArray:
 
 
 def _null_vectors(D: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Nearly the left and the right null vector of a nearly singular matrix, by inverse iteration."""
+    """Approximate left and right null vectors of a nearly singular matrix, by two steps of inverse iteration."""
     from scipy.linalg import lu_factor, lu_solve
 
     factors = lu_factor(D, check_finite=False)
-    left = right = np.exp(1j * np.arange(len(D)))  # no direction is left out
+    left = right = np.exp(1j * np.arange(len(D)))  # every direction has a share
     for _ in range(2):
         left, right = lu_solve(factors, left, trans=2), lu_solve(factors, right)
         left, right = left / np.linalg.norm(left), right / np.linalg.norm(right)
@@ -211,7 +227,7 @@ def _null_vectors(D: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
 
 
 def _border(D: ComplexArray, left: ComplexArray, right: ComplexArray) -> complex:
-    """Zero where ``D`` is singular, and smooth there: ``1 / (right^H D^-1 left)``, for null vectors or near them."""
+    """``1 / (right^H D^-1 left)`` with approximate null vectors: smooth, and zero where ``D`` is singular."""
     try:
         return complex(1.0 / (right.conj() @ np.linalg.solve(D, left)))
     except np.linalg.LinAlgError:
@@ -223,11 +239,11 @@ def depends_on_order(receptance: Receptance, orders: IntArray, omega: float) -> 
     n, highest = receptance.static.shape[0], int(max(orders, default=1))
     frequency = highest * omega
     answers = np.array([receptance.at(np.array([float(m)]), frequency / m)[0][0][:, :n] for m in (1, *orders.tolist())])
-    return bool(np.abs(answers - answers[0]).max(initial=0.0) > _SAME * np.abs(answers).max(initial=0.0))
+    return bool(np.abs(answers - answers[0]).max(initial=0.0) > _ORDER_TOLERANCE * np.abs(answers).max(initial=0.0))
 
 
 def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_order: bool = False) -> Answers:
-    """Receptances that are known at real frequencies alone, at imaginary exponents below ``omega``.
+    """Receptances known at real frequencies alone, for imaginary exponents below ``omega``.
 
     ``by_order``: harmonic m of a disturbance meets the receptance of its own order at its own frequency. That of order
     0 away from rest is ``receptance.of_order(0, frequency)`` then.
@@ -237,9 +253,9 @@ def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_
     def one(order: int, w: float) -> ComplexArray:
         if w == 0.0:
             return receptance.static[:, :n].astype(complex)
-        asked = abs(order) if by_order else 1
-        if asked:
-            answer = receptance.at(np.array([float(asked)]), abs(w) / asked)[0][0][:, :n]
+        met = abs(order) if by_order else 1
+        if met:
+            answer = receptance.at(np.array([float(met)]), abs(w) / met)[0][0][:, :n]
         else:
             answer = np.asarray(receptance.of_order(0, abs(w)))[:, :n]
         return answer if w > 0.0 else answer.conj()
@@ -271,31 +287,16 @@ def modal_answers(dynamics: Dynamics, orders: Array, omega: float) -> Answers:
     return at
 
 
-FIRST = 33
-"""Equidistant frequencies that the count begins with."""
-
-_LARGEST_STEP = pi / 3.0
-_MOST = 10_000
-WHOLE = 0.1
-"""A count that is further from a whole number is none."""
-
-
 def folded(frequencies: Iterable[float], omega: float) -> Array:
     """Frequencies less multiples of ``omega``, folded into 0 to ``omega / 2``."""
     rest = np.mod(np.asarray(list(frequencies), dtype=float), omega)
     return np.minimum(rest, omega - rest)
 
 
-_PER_OMEGA = 8
-_FAR = 30.0
-_DAMPERS = (0.03, 1.0, 30.0)
-"""Over the inverse of the largest mobility."""
-
-
 def count_unstable(form: HarmonicForm, nodes: Array) -> int | None:
-    """Growing disturbances of a harmonic form, by frequencies to begin with; None where that is not known.
+    """Number of growing disturbances of a harmonic form, from initial frequencies; None where it is not known.
 
-    Of a structure that grows by itself they are counted from below: 0 is not known to be so.
+    Of a structure that grows by itself the count is a lower bound, and 0 is not certain.
     """
     net = net_turns(lambda nu: form.sign(1j * nu), nodes)
     if net is None:
@@ -312,27 +313,27 @@ def count_unstable(form: HarmonicForm, nodes: Array) -> int | None:
 
 
 def strip(natural: Iterable[float], omega: float) -> Array:
-    """Frequencies to begin with where a disturbance is the same at frequencies that are multiples of omega apart."""
-    return np.unique(np.concatenate([np.linspace(0.0, 0.5 * omega, FIRST), folded(natural, omega)]))
+    """Initial frequencies where a disturbance repeats at every multiple of omega."""
+    return np.unique(np.concatenate([np.linspace(0.0, 0.5 * omega, FIRST_NODES), folded(natural, omega)]))
 
 
 def axis(natural: Iterable[float], omega: float, highest: int) -> Array:
-    """Frequencies to begin with where each harmonic of a disturbance meets a receptance of its own.
+    """Initial frequencies where each harmonic of a disturbance meets a receptance of its own.
 
-    A disturbance whose frequency is shifted by omega is another one then, of another wave number: all frequencies are
-    passed, up to where nothing answers any more.
+    A disturbance whose frequency is shifted by omega is another one then, of another wave number. All frequencies are
+    covered, up to where the receptances vanish.
     """
     frequencies = np.asarray(list(natural), dtype=float)
     near = np.abs(np.subtract.outer(frequencies, np.arange(-highest, highest + 1) * omega)).reshape(-1)
     top = highest * omega + 1.5 * max(frequencies.max(initial=0.0), omega)
-    inside = np.linspace(0.0, top, int(_PER_OMEGA * top / omega))
-    return np.unique(np.concatenate([inside, near, np.geomspace(top, _FAR * top, FIRST)]))
+    inside = np.linspace(0.0, top, int(_NODES_PER_OMEGA * top / omega))
+    return np.unique(np.concatenate([inside, near, np.geomspace(top, _TOP_FACTOR * top, FIRST_NODES)]))
 
 
 def net_turns(sign: Callable[[float], complex], nodes: Array) -> int | None:
     """Zeros less poles at growing disturbances by ``sign(nu)``, the phase of ``det D(i nu)``; None if unsettled.
 
-    ``nodes`` are frequencies to begin with, among them those at which the phase may turn fast. The steps are halved
+    ``nodes`` are initial frequencies, among them those at which the phase may turn fast. The steps are halved
     until no phase step is above 60 degrees; a grid twice as fine has to give the same number.
     """
     known: dict[float, complex] = {}
@@ -343,7 +344,7 @@ def net_turns(sign: Callable[[float], complex], nodes: Array) -> int | None:
         return known[nu]
 
     before: int | None = None
-    finest = 1e-9 * float(nodes[-1])
+    finest = _FINEST_STEP * float(nodes[-1])
     while True:
         turned = refined(at, nodes.tolist(), finest, known)
         if turned is None:
@@ -351,7 +352,7 @@ def net_turns(sign: Callable[[float], complex], nodes: Array) -> int | None:
         turns, nodes = turned
         number = round(-turns / pi)
         if before is not None and number == before:
-            return number if abs(-turns / pi - number) < WHOLE else None
+            return number if abs(-turns / pi - number) < WHOLE_TOLERANCE else None
         before = number
         nodes = np.sort(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
 
@@ -359,12 +360,15 @@ def net_turns(sign: Callable[[float], complex], nodes: Array) -> int | None:
 def refined(
     at: Callable[[float], complex], nodes: list[float], finest: float, known: dict[float, complex]
 ) -> tuple[float, Array] | None:
-    """Change of the phase over the nodes, halved where it turns fast; None beyond all patience or at a zero."""
+    """Change of the phase over the nodes, and the nodes with steps halved where it turns fast.
+
+    None at a zero, and where too many values would be needed.
+    """
     turns, out, waiting = 0.0, [nodes[0]], nodes[:0:-1]
     while waiting:
         a, b = out[-1], waiting[-1]
         first, second = at(a), at(b)
-        if not (abs(first) > 0.0 and abs(second) > 0.0) or len(known) > _MOST:
+        if not (abs(first) > 0.0 and abs(second) > 0.0) or len(known) > _MOST_VALUES:
             return None
         step = float(np.angle(second / first))
         if abs(step) > _LARGEST_STEP and b - a > finest:

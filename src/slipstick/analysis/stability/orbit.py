@@ -1,7 +1,7 @@
-"""The periodic motion that exists beside a truncated one, by shooting: exact but for rounding (THEORY.md section 12).
+"""The exact periodic motion next to a truncated one, by shooting (THEORY.md section 12).
 
-A balance gives a motion in some harmonics. Where these are too few to tell its stability, the motion itself is found
-from it by Newton's method on the period map, whose derivative has the multipliers.
+A balance gives a motion in a few harmonics. Where these are too few to decide its stability, Newton's method on the
+period map finds the motion in time. The derivative of that map has the multipliers.
 """
 
 from __future__ import annotations
@@ -11,11 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics
-from slipstick.analysis.stability.linear_systems import friction_batch, friction_values, slider_batches
+from slipstick.analysis.stability.linear_systems import (
+    Combinations,
+    FrictionPorts,
+    friction_batch,
+    friction_values,
+    slider_batches,
+)
 from slipstick.analysis.stability.monodromy import multipliers_of
 from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.state_sequence import Timeline
-from slipstick.analysis.stability.switched_system import FrictionPorts
 from slipstick.analysis.time_domain.event_integrator import ChatteringError, Stepper
 from slipstick.analysis.time_domain.initial_state import periodic_memory, with_forces
 from slipstick.analysis.time_domain.law_in_time import LawsInTime
@@ -29,20 +34,25 @@ from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array, ComplexArray, IntArray
 
 FARTHEST = 0.25
-"""Distance from the truncated motion, over its size, beyond which another motion was found."""
+"""Distance from the truncated motion, over its size, beyond which a motion found is another one."""
 
-_SHIFT = 2e-3
-"""Shift of the frequency, over itself, within which a motion still stands for the truncated one beside a fold."""
+_LARGEST_SHIFT = 2e-3
+"""Relative shift of the frequency that is allowed: next to a fold the motion may end a little before the truncated."""
 
-_CLOSED, _CLOSED_CORNERED = 1e-11, 1e-9
-"""How closely a period comes back; of what a law remembers, whose equation may have corners within a step."""
-_MOST = 12
-_STALLED = 0.7
-_FEWEST_STEPS, _FEWEST_SMOOTH = 96, 24
+_CLOSED, _CLOSED_WITH_MEMORY = 1e-11, 1e-9
+"""Relative change over a period that counts as closed; the equations of a memory may have corners within a step."""
+
+_MOST_ITERATIONS, _SLOW_RATIO, _MOST_SLOW = 12, 0.7, 2
+"""Newton's method ends unsuccessfully after so many iterations, or where more than two reduce the change less."""
+
+_FREQUENCY_STEP = 1e-7
+"""Relative difference of the frequency in the derivative of the period map by it."""
+
+_FEWEST_STEPS, _FEWEST_SMOOTH, _STEP_ANGLE = 96, 24, 1.5
+"""Steps a period with and without friction contacts, and the angle of the fastest motion in one."""
+
 _MOST_WORK = 2e8
-"""Steps a period times the size of the system cubed: seconds for the periods that Newton's method takes."""
-
-_NUDGE = 1e-7
+"""Steps a period times the size of the system cubed; Newton's method takes seconds with that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +60,9 @@ class Orbit:
     """A periodic motion and the derivative of its period map."""
 
     matrix: Array
-    """(k, k): motion, velocities and memories of contacts stuck where the period begins, but not all through it."""
+    """(k, k): motion, velocities, and memories of contacts stuck where the period begins, but not all period."""
     distance: float
-    """From the truncated motion, over its size."""
+    """Distance from the truncated motion, over its size."""
 
     @property
     def multipliers(self) -> ComplexArray:
@@ -60,20 +70,20 @@ class Orbit:
         return multipliers_of(self.matrix)
 
 
-def orbit_beside(
-    balance: Balance, detail: Detail, motion: SmoothMotion, line: Timeline, structure: Dynamics,
-    contacts: FrictionPorts, law_ports: IntArray, *, free: bool,
+def nearest_orbit(
+    balance: Balance, detail: Detail, motion: SmoothMotion, line: Timeline, combinations: Combinations,
+    law_ports: IntArray, *, free: bool,
 ) -> Orbit | None:  # fmt: skip
     """The periodic motion nearest to an iterated one; None where none is found.
 
-    ``free``: nothing prescribes the frequency of the motion, it is found with it. Beside a fold the motion may end a
-    little before the truncated one does: then the nearest one at a slightly other frequency is taken.
+    ``free`` says that the frequency is an unknown. Next to a fold the motion may end a little before the truncated one
+    does: the nearest motion at a slightly different frequency is taken then.
     """
-    structure = _with_none(structure)
+    structure, contacts = _with_idle_port(combinations.dynamics), combinations.contacts
     system = _system(balance, detail, structure, contacts, motion.laws, law_ports)
     first = line.intervals[0]
     tau = 0.0 if first.change is None else first.change.time - first.length
-    q, rate, size = _answer(balance, detail, motion, structure, contacts, law_ports, tau)
+    q, rate, size = _response(balance, detail, motion, structure, contacts, law_ports, tau)
     try:
         stepper = _stepper(system)
         z = np.zeros(system.size)
@@ -85,8 +95,8 @@ def orbit_beside(
         states: Combination = tuple(State(code) for code in line.cut[: system.n_contacts])
         z, states = with_forces(stepper, z, states, friction, motion.law_force @ motion.harmonics.H_minus(tau))
         for held_free in (True,) if free else (False, True):
-            closed = _closed(stepper, z, states, tau, free=held_free)
-            orbit = None if closed is None else _beside(closed, z, line, size, system.omega, free=free)
+            found = _shooting(stepper, z, states, tau, free=held_free)
+            orbit = None if found is None else _accepted(found, z, line, size, system.omega, free=free)
             if orbit is not None:
                 return orbit
     except (ChatteringError, InputError, np.linalg.LinAlgError):
@@ -94,33 +104,33 @@ def orbit_beside(
     return None
 
 
-def _beside(
-    closed: tuple[Array, Combination, Array, Stepper], z: Array, line: Timeline, size: float, omega: float, *,
+def _accepted(
+    found: tuple[Array, Combination, Array, Stepper], z: Array, line: Timeline, size: float, omega: float, *,
     free: bool,
 ) -> Orbit | None:  # fmt: skip
-    """The orbit, if it is the one next to where it was sought from."""
-    end, states, Phi, stepper = closed
+    """The orbit, if it lies near the motion from which it was sought."""
+    end, states, Phi, stepper = found
     system = stepper.model.system
-    if not free and abs(system.omega / omega - 1.0) > _SHIFT:
+    if not free and abs(system.omega / omega - 1.0) > _LARGEST_SHIFT:
         return None
     kept = system.unknowns(states, line.changing)
-    away = float(np.linalg.norm((end - z)[: 2 * system.n])) / size
-    return Orbit(Phi[np.ix_(kept, kept)], away) if away < FARTHEST else None
+    distance = float(np.linalg.norm((end - z)[: 2 * system.n])) / size
+    return Orbit(Phi[np.ix_(kept, kept)], distance) if distance < FARTHEST else None
 
 
-def within_reach(
-    balance: Balance, detail: Detail, motion: SmoothMotion, structure: Dynamics, contacts: FrictionPorts,
-    law_ports: IntArray,
-) -> bool:  # fmt: skip
-    """Whether the motion can be sought in time within seconds."""
-    system = _system(balance, detail, _with_none(structure), contacts, motion.laws, law_ports)
+def is_affordable(
+    balance: Balance, detail: Detail, motion: SmoothMotion, combinations: Combinations, law_ports: IntArray
+) -> bool:
+    """Whether shooting takes seconds at most."""
+    structure = _with_idle_port(combinations.dynamics)
+    system = _system(balance, detail, structure, combinations.contacts, motion.laws, law_ports)
     return _steps(PiecewiseLinear(system)) * float(system.size) ** 3 <= _MOST_WORK
 
 
 def _steps(model: PiecewiseLinear) -> int:
-    """As few a period as the fastest motion allows."""
+    """Fewest steps a period that the fastest motion allows."""
     fewest = _FEWEST_STEPS if model.system.n_contacts else _FEWEST_SMOOTH
-    return max(fewest, int(np.ceil(2.0 * np.pi * model.fastest() / 1.5)))
+    return max(fewest, int(np.ceil(2.0 * np.pi * model.fastest() / _STEP_ANGLE)))
 
 
 def _stepper(system: FrictionSystem) -> Stepper:
@@ -128,16 +138,16 @@ def _stepper(system: FrictionSystem) -> Stepper:
     return Stepper(model, _steps(model))
 
 
-def _closed(
+def _shooting(
     stepper: Stepper, z: Array, states: Combination, tau: float, *, free: bool
 ) -> tuple[Array, Combination, Array, Stepper] | None:
-    """Start with its states, derivative of the period map, what carries the motion; None where Newton's method fails.
+    """Start with its states, derivative of the period map, and the stepper; None where Newton's method fails.
 
-    What laws remember at the start is only guessed: where they end the first period in another regime, the next one
+    The memory of other laws at the start is a guess: where they end the first period in another regime, the next one
     starts from there.
     """
     before, slow, guessed = np.inf, 0, bool(stepper.model.system.laws.switching)
-    for _ in range(_MOST):
+    for _ in range(_MOST_ITERATIONS):
         Phi = one_period(stepper, z, states, True, tau)
         if Phi is None or not np.all(np.isfinite(Phi)) or (stepper.states != states and not guessed):
             return None
@@ -145,10 +155,10 @@ def _closed(
             z, states, guessed = stepper.z.copy(), stepper.states, False
             continue
         change = relative_change(stepper, z, stepper.z, states)
-        if change < (_CLOSED_CORNERED if stepper.model.system.laws.n_memory else _CLOSED):
+        if change < (_CLOSED_WITH_MEMORY if stepper.model.system.laws.n_memory else _CLOSED):
             return z, states, Phi, stepper
-        slow += change > _STALLED * before
-        if slow > 2:
+        slow += change > _SLOW_RATIO * before
+        if slow > _MOST_SLOW:
             return None
         before = change
         z, stepper = _corrected(stepper, z, states, Phi, tau, free)
@@ -163,9 +173,9 @@ def _corrected(
     kept = system.unknowns(states)
     matrix, defect = np.eye(len(kept)) - Phi[np.ix_(kept, kept)], stepper.difference(z, stepper.z, states)[kept]
     if free:
-        beside = Stepper(PiecewiseLinear(replace(system, omega=system.omega * (1.0 + _NUDGE))), stepper.steps)
-        one_period(beside, z, states, False, tau)
-        matrix = np.column_stack([matrix, stepper.difference(beside.z, stepper.z, states)[kept] / _NUDGE])
+        shifted = Stepper(PiecewiseLinear(replace(system, omega=system.omega * (1.0 + _FREQUENCY_STEP))), stepper.steps)
+        one_period(shifted, z, states, False, tau)
+        matrix = np.column_stack([matrix, stepper.difference(shifted.z, stepper.z, states)[kept] / _FREQUENCY_STEP])
     # a free phase, and the residual traction of a contact stuck all period: least squares changes them least
     step = np.linalg.lstsq(matrix, defect, rcond=1e-13)[0]
     out = z.copy()
@@ -178,8 +188,8 @@ def _corrected(
     return out, Stepper(PiecewiseLinear(replace(system, omega=omega)), stepper.steps)
 
 
-def _with_none(d: Dynamics) -> Dynamics:
-    """The structure with one more port that never moves, to which the number -1 (no port) leads."""
+def _with_idle_port(d: Dynamics) -> Dynamics:
+    """The structure with one more port that never moves, which the index -1 (no port) selects."""
     return replace(
         d, rows=np.vstack([d.rows, np.zeros(d.size)]), columns=np.hstack([d.columns, np.zeros((d.size, 1))]),
         R=np.pad(d.R, (0, 1)), load_compliance=np.pad(d.load_compliance, ((0, 1), (0, 0))),
@@ -189,7 +199,7 @@ def _with_none(d: Dynamics) -> Dynamics:
 def _system(
     balance: Balance, detail: Detail, d: Dynamics, contacts: FrictionPorts, laws: LawsInTime, law_ports: IntArray
 ) -> FrictionSystem:
-    """What is integrated in time at a point: the structure and contacts that its multipliers are of."""
+    """The system to integrate in time at a point, with the structure and contacts of its multipliers."""
     has, h, driven = contacts.normal >= 0, balance.harmonics, balance.problem.load_columns
     order = np.concatenate([contacts.tangential, contacts.normal[has], law_ports])
     equations = TimeEquations(
@@ -217,11 +227,11 @@ def _system(
     )  # fmt: skip
 
 
-def _answer(
+def _response(
     balance: Balance, detail: Detail, motion: SmoothMotion, d: Dynamics, contacts: FrictionPorts, law_ports: IntArray,
     tau: float,
 ) -> tuple[Array, Array, float]:  # fmt: skip
-    """q and dq/dtau of the structure (r,) at ``tau`` under the forces that the iteration began with, and their size."""
+    """q and dq/dtau of the structure (r,) at ``tau`` under the contact forces of a motion, and their size."""
     wide, h, has = motion.harmonics, balance.harmonics, contacts.normal >= 0
     loads = balance.problem.load_columns.forces(detail.inputs.P, h.orders[1:], detail.omega)
     P = np.zeros((len(loads), wide.size))

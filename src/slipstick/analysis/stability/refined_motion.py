@@ -1,6 +1,6 @@
 """The motion at the contacts once more through the structure, with four times as many harmonics (THEORY.md (11.1)).
 
-The forces at a solution have harmonics beyond those that were kept. What they move is added: the motion becomes
+The forces at a solution have harmonics beyond those of the balance. The motion that these make is added: it becomes
 smoother, and the times at which contacts change their states become accurate.
 """
 
@@ -30,16 +30,15 @@ if TYPE_CHECKING:
     from slipstick.balance.inputs import Inputs
 
 WIDER = 4
-"""Times the highest harmonic kept."""
+"""Highest harmonic of the iterated motion over that of the balance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SmoothMotion:
     """Motion and forces of n friction contacts in many harmonics, (n, L') each; the rubbing motion is included.
 
-    Behind them stand the sliders that contacts of other laws consist of.
-
-    Those of contacts of other laws stand in ``laws``, with (P, L') motions and forces, in its order.
+    Sliders of contacts of other laws follow them. All further laws are in ``laws``, with motions and forces (P, L') in
+    its order.
     """
 
     harmonics: Harmonics
@@ -47,7 +46,7 @@ class SmoothMotion:
     X: Array
     Y: Array
     rubbing: tuple[Array, Array]
-    """What of X and Y is the rubbing motion."""
+    """Rubbing motion, which X and Y include."""
     force: tuple[Array, Array]
     """Friction and normal forces that the iteration began with."""
     values: dict[str, Array]
@@ -55,7 +54,7 @@ class SmoothMotion:
     laws: LawsInTime
     law_motion: Array
     law_rubbing: Array
-    """What of it is the motion of the opposing surface."""
+    """Motion of the opposing surface, which ``law_motion`` includes."""
     law_force: Array
     law_drift: Array
     """Constant velocity (P,) over omega."""
@@ -79,32 +78,32 @@ class SmoothMotion:
 
 
 class Iteration:
-    """What one iteration needs of a balance, made once a branch."""
+    """One iteration of the contacts' motion through the structure, prepared once a branch."""
 
     def __init__(self, balance: Balance) -> None:
         self._balance, h = balance, balance.harmonics
         self.wide = Harmonics(range(max(1, WIDER * h.highest) + 1))
-        self._kept = self._columns(h.orders)
-        self._known: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
+        self._own_columns = self._columns(h.orders)
+        self._orders: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
         self._rubbing: tuple[Inputs, list[Array]] | None = None
         self.can_many = forces_together(balance) and [is_friction(b.law) for b in balance.batches] == [True]
-        """Whether motions can be iterated together: those of friction contacts without contact states."""
+        """Whether motions can be iterated together: friction contacts alone, without contact states."""
 
     def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
         """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
         motions = self._motions(x, detail)
         rubbing = [inputs.motion for inputs in detail.inputs.batches]
-        return self._gathered(self._balance.harmonics, detail, motions, rubbing, [r.force for r in detail.responses])
+        return self._assembled(self._balance.harmonics, detail, motions, rubbing, [r.force for r in detail.responses])
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
         if self.can_many:
             return self.many(x[None], [detail])[0]
         balance, wide, motions, forces = self._balance, self.wide, [], []
-        further, columns = self._further(x, detail)
+        further, columns = self._added_orders(x, detail)
         force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
         for batch, motion, response in zip(balance.batches, self._motions(x, detail), detail.responses, strict=True):
-            spread = motion._replace(harmonics=wide, Q=tuple(self._spread(Q) for Q in motion.Q))
+            spread = motion._replace(harmonics=wide, Q=tuple(self._widened(Q) for Q in motion.Q))
             answer = batch.law.widened(balance.harmonics, wide).respond(spread, response.values).force
             for port, coefficients in zip(batch.ports, answer, strict=True):
                 force[port.rows] = coefficients[port.members][:, columns]
@@ -115,12 +114,12 @@ class Iteration:
         for batch, motion in zip(balance.batches, motions, strict=True):
             for port, coefficients in zip(batch.ports, motion.Q, strict=True):
                 coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
-        return self._gathered(wide, detail, motions, self._prescribed(detail.inputs), forces)
+        return self._assembled(wide, detail, motions, self._prescribed(detail.inputs), forces)
 
     def many(self, x: Array, details: Sequence[Detail]) -> list[SmoothMotion]:
         """The iterated motion at n solutions (n, N), which ``can_many``."""
         balance, wide, batch = self._balance, self.wide, self._balance.batches[0]
-        further, columns = self._further(x[0], details[0])
+        further, columns = self._added_orders(x[0], details[0])
         inputs, omega = Assigned.of([d.inputs for d in details]), np.array([d.omega for d in details])
         contact_inputs, shape = inputs.contacts(0), (len(x), batch.count, wide.size)
         motion, response = respond(balance, 0, x, omega, contact_inputs, wide)
@@ -145,16 +144,16 @@ class Iteration:
         return out
 
     def _prescribed(self, inputs: Inputs) -> list[Array]:
-        """The rubbing motion of every batch, (n_ports, n, L'): most points of a branch have the same."""
+        """The rubbing motion of every batch, (n_ports, n, L'), stored as most points of a branch have the same."""
         if self._rubbing is None or self._rubbing[0] is not inputs:
-            self._rubbing = inputs, [np.array([self._spread(part) for part in b.motion]) for b in inputs.batches]
+            self._rubbing = inputs, [np.array([self._widened(part) for part in b.motion]) for b in inputs.batches]
         return self._rubbing[1]
 
     def _motions(self, x: Array, detail: Detail) -> list[Motion]:
         batches = detail.inputs.batches
         return [self._balance.layout.motion(k, x, detail.omega, inputs) for k, inputs in enumerate(batches)]
 
-    def _gathered(
+    def _assembled(
         self, h: Harmonics, detail: Detail, motions: Sequence[Motion], rubbing: Sequence[Array],
         forces: Sequence[tuple[Array, ...]],
     ) -> SmoothMotion:  # fmt: skip
@@ -174,14 +173,8 @@ class Iteration:
                 friction.append((X, still, moved, still, f.Fx, f.Fy, own))
             else:
                 laws.append(law_in_time(batch, values, detail.inputs.batches[k].speed(detail.omega)))
-                rows.append(
-                    (
-                        np.concatenate(motion.Q),
-                        np.concatenate(rubbing[k]),
-                        np.concatenate(forces[k]),
-                        motion.drift.reshape(-1),
-                    )
-                )
+                Q, u, f = (np.concatenate(part) for part in (motion.Q, rubbing[k], forces[k]))
+                rows.append((Q, u, f, motion.drift.reshape(-1)))
         moved, prescribed, force, drift = (np.concatenate(part) for part in zip(*rows, strict=True))
         *motion_and_force, each = zip(*friction, strict=True)
         X, Y, u, u_normal, fx, fy = (np.concatenate(part) for part in motion_and_force)
@@ -191,25 +184,25 @@ class Iteration:
             law_motion=moved, law_rubbing=prescribed, law_force=force, law_drift=drift,
         )  # fmt: skip
 
-    def _further(self, x: Array, detail: Detail) -> tuple[Array, NDArray[np.intp]]:
-        """Orders whose motion is not known, and their columns: those left out, and kept ones not in use at a point."""
+    def _added_orders(self, x: Array, detail: Detail) -> tuple[Array, NDArray[np.intp]]:
+        """Orders whose motion is added, and their columns: those outside the balance or not in use at a point."""
         h = self._balance.harmonics
         in_use = np.ones(h.n, dtype=bool)
         if detail.adapted is not None:
             used = np.any(x.reshape(self._balance.n_ports, -1) != 0.0, axis=0)
             in_use = used[1::2] | used[2::2]
         key = in_use.tobytes()
-        if key not in self._known:
+        if key not in self._orders:
             orders = sorted(set(self.wide.orders) - {0, *h.m[in_use].tolist()})
-            self._known[key] = np.array(orders, dtype=float), self._columns(orders)[1:]
-        return self._known[key]
+            self._orders[key] = np.array(orders, dtype=float), self._columns(orders)[1:]
+        return self._orders[key]
 
     def _columns(self, orders: Iterable[int]) -> NDArray[np.intp]:
         """Places of the coefficients of some orders, 0 the first of them."""
         above = (m for m in orders if m)
         return np.array([0, *(self.wide.index(m, part) for m in above for part in ("c", "s"))], dtype=np.intp)
 
-    def _spread(self, coefficients: Array) -> Array:
+    def _widened(self, coefficients: Array) -> Array:
         out = np.zeros((len(coefficients), self.wide.size))
-        out[:, self._kept] = coefficients
+        out[:, self._own_columns] = coefficients
         return out

@@ -1,6 +1,6 @@
-"""Where the kind of motion changes along a branch: test functions for the continuation (THEORY.md section 13).
+"""Test functions of a branch for changes of the kind of motion (THEORY.md section 13).
 
-Folds are turning points, which the continuation knows. Here are the others: a multiplier passes -1 (the period
+Folds are turning points, found by the continuation. The others follow here: a multiplier passes -1 (the period
 doubles), a pair leaves the unit circle (Neimark-Sacker: a second frequency appears), one passes +1 without a fold
 (symmetry breaks, or branches cross), a travelling wave loses its symmetry (a disturbance of another wave number begins
 to grow, by the count), and contacts change the order of their states (touch or stick begins or ends).
@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
-from slipstick.analysis.stability.state_sequence import Word, word_at
+from slipstick.analysis.stability.state_sequence import StateOrder, state_order_at
 from slipstick.balance.evaluation import Detail, unanswered
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -35,23 +35,21 @@ from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.typing import Array, ComplexArray
 
-_HALVINGS = 10
-"""Halvings of a segment between two points on which contacts have different states."""
+_HALVINGS, _HALVINGS_BY_COUNT = 10, 6
+"""Halvings of a segment until a change of states, or of symmetry, is located: each count costs as much as a point."""
 
-_COUNTED = 6
-"""The same where disturbances are counted, which costs as much as solving for a point."""
-
-_REMEMBERED = 8
+_STORED_STEPS = 8
+"""Latest steps whose stability is stored: the continuation evaluates several test functions at each."""
 
 CHEAP_CONTACTS = 4
-"""So many contacts cost next to nothing: interpolated points are judged too."""
+"""Number of contacts up to which stability costs little: interpolated points are judged by themselves then."""
 
-_NEAR = {PERIOD_DOUBLING: 1e-3, NEIMARK_SACKER: 1e-3, BRANCH_POINT: 5e-2}
-"""Distance from the unit circle within which a located multiplier stands on it."""
+_ON_CIRCLE = {PERIOD_DOUBLING: 1e-3, NEIMARK_SACKER: 1e-3, BRANCH_POINT: 5e-2}
+"""Distance from -1, 1 or the circle within which a located multiplier counts as there."""
 
 
 class SpecialPoints:
-    """Test functions of a branch, remembered for the last steps: each step is asked more than once."""
+    """Test functions of a branch, with the stability of the latest steps."""
 
     def __init__(self, watch: StabilityWatch, system: FrequencySystem | ParameterSystem) -> None:
         self._watch, self._system = watch, system
@@ -61,17 +59,17 @@ class SpecialPoints:
         self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS and not switching
         """Whether interpolated points are judged too."""
         self._of_wave = watch.balance.receptance.waves is not None
-        self._known: list[tuple[Step, PointStability]] = []
-        self._last: tuple[Word, float] | None = None
+        self._recent: list[tuple[Step, PointStability]] = []
+        self._last: tuple[StateOrder, float] | None = None
 
     @property
     def events(self) -> tuple[BranchEvent, ...]:
-        """What the continuation is to look for."""
+        """Events for the continuation to locate."""
         changes = BranchEvent(
-            name=STATE_CHANGE, kind=STATE_CHANGE, function=lambda step: self._state(step), place=self._change
+            name=STATE_CHANGE, kind=STATE_CHANGE, function=lambda step: self._state(step), place=self._state_change
         )
         if self._of_wave:
-            lost = BranchEvent(name=BRANCH_POINT, kind=BRANCH_POINT, function=self._held, place=self._loss)
+            lost = BranchEvent(name=BRANCH_POINT, kind=BRANCH_POINT, function=self._symmetry, place=self._symmetry_loss)
             return (lost, changes)
         if not self._watch.systems.in_time:
             return (changes,)
@@ -86,14 +84,14 @@ class SpecialPoints:
         return test(self.at(step).multipliers)
 
     def take_up(self, step: Step, value: float) -> None:
-        """Go on from an accepted step at which the last of the test functions had a value."""
-        self._last = self._word_at(step), value
+        """Resume at an accepted step, where the test function of states had a value."""
+        self._last = self._order_at(step), value
 
     def judged(self, step: Step, *, compare: bool) -> PointStability | Unjudged:
-        """Stability of a step for the record; ``compare``: with the difference of both methods.
+        """Stability of a step for the record; ``compare`` adds the difference of both methods.
 
-        Between solved points the kind of motion does not change: unless ``every`` point is judged, what is interpolated
-        is judged as its neighbours are. What is evaluated when it is recorded is judged then too.
+        Between solved points the kind of motion does not change: unless ``every`` point is judged, an interpolated one
+        takes the stability of its neighbours. A step that is evaluated when it is recorded is judged then.
         """
         if step.place is not None and not self._judged_itself(*step.place):
             return self._between(*step.place)
@@ -107,7 +105,7 @@ class SpecialPoints:
 
     def at(self, step: Step) -> PointStability:
         """Stability of a step."""
-        for known, stability in self._known:
+        for known, stability in self._recent:
             if known is step:
                 return stability
         odd, error = None, None
@@ -116,22 +114,22 @@ class SpecialPoints:
         elif step.orientation and self._complete:
             odd = step.orientation * step.tangent_parameter < 0.0
         stability = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
-        self._known = [*self._known[1 - _REMEMBERED :], (step, stability)]
+        self._recent = [*self._recent[1 - _STORED_STEPS :], (step, stability)]
         return stability
 
     def _alone(self, step: Step, error: float) -> PointStability:
-        """Of an interpolated step that was not evaluated."""
+        """Stability of an interpolated step that was not evaluated."""
         return self._watch.at(step.x, self._system.evaluate(step.x, step.parameter).detail, error=error)
 
     def _together(self, steps: Sequence[tuple[Step, float]]) -> list[PointStability | None]:
-        """The same of several, with the errors of their multipliers; None of those to be judged alone."""
+        """As ``_alone``, of several steps with the errors of their multipliers; None for those to be judged alone."""
         details = [unanswered(*self._system.at(step.parameter)) for step, _ in steps]
         return self._watch.between(np.array([step.x for step, _ in steps]), details, [error for _, error in steps])
 
     def _error(self, step: Step) -> float:
-        """How accurate the multipliers of an interpolated step are: as those of its neighbours."""
+        """Error of the multipliers of an interpolated step: the larger one of its neighbours."""
         assert step.place is not None
-        return max(self.at(beside).error for beside in step.place[:2])
+        return max(self.at(neighbour).error for neighbour in step.place[:2])
 
     def _judged_itself(self, first: Step, second: Step, *_: object) -> bool:
         """Whether a point between two is judged by itself: where that is cheap, or where these differ."""
@@ -143,33 +141,35 @@ class SpecialPoints:
         return replace(self.at(second if on_the_circle else first), multipliers=np.zeros(0, dtype=complex))
 
     def confirmed(self, step: Step) -> bool:
-        """Whether a located step is what it was located as: a jump of multipliers is none."""
-        test = {PERIOD_DOUBLING: beside_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: beside_one}.get(step.kind)
+        """Whether a located step is of its kind, and not a jump of multipliers."""
+        test = {PERIOD_DOUBLING: distance_from_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: distance_from_one}.get(
+            step.kind
+        )
         if test is None or self._of_wave:
             return True
         stability = self.at(step)
-        return stability.unstable != UNKNOWN and abs(test(stability.multipliers)) < _NEAR[step.kind]
+        return stability.unstable != UNKNOWN and abs(test(stability.multipliers)) < _ON_CIRCLE[step.kind]
 
     def _crossing(self, step: Step) -> float:
         """Changes its sign where a multiplier passes 1 and the branch does not turn.
 
-        Where all harmonics are kept the sign is that of the Jacobian bordered by the tangent: a fold leaves it alone,
-        however far off its multiplier is.
+        Where all harmonics are present the sign is that of the Jacobian bordered by the tangent: a fold does not change
+        it, however inaccurate its multiplier is.
         """
         value = float(np.prod(1.0 - real_part(self.at(step).multipliers)))
         if step.orientation and self._complete:
             return abs(value) * step.orientation
         return value * (1.0 if step.tangent_parameter >= 0 else -1.0)
 
-    def _held(self, step: Step) -> float:
-        """Changes its sign where a travelling wave loses its symmetry, or has it again."""
-        return -1.0 if _lost(self.at(step)) else 1.0
+    def _symmetry(self, step: Step) -> float:
+        """Changes its sign where a travelling wave loses or regains its symmetry."""
+        return -1.0 if _symmetry_lost(self.at(step)) else 1.0
 
-    def _loss(self, first: Step, second: Step, segment: HermiteSegment) -> float:
-        """Where on the segment it does, by the segment alone."""
+    def _symmetry_loss(self, first: Step, second: Step, segment: HermiteSegment) -> float:
+        """Place (0 to 1) on the segment where it does, by halving; no further solution is computed."""
         before = self.at(first).unstable
         low, high = 0.0, 1.0
-        for _ in range(_COUNTED):
+        for _ in range(_HALVINGS_BY_COUNT):
             middle = 0.5 * (low + high)
             state = segment.point(middle)
             detail = self._system.evaluate(state[:-1], float(state[-1])).detail
@@ -177,40 +177,40 @@ class SpecialPoints:
         return high
 
     def _state(self, step: Step) -> float:
-        """Changes its sign with the states of the contacts, whatever they are; asked of one step after the other."""
-        word = self._word_at(step)
-        if self._last is None or word != self._last[0]:
-            self._last = word, 1.0 if self._last is None else -self._last[1]
+        """Changes its sign whenever the order of contact states changes; to be called step after step."""
+        order = self._order_at(step)
+        if self._last is None or order != self._last[0]:
+            self._last = order, 1.0 if self._last is None else -self._last[1]
         return self._last[1]
 
-    def _change(self, first: Step, second: Step, segment: HermiteSegment) -> float:
-        """Where on the segment the states are those of its end, by the segment alone."""
-        before = self._word_at(first)
+    def _state_change(self, first: Step, second: Step, segment: HermiteSegment) -> float:
+        """Place (0 to 1) on the segment where the states become those of its end, by halving."""
+        before = self._order_at(first)
         low, high = 0.0, 1.0
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             state = segment.point(middle)
-            if self._word(state[:-1], float(state[-1]), first.evaluation.detail) == before:
+            if self._order(state[:-1], float(state[-1]), first.evaluation.detail) == before:
                 low = middle
             else:
                 high = middle
         return high
 
-    def _word_at(self, step: Step) -> Word:
-        return self._word(step.x, step.parameter, step.evaluation.detail)
+    def _order_at(self, step: Step) -> StateOrder:
+        return self._order(step.x, step.parameter, step.evaluation.detail)
 
-    def _word(self, x: Array, parameter: float, near: Detail) -> Word:
+    def _order(self, x: Array, parameter: float, near: Detail) -> StateOrder:
         x, inputs, omega = self._placed(x, parameter)
         values = [response.values for response in near.responses] if near.states else None
-        # slip of all times at once is found by itself: beside that corner the branch is a root, not a cubic
-        return word_at(self._watch.balance, x, omega, inputs, values, at_once=False)
+        # full slip at once is located by itself: at that corner the branch behaves as a square root, not as a cubic
+        return state_order_at(self._watch.balance, x, omega, inputs, values, at_once=False)
 
     def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""
         return x, *self._system.at(parameter)
 
 
-def _lost(stability: PointStability) -> bool:
+def _symmetry_lost(stability: PointStability) -> bool:
     """Whether a disturbance of another wave number than the wave's own grows fastest."""
     return stability.unstable > 0 and stability.wave_number > 0
 
@@ -229,11 +229,11 @@ def torus(multipliers: ComplexArray) -> float:
     return float(np.abs(pairs).max()) - 1.0 - 0.5 * BEYOND if pairs.size else -1.0
 
 
-def beside_minus_one(multipliers: ComplexArray) -> float:
+def distance_from_minus_one(multipliers: ComplexArray) -> float:
     """Distance of the nearest real multiplier from -1."""
     return float(np.abs(1.0 + real_part(multipliers)).min(initial=np.inf))
 
 
-def beside_one(multipliers: ComplexArray) -> float:
+def distance_from_one(multipliers: ComplexArray) -> float:
     """Distance of the nearest real multiplier from 1."""
     return float(np.abs(1.0 - real_part(multipliers)).min(initial=np.inf))

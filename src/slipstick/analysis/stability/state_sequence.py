@@ -1,7 +1,7 @@
 """The states of all contacts over one period on one time axis, cut open in the middle of the longest interval.
 
-The exact elements tell the states of each contact with their times. From these come the intervals in which no contact
-changes its state, and the change at the end of each.
+The exact elements give the states of each contact with their times. From these follow the intervals in which no
+contact changes its state, and the change at the end of each.
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.analysis.stability.linear_systems import Combinations, StateCodes
 from slipstick.analysis.stability.refined_motion import SmoothMotion
-from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts, StateCodes
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
     from slipstick.balance.inputs import Inputs
 
-Word = tuple[tuple[int | str, ...], ...]
-"""For each contact the codes or names of its states in their order over a period: the smallest of its rotations."""
+StateOrder = tuple[tuple[int | str, ...], ...]
+"""Codes or names of the states of each contact in their order over a period, begun so that the tuple is smallest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,15 +38,18 @@ class Change:
     time: float
     """Phase, rad."""
     contact: int
-    """Number of the friction contact; of one whose law switches, behind them."""
+    """Number of the contact: friction contacts come first, then those whose law switches."""
     state: int
     origin: int
-    """State code before a stick, which says how it begins; of a law that switches the regime before."""
+    """State code before a stick, which says how it begins; the regime before, of a law that switches."""
 
 
 @dataclass(frozen=True, slots=True)
 class StateInterval:
-    """No contact changes its state for ``length`` (rad); then one does, but for the last one."""
+    """An interval of ``length`` (rad) without a change of state, and the change at its end.
+
+    None ends the last interval: there the period is cut.
+    """
 
     states: StateCodes
     length: float
@@ -78,7 +81,7 @@ def timeline(motion: SmoothMotion) -> Timeline:
 
 
 def timelines(motions: Sequence[SmoothMotion]) -> list[Timeline]:
-    """The same of several motions of the same contacts in the same harmonics."""
+    """As ``timeline``, of several motions of the same contacts in the same harmonics."""
     count, h = len(motions[0].X), motions[0].harmonics
     if not count:
         return [_timeline(motion, [], np.empty(0), np.empty(0, dtype=int)) for motion in motions]
@@ -94,7 +97,11 @@ def timelines(motions: Sequence[SmoothMotion]) -> list[Timeline]:
 
 
 def _timeline(motion: SmoothMotion, totals: Sequence[int], at: Array, code: IntArray) -> Timeline:
-    """Of one motion, from the intervals of its n friction contacts: how many, (n, any, 3) places, (n, any, 2) codes."""
+    """The timeline of one motion.
+
+    ``totals`` (n,) counts the intervals of its friction contacts; ``at`` (n, any, 3) and ``code`` (n, any, 2) are their
+    places and state codes.
+    """
     changes: list[Change] = []
     first: list[int] = []
     neutral = _of_friction(motion, totals, at, code, changes, first)
@@ -118,15 +125,17 @@ def law_states(motion: SmoothMotion) -> list[list[Interval]]:
     out: list[list[Interval]] = []
     for law, ports, _, places in motion.laws.each:
         if places.stop > places.start:
-            told = law.law.states(motion.of_law(law, ports), {name: value[:, 0] for name, value in law.values.items()})
-            out += told or [[] for _ in law.elements]
+            intervals = law.law.states(
+                motion.of_law(law, ports), {name: value[:, 0] for name, value in law.values.items()}
+            )
+            out += intervals or [[] for _ in law.elements]
     return out
 
 
 def _of_friction(
     motion: SmoothMotion, totals: Sequence[int], at: Array, code: IntArray, changes: list[Change], first: list[int]
 ) -> tuple[int, ...]:
-    """Adds the changes of friction contacts and the states before the first of each; those stuck all period."""
+    """Contacts stuck all period; appends the changes, and the state of each friction contact before its first."""
     for i, n in enumerate(totals):
         codes = code[i, :n].tolist()
         first.append(codes[-1][0])
@@ -138,7 +147,7 @@ def _of_friction(
 
 
 def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[StateInterval, ...]:
-    """From changes in their order and the states before the first of each contact."""
+    """The intervals between sorted changes; ``states`` are those before the first change of each contact."""
     if not changes:
         return (StateInterval(tuple(states), TWO_PI, None),)
     for change in changes:  # the states after a whole period
@@ -158,72 +167,68 @@ def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[StateInter
     return (*out, StateInterval(tuple(states), 0.5 * gaps[-1], None))
 
 
-_SHORT = 1e-6
-"""States that last less (rad) are none: equal contacts change at the same time but for rounding."""
+_SHORTEST = 1e-6
+"""Shortest state (rad) that counts: equal contacts change together but for rounding."""
 
 
-def word_of(harmonics: Harmonics, X: Array, Y: Array, values: Mapping[str, Array]) -> Word:
+def state_order(harmonics: Harmonics, X: Array, Y: Array, values: Mapping[str, Array]) -> StateOrder:
     """The order of the states of every contact over a period of a motion (n, L)."""
     intervals = element_intervals(harmonics, X, Y, **values)
-    words = []
-    for total, at, code in zip(intervals.totals.tolist(), intervals.at, intervals.code, strict=True):
-        lasting = code[:total, 0][at[:total, 1] - at[:total, 0] > _SHORT].tolist()
-        kept = [c for i, c in enumerate(lasting) if len(lasting) == 1 or c != lasting[i - 1]]
-        words.append(_rotated(kept or lasting[:1]))
-    return tuple(words)
+    return tuple(
+        _cyclic(code[:total, 0][at[:total, 1] - at[:total, 0] > _SHORTEST].tolist())
+        for total, at, code in zip(intervals.totals.tolist(), intervals.at, intervals.code, strict=True)
+    )
 
 
-def word_at(
+def state_order_at(
     balance: Balance,
     x: Array,
     omega: float,
     inputs: Inputs,
     values: Sequence[Mapping[str, Array]] | None = None,
     at_once: bool = True,
-) -> Word:
-    """That of all contacts with friction at a motion (N,); ``values``: parameters of the batches, as they are there.
+) -> StateOrder:
+    """The order of all contacts with friction at a motion (N,).
 
-    ``at_once``: whether slip at all times is another state than stick at all times where one can follow the other.
+    ``values`` are the parameters of the batches there, those of the inputs by default. ``at_once`` tells slip all
+    period from stick all period where one can follow the other directly.
     """
-    word: Word = ()
+    order: StateOrder = ()
     for k, batch in enumerate(balance.batches):
         own = inputs.batches[k].values if values is None else values[k]
         if is_friction(batch.law):
             motion = balance.layout.motion(k, x, omega, inputs.batches[k])
-            word = (*word, *word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]}))
+            own = {**own, "v": motion.drift[0]}
+            order = (*order, *state_order(balance.harmonics, motion.Q[0], motion.Q[1], own))
         elif batch.law.regimes is not None:
-            told = batch.law.states(balance.layout.motion(k, x, omega, inputs.batches[k]), own)
-            words = [_word_of_states(states) for states in told or ()]
+            intervals = batch.law.states(balance.layout.motion(k, x, omega, inputs.batches[k]), own)
+            orders = [_cyclic([name for a, b, name in states if b - a > _SHORTEST]) for states in intervals or ()]
             if batch.law.slips_at_once and not at_once:
-                words = [("slip",) if one == ("stick",) else one for one in words]
-            word = (*word, *words)
-    return word
+                orders = [("slip",) if one == ("stick",) else one for one in orders]
+            order = (*order, *orders)
+    return order
 
 
-def _word_of_states(states: Sequence[Interval]) -> tuple[str, ...]:
-    """The order of the states of one contact over a period, from their intervals."""
-    lasting = [name for start, end, name in states if end - start > _SHORT]
-    kept = [name for i, name in enumerate(lasting) if len(lasting) == 1 or name != lasting[i - 1]]
-    return min(tuple(kept[i:] + kept[:i]) for i in range(len(kept))) if kept else tuple(lasting[:1])
-
-
-def _rotated(states: list[int]) -> tuple[int, ...]:
-    return min(tuple(states[i:] + states[:i]) for i in range(len(states)))
+def _cyclic(states: list[Any]) -> tuple[Any, ...]:
+    """States of a period in their order, without repetition, begun so that the tuple is smallest."""
+    distinct = [state for i, state in enumerate(states) if state != states[i - 1]] or states[:1]
+    return min((tuple(distinct[i:] + distinct[:i]) for i in range(len(distinct))), default=())
 
 
 class StickStarts:
-    """The rows that begin a stick's memory, ``dc = row [q, q'/scale, dc]`` just before (THEORY.md (13.2))."""
+    """Rows that give the memory of a stick that begins, ``dc = row [q, q'/scale, dc]`` (THEORY.md (13.2))."""
 
-    def __init__(self, motion: SmoothMotion, contacts: FrictionPorts, combinations: Combinations) -> None:
-        self._motion, self._contacts, self._combinations = motion, contacts, combinations
+    def __init__(self, motion: SmoothMotion, combinations: Combinations) -> None:
+        self._motion, self._contacts, self._combinations = motion, combinations.contacts, combinations
 
     def row(
         self, change: Change, before: StateCodes, moved: Array | None = None,
         rates: tuple[float, float] | None = None,
     ) -> Array:  # fmt: skip
-        """``-kt dx + fac dy`` at a change to stick out of the combination before.
+        """``-kt dx + fac dy`` at a change to stick; ``before`` is the combination that ends.
 
-        ``moved``: rows of the ports' motion, ``rates``: ``x' + u' + v`` and ``y'``, where other laws act on both.
+        ``moved`` (rows of the ports' motion) and ``rates`` (``x' + u' + v`` and ``y'``) are given where other laws act
+        on both.
         """
         c, i = self._contacts, change.contact
         rows = self._combinations(before).motion if moved is None else moved
@@ -249,10 +254,10 @@ class StickStarts:
         if not np.any(self._combinations.dynamics.R):
             slope = slope_at(h.m, change.time)
             return float(m.X[i] @ slope) + v, float(m.Y[i] @ slope)
-        return self._behind(change, before)
+        return self._rates_from_modes(change, before)
 
-    def _behind(self, change: Change, before: StateCodes) -> tuple[float, float]:
-        """The same where velocities jump at changes of state: from the motion of the modes, which is smooth."""
+    def _rates_from_modes(self, change: Change, before: StateCodes) -> tuple[float, float]:
+        """As ``_rates`` where velocities jump at changes of state: from the motion of the modes, which is smooth."""
         m, c, piece = self._motion, self._contacts, self._combinations(before)
         slope, R = slope_at(m.harmonics.m, change.time), self._combinations.dynamics.R
         rubbing, total, force = np.zeros((3, c.n_ports))

@@ -1,4 +1,4 @@
-"""Where the period doubles another branch begins, of motion with twice the period: it is taken up and followed."""
+"""Branches of motion with twice the period, which begin where the period doubles."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
 _SIZES = (1e-2, 3e-2, 3e-3)
-"""Sizes of the new harmonics beside the motion at which the branch is taken up."""
+"""Sizes of the new harmonics over the motion at which the branch is started, in the order of trial."""
 
-_GONE = 1e-3
-"""Where the new harmonics are smaller than that beside the motion, the branch has come back to the old one."""
+_VANISHED = 1e-3
+"""Size of the new harmonics over the motion, below which the branch has returned to the single period."""
 
 
 def doubled(problem: Problem) -> Problem:
-    """The same problem with half the fundamental frequency: orders are twice what they were, with odd ones between."""
+    """The same problem with half the fundamental frequency: all orders doubled, and the odd ones between them."""
     even = [2 * m for m in problem.harmonics.orders]
     orders = sorted({*even, *range(1, max(even), 2)})
     loads = [replace(load, harmonic=2 * load.harmonic) for load in problem.loads]
@@ -51,7 +51,7 @@ def _slower(rubbing: Any) -> Any:
 
 
 def renamed(parameter: str) -> str:
-    """A parameter's name where orders are twice what they were.
+    """A parameter's name with its order doubled.
 
     >>> renamed("load.x.1.amplitude"), renamed("rubbing.cos3"), renamed("damper.mu")
     ('load.x.2.amplitude', 'rubbing.cos6', 'damper.mu')
@@ -71,19 +71,19 @@ def subharmonic_response(branch: Solutions, point: int, *, stability: Any = True
     request = _request(branch, {**options, "stability": stability})
     x, value = _embedded(branch, request, point), float(branch.table[branch.followed].to_numpy()[point])
     value *= 1.0 if request.parameter else 0.5
-    fresh = _fresh(request)
-    starting_point = _starting_point(request, x, value, fresh)
+    is_new = _new_unknowns(request)
+    starting_point = _starting_point(request, x, value, is_new)
     if starting_point is None:
         raise InputError(f"no motion of twice the period was found beside point {point}; keep more harmonics")
     gone = BranchEvent(
         name="the period is the single one again", kind="end", terminal=True, direction=-1,
-        function=lambda step: float(np.linalg.norm(step.x[fresh]) - _GONE * np.linalg.norm(step.x)),
+        function=lambda step: float(np.linalg.norm(step.x[is_new]) - _VANISHED * np.linalg.norm(step.x)),
     )  # fmt: skip
     return replace(request, starting_point=replace(starting_point, events=(gone,))).solutions()
 
 
 def subharmonics_of(branch: Solutions, **options: Any) -> tuple[Solutions, ...]:
-    """Those that begin at all points of a branch where the period doubles, each once though it may end at another."""
+    """Branches from all points where the period doubles; a branch that ends at another such point comes once."""
     kinds, where = branch.table["kind"].to_numpy(), branch.table[branch.followed].to_numpy()
     branches: list[Solutions] = []
     for point in np.flatnonzero(kinds == PERIOD_DOUBLING).tolist():
@@ -97,7 +97,7 @@ def subharmonics_of(branch: Solutions, **options: Any) -> tuple[Solutions, ...]:
 
 
 def _ends_at(branch: Solutions, value: float, span: float) -> bool:
-    """Whether a branch of twice the period has come back to the one it began on at a value of that."""
+    """Whether a branch of twice the period ends at a value of the branch on which it began."""
     factor = 2.0 if branch.followed == "omega" else 1.0
     return abs(factor * float(branch.table[branch.followed].to_numpy()[-1]) - value) < 1e-3 * span
 
@@ -121,7 +121,7 @@ _ARGUMENTS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _fresh(request: CurveRequest) -> BoolArray:
+def _new_unknowns(request: CurveRequest) -> BoolArray:
     """Unknowns (N,) of the odd orders."""
     h = request.balance.harmonics
     one = np.concatenate([[False], np.repeat(h.m % 2 == 1, 2)])
@@ -137,31 +137,31 @@ def _embedded(branch: Solutions, request: CurveRequest, point: int) -> Array:
     return out.reshape(-1)
 
 
-def _starting_point(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> StartingPoint | None:
+def _starting_point(request: CurveRequest, x: Array, value: float, is_new: BoolArray) -> StartingPoint | None:
     """A solution with a little of the new harmonics, at whatever value of the followed quantity it has."""
-    way = np.zeros(x.size + 1)
-    way[:-1] = _direction(request, x, value, fresh)
+    direction = np.zeros(x.size + 1)
+    direction[:-1] = _direction(request, x, value, is_new)
     metric = Metric(
         scales(request.balance, request.inputs, request.omega).arclength(), x, abs(request.stop - request.start)
     )
     for size in _SIZES:
         corrector = Corrector(request.system, x.size, metric, NewtonOptions())
-        guess = np.append(x, value) + size * float(np.linalg.norm(x)) * way
-        normal = way / metric.weights**2
+        guess = np.append(x, value) + size * float(np.linalg.norm(x)) * direction
+        normal = direction / metric.weights**2
         step, _ = corrector.correct(guess, normal, "start")
         inside = step is not None and min(request.start, request.stop) < step.parameter < max(
             request.start, request.stop
         )
-        if step is not None and inside and np.linalg.norm(step.x[fresh]) > _GONE * np.linalg.norm(step.x):
+        if step is not None and inside and np.linalg.norm(step.x[is_new]) > _VANISHED * np.linalg.norm(step.x):
             return StartingPoint(x=step.x, at=step.parameter, direction=step.tangent)
     return None
 
 
-def _direction(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> Array:
+def _direction(request: CurveRequest, x: Array, value: float, is_new: BoolArray) -> Array:
     """The direction (N,) in which the balance is singular, by inverse iteration among the new harmonics."""
     jacobian = request.system.evaluate(x, value).jacobian
-    way = np.where(fresh, np.cos(np.arange(x.size)), 0.0)
+    direction = np.where(is_new, np.cos(np.arange(x.size)), 0.0)
     for _ in range(4):
-        way = np.where(fresh, jacobian.solve(way), 0.0)
-        way /= np.linalg.norm(way)
-    return way
+        direction = np.where(is_new, jacobian.solve(direction), 0.0)
+        direction /= np.linalg.norm(direction)
+    return direction

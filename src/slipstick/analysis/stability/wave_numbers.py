@@ -1,7 +1,7 @@
 """Disturbances of a travelling wave by their wave number, as the whole ring has them (THEORY.md (24.7)).
 
-A disturbance of wave number k has the phase ``2 pi k / N`` more from sector to sector than the wave itself: harmonic m
-of it meets the receptance of another nodal diameter, and the contacts of one sector answer to it as to any other.
+A disturbance of wave number k has the phase ``2 pi k / N`` more from sector to sector than the wave itself. Its
+harmonic m meets the receptance of another nodal diameter; the tangent of one sector's contacts is the same for all.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ from math import pi
 
 import numpy as np
 
-from slipstick.analysis.stability.harmonic_form import FIRST, WHOLE, Answers, HarmonicForm, refined
+from slipstick.analysis.stability.harmonic_form import FIRST_NODES, WHOLE_TOLERANCE, Answers, HarmonicForm, refined
 from slipstick.structure.receptance import Waves
 from slipstick.typing import AnyArray, Array, ComplexArray
 
-_FINEST = 1e-9
-_HALVINGS = 4
-_CANDIDATES = 3
-_RATES = (0.05, 0.2)
-"""Growth rates over omega at which exponents are sought too."""
+_FINEST_STEP, _MOST_HALVINGS = 1e-9, 4
+"""Shortest step over omega in which the phase is followed, and how often all steps are halved until a count repeats."""
+
+_CANDIDATES, _RATES = 3, (0.05, 0.2)
+"""Exponents begin at so many of the smallest determinants, at the margin and at these growth rates over omega."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Growing:
-    """A disturbance: it grows as ``e^(exponent t)``, with the phase ``2 pi wave_number / N`` from sector to sector."""
+    """A disturbance that grows as ``e^(exponent t)``, with the phase ``2 pi wave_number / N`` from sector to sector."""
 
     wave_number: int
     exponent: complex
@@ -49,7 +49,7 @@ class WaveDisturbances:
     form
         Of the sector.
     waves
-        What the receptance of a wave knows of them.
+        Receptances of the ring by wave number.
     margin
         Growth rate, rad/s, from which a disturbance counts.
     """
@@ -79,7 +79,7 @@ class WaveDisturbances:
         return D
 
     def _contact_answer(self, exponent: complex) -> ComplexArray:
-        """``J`` (K, n_ports, K, n_ports), which no wave number changes."""
+        """``J`` (K, n_ports, K, n_ports), the same for all wave numbers."""
         nu = exponent.imag
         if exponent.real != self._margin:
             return self._form.contact_answer(exponent).transpose(1, 0, 3, 2)
@@ -88,9 +88,9 @@ class WaveDisturbances:
         return self._contacts[nu]
 
     def _nodes(self, k: int) -> Array:
-        """Frequencies to begin with, among them those at which a harmonic meets a mode of its nodal diameter."""
+        """Initial frequencies, among them those at which a harmonic meets a mode of its nodal diameter."""
         omega, half = self._form.omega, 0.5 * self._form.omega
-        found = [np.linspace(-half, half, FIRST)]
+        found = [np.linspace(-half, half, FIRST_NODES)]
         for m in self._form.orders.astype(int).tolist():
             for sign in (1.0, -1.0):
                 natural = self._waves.natural(int(sign) * (self._waves.phase_number(m) + k))
@@ -99,14 +99,14 @@ class WaveDisturbances:
         return np.unique(nodes[np.abs(nodes) <= half])
 
     def count(self) -> int | None:
-        """How many disturbances of the whole ring grow; None where that is not known."""
+        """Number of growing disturbances of the whole ring; None where it is not known."""
         poles = self._growing_poles()
         if poles is None:
             return None
         nodes = {k: self._nodes(k) for k in self._distinct}
         known: dict[int, dict[float, complex]] = {k: {} for k in nodes}
         before: int | None = None
-        for _ in range(_HALVINGS):
+        for _ in range(_MOST_HALVINGS):
             total = 0.0
             for k in nodes:
                 turned = self._turns(k, nodes[k], known[k])
@@ -115,7 +115,7 @@ class WaveDisturbances:
                 turns, nodes[k] = turned
                 total += turns * (1.0 if 2 * k % self.N == 0 else 2.0)
             number = round(-total / (2.0 * pi))
-            if number == before and abs(-total / (2.0 * pi) - number) < WHOLE:
+            if number == before and abs(-total / (2.0 * pi) - number) < WHOLE_TOLERANCE:
                 return number + poles if number + poles >= 0 else None
             before = number
             nodes = {k: np.sort(np.concatenate([own, 0.5 * (own[1:] + own[:-1])])) for k, own in nodes.items()}
@@ -132,7 +132,7 @@ class WaveDisturbances:
                 known[nu] = complex(np.linalg.slogdet(self.matrices(k, np.array([self._margin + 1j * nu])))[0][0])
             return known[nu]
 
-        return refined(at, nodes.tolist(), _FINEST * self._form.omega, known)
+        return refined(at, nodes.tolist(), _FINEST_STEP * self._form.omega, known)
 
     def _growing_poles(self) -> int | None:
         """Growing poles of the ring without contacts; None where one is above all harmonics kept."""
@@ -141,7 +141,7 @@ class WaveDisturbances:
         return 2 * len(found) if all(s.imag <= highest for s in found) else None
 
     def fastest(self) -> Growing | None:
-        """The disturbance that grows fastest, as far as one is found from where determinants are small."""
+        """The fastest growing disturbance, sought from where determinants are small; None if none is found."""
         found: list[Growing] = []
         for k in self._distinct:
             nodes = self._nodes(k)

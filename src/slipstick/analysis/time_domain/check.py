@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
 
 _FREE_PHASE = 1e-4
-"""Change of the state over a period, of self-excited vibration, that is that of a frequency that is nearly right."""
+"""Change of the state over a period of self-excited vibration, that its slightly inexact frequency explains."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +70,7 @@ def check_in_time(branch: Solutions, point: int, **options: Any) -> TimeCheck:
     )  # fmt: skip
     held = {name: np.nan_to_num(d[v]) for name, v in FRICTION_VARIABLES.items() if v in d}
     if analysis_of(branch.table) == "cycles":
-        # shooting at a given period has no solution that stands alone: the phase is free
+        # shooting at a given period has no isolated solution: the phase is free
         options = {"method": "march", "tolerance": _FREE_PHASE, **options}
     result = transient(problem, omega, initial=start, held=held, **options)
     amplitude, mean = d["amplitude"], d["mean"]
@@ -94,7 +94,7 @@ def check_in_time(branch: Solutions, point: int, **options: Any) -> TimeCheck:
 def corrected(branch: Solutions, point: int) -> Mapping[str, AnyArray]:
     """Every variable of the schema at the frequency and parameter of a point, solved for from there.
 
-    The point's own numbers where no solution is found next to them. Raises InputError where the problem is not known.
+    The point's own numbers where no solution is found near them. Raises InputError if the branch has no problem.
     """
     numbers_there, problem = branch.point(point), branch.problem_at(point)
     balance, omega = Balance(problem), float(numbers_there["omega"])

@@ -1,10 +1,10 @@
 """Exact steps of a piecewise linear friction system, with the instants of state changes located to rounding.
 
 Over a step ``z(s) = sum_k s^k z_k``, ``z_k = (A d)^k z_0 / k!``: summed to rounding this is the matrix exponential, and
-every switching function is a polynomial in ``s`` whose first root is the state change. Steps in which none can lie are
-taken many at a time. Where contacts of other laws
-make the system smooth instead of linear, z is the polynomial that fulfils it at Gauss nodes [Hairer, Norsett, Wanner,
-Solving Ordinary Differential Equations I, II.7: order 2 x nodes]; a step is cut until the polynomial fits between them.
+every switching function is a polynomial in ``s`` whose first root is the state change. Steps without a change
+are taken many at a time. Where contacts of other laws make the system smooth instead of linear, z is the polynomial
+that satisfies it at Gauss nodes [Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7: order
+2 x nodes]. A step is cut until the polynomial satisfies it at its ends too.
 """
 
 from __future__ import annotations
@@ -23,35 +23,47 @@ from slipstick.faults import MOST_ITEMS
 from slipstick.typing import Array, IntArray
 
 _ROUNDING = 1e-12
-_SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
-_GUARD_SAMPLES = np.linspace(0.0, 1.0, 25)[1:]
-_GUARD_ROUNDING = 1e-12
+"""Switching functions and guards below, over their size, are zero."""
+
+_SAMPLES, _GUARD_SAMPLES = np.linspace(0.0, 1.0, 13)[1:], np.linspace(0.0, 1.0, 25)[1:]
+"""Parts of a step at which switching functions, and guards of laws that switch, are sampled for a change of sign."""
+
 _NEAR_START = 2.0 ** np.arange(-30.0, 1.0)
-_CHUNK = 64
-"""Steps without a change that are taken at once."""
-_NEAR = 2e-9
-"""A switching function this near zero, beside its size, is looked at closely."""
+"""Parts of an interval at which a guard that is zero at its start is sampled for its first positive value."""
+
+_CHUNK, _CLOSE_TO_ZERO = 64, 2e-9
+"""Steps without a change are taken so many together; one with a switching function so close to zero is taken alone."""
+
 _COUNT = 9
+"""Gauss nodes of a step where the system is smooth: order 18."""
+
 _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
-_FITS, _LONGEST_ITERATION, _RELAXED = 1e-11, 60, 3
-_SETTLED = 1e-13
-"""Change of an iteration, beside the size, that may be rounding."""
-_SHORTEST = 2.0**-16
-"""Part of a step that is not cut any more: a corner of the law lies in it."""
-_SHORTEST_SWITCHING = 2.0**-44
-"""The same of laws that switch, whose rate has no corners but grows near a change of regime."""
+"""The nodes on (0, 1)."""
+
+_FIT, _SETTLED, _LONGEST_ITERATION, _RELAXED = 1e-11, 1e-13, 60, 3
+"""Errors over the size: at the ends of a polynomial that fits, and of a change in its iteration that may be rounding.
+The iteration takes at most 60 rounds; with a residual the slopes of angles stay the same after 3."""
+
+_SHORTEST, _SHORTEST_SWITCHING = 2.0**-16, 2.0**-44
+"""Part of a step that is not cut any more, as a corner of the law lies in it.
+
+The rate of laws that switch has no corners, but grows near a change of regime."""
+
 _FEWEST, _FEWEST_SMOOTH = 256, 64
-_REACH, _REACH_SMOOTH = 4.0, 1.5
+"""Steps a period, without and with laws that switch: of short sticks and separations none is missed."""
+
+_STEP_ANGLE, _STEP_ANGLE_SMOOTH = 4.0, 1.5
+"""Angle of the fastest motion in a step: of the power series, and of the polynomial at Gauss nodes."""
 
 
-def reach(laws: LawsInTime) -> float:
-    """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
-    return _REACH_SMOOTH if laws else _REACH
+def step_angle(laws: LawsInTime) -> float:
+    """Angle of the fastest motion in a step; beyond some multiples of it the series loses digits."""
+    return _STEP_ANGLE_SMOOTH if laws else _STEP_ANGLE
 
 
-def _steps(steps: int | None, fastest: float, fewest: int, reach: float) -> int:
+def _steps(steps: int | None, fastest: float, fewest: int, angle: float) -> int:
     """Steps a period: those given, or by the fastest motion, per unit of tau."""
-    needed = 2 * np.pi * fastest / reach
+    needed = 2 * np.pi * fastest / angle
     if needed > MOST_ITEMS:
         raise InputError(
             f"time integration: the fastest motion is {fastest:.2g} times as fast as the forcing; a period takes "
@@ -80,7 +92,7 @@ class Piece:
     linear: LinearPiece
     start: Array
     path: Array | None = None
-    """Polynomial of z, (degree + 1, size), in steps from ``tau``; None where it was not kept, see ``Stepper.path``."""
+    """Polynomial of z, (degree + 1, size), in steps from ``tau``; None where it is not stored, see ``Stepper.path``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +104,7 @@ class StateChange:
 
     tau: float
     contact: int
-    """Number of the friction contact; of one whose law switches, behind them."""
+    """Number of the contact: friction contacts come first, then those whose law switches."""
     before: State | int
     after: State | int
     z: Array
@@ -102,8 +114,9 @@ class StateChange:
     margin: Array
     states: Combination
     value: float
-    """Of the switching function beside its size: clearly below 0 where another change at the same instant, at which
-    velocities jump, brought this one about."""
+    """Value of the switching function over its size.
+
+    It is clearly below 0 where another change at the same instant caused this one by a jump of velocities."""
 
 
 class Stepper:
@@ -121,18 +134,18 @@ class Stepper:
         self.model = model
         fastest = model.fastest()
         laws = model.system.laws
-        self.steps = _steps(steps, fastest, _FEWEST_SMOOTH if laws.switching else _FEWEST, reach(laws))
+        self.steps = _steps(steps, fastest, _FEWEST_SMOOTH if laws.switching else _FEWEST, step_angle(laws))
         self.step = 2 * np.pi / self.steps
         angle = fastest * self.step
         self.degree = 12
         while angle**self.degree / factorial(self.degree) > 1e-18:
             self.degree += 1
         self.degree += 4
-        self.forget()
+        self.reset_lengths()
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
 
-    def forget(self) -> None:
-        """Nothing of how far the last polynomials reached: what follows depends on the state alone."""
+    def reset_lengths(self) -> None:
+        """Forget the lengths of the last polynomials, so that the following depends on the state alone."""
         self._length = 1.0
 
     def powers(self, linear: LinearPiece, z: Array) -> Array:
@@ -182,16 +195,16 @@ class Stepper:
         """Polynomial of z over a piece, in steps from its start."""
         return self.powers(item.linear, item.start) if item.path is None else item.path
 
-    def seen_path(self, item: Piece) -> Array:
-        """The same of what the rows of the piece are times."""
-        return self.seen(item.linear, self.path(item), item.fraction)
+    def extended_path(self, item: Piece) -> Array:
+        """As ``path``, of the vectors that the rows of the piece multiply."""
+        return self.extended(item.linear, self.path(item), item.fraction)
 
-    def seen(self, linear: LinearPiece, path: Array, length: float) -> Array:
-        """Polynomial of what rows are times: that of z, and what is right at Gauss nodes of the piece's length."""
-        if not linear.sees_forces:
+    def extended(self, linear: LinearPiece, path: Array, length: float) -> Array:
+        """Polynomial of the vectors that rows multiply: z, and forces interpolated at Gauss nodes of the piece."""
+        if not linear.is_extended:
             return path
         nodes = np.vander(length * np.append(0.0, _GAUSS), len(path), increasing=True) @ path
-        forces = self.model.seen(linear, nodes)[:, path.shape[1] :]
+        forces = self.model.extended(linear, nodes)[:, path.shape[1] :]
         rising = _POWERS @ ((forces[1:] - forces[0]) / _GAUSS[:, None])
         rising /= length ** np.arange(1, _COUNT + 1)[:, None]
         return np.hstack([path, np.vstack([forces[:1], rising])])
@@ -223,7 +236,7 @@ class Stepper:
         return out
 
     def _sizes(self, linear: LinearPiece, z: Array) -> Array:
-        """Magnitudes (size,) of what is of one kind: motion and velocity, memory, angles, forcing."""
+        """Magnitudes (size,), one for each group: motion and velocity, memory, angles, forcing."""
         s, out = self.model.system, np.ones_like(z)
         for block in (slice(0, 2 * s.n), slice(2 * s.n, s.memory.start)):
             out[block] = max(z[block].max(initial=0.0), 1e-300)
@@ -233,8 +246,8 @@ class Stepper:
         out[angles] = 1.0
         return out
 
-    def _collocated(self, linear: LinearPiece, z: Array, length: float, fits: float = _FITS) -> Array | None:
-        """The polynomial whose rate is right at the Gauss nodes of a length; None where it is not beside them."""
+    def _collocated(self, linear: LinearPiece, z: Array, length: float, fits: float = _FIT) -> Array | None:
+        """The polynomial that satisfies the system at Gauss nodes of a length; None where it does not at the ends."""
         h = length * self.step
         rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
         start, change, inverses = rates[0], np.inf, np.zeros(0)
@@ -284,13 +297,13 @@ class Stepper:
 
         ``path`` is the polynomial of z where the system is not linear.
         """
-        seen = self.seen(linear, self.powers(linear, z) if path is None else path, length)
+        extended = self.extended(linear, self.powers(linear, z) if path is None else path, length)
         if linear.smooth:  # right between Gauss nodes, not to rounding at the start
-            seen = seen.copy()
-            seen[1, : len(z)] = self.step * self.model.rate(linear, z[None])[0]
-        c = seen @ linear.margins.T
-        scale = np.maximum(self._magnitude(linear) @ np.abs(seen[0]), 1e-300)
-        scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
+            extended = extended.copy()
+            extended[1, : len(z)] = self.step * self.model.rate(linear, z[None])[0]
+        c = extended @ linear.margins.T
+        scale = np.maximum(self._magnitude(linear) @ np.abs(extended[0]), 1e-300)
+        scale[0] += scale[1]  # a function that moves within a step has its rounding, even while it is close to zero
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
         # at the start of a stick the limit is touched with zero slope: that root is the start itself, not a change
         touching = (c[0] == 0.0) & (np.abs(c[1]) < 1e3 * _ROUNDING * np.maximum(scale[1], scale[0] * self.step))
@@ -320,10 +333,14 @@ class Stepper:
             i += 1
         self.z[system.n_dynamic :] = system.forcing(tau + 2 * np.pi)
 
+    def turn(self, number: int) -> Iterator[Piece | StateChange]:
+        """Pieces and state changes of a numbered turn of the excitation, from ``self.z`` and ``self.states`` on."""
+        yield from self.period(self.z, self.states)
+
     def _steady(self, linear: LinearPiece, forcing: Array) -> Array:
         """Starts (k, size) of the next steps in which no contact changes its state; ``self.z`` is their end."""
         if "margins" not in linear.cache:
-            near = _NEAR * self._magnitude(linear).sum(axis=0)
+            near = _CLOSE_TO_ZERO * self._magnitude(linear).sum(axis=0)
             linear.cache["margins"] = np.ascontiguousarray(linear.margins.T), np.ascontiguousarray(near.T)
         starts = np.empty((len(forcing) + 1, len(self.z)))
         starts[0] = self.z
@@ -360,7 +377,7 @@ class Stepper:
                 yield self._switch(linear, at, now) if isinstance(at, int) else self._next_regime(linear, *at, now)
 
     def _immediate(self, before: int, length: float, tau: float) -> int:
-        """How many changes of state came at one instant, with one after a length; ChatteringError beyond some."""
+        """Number of state changes at one instant, with the next one after ``length``; ChatteringError if too many."""
         if length > 0.0:
             return 0
         if before >= 8 * len(self.states) + 8:
@@ -378,13 +395,13 @@ class Stepper:
         switch = linear.switches[index]
         j, before = switch.contact, self.states[switch.contact]
         after = switch.target if switch.target is not None else self._onset(j)
-        z, seen = self.z.copy(), self.model.seen(linear, self.z[None])[0]
-        self.enter(j, after, float(linear.fx[j] @ seen))
-        size = float(np.maximum(self._magnitude(linear) @ np.abs(seen), 1e-300)[:, index].sum())
+        z, extended = self.z.copy(), self.model.extended(linear, self.z[None])[0]
+        self.enter(j, after, float(linear.fx[j] @ extended))
+        size = float(np.maximum(self._magnitude(linear) @ np.abs(extended), 1e-300)[:, index].sum())
         return StateChange(
             tau=tau, contact=j, before=before, after=after, z=z, linear=linear,
-            margin=self.model.by_state(linear, linear.margins[index], z),
-            value=float(linear.margins[index] @ seen) / size,
+            margin=self.model.gradient(linear, linear.margins[index], z),
+            value=float(linear.margins[index] @ extended) / size,
             rate=self.model.rate(linear, z[None])[0], states=self.states,
         )  # fmt: skip
 
@@ -393,8 +410,8 @@ class Stepper:
         s = np.append(0.0, length * _GUARD_SAMPLES)
         which, values = self._guards(linear, path, s)
         first: tuple[float, int, int] | None = None
-        for k in np.flatnonzero((values < -_GUARD_ROUNDING).any(axis=0)).tolist():
-            i = int(np.argmax(values[:, k] < -_GUARD_ROUNDING))
+        for k in np.flatnonzero((values < -_ROUNDING).any(axis=0)).tolist():
+            i = int(np.argmax(values[:, k] < -_ROUNDING))
             at = self._guard_root(linear, path, k, float(s[max(i - 1, 0)]), float(s[i]))
             if first is None or at < first[0]:
                 first = (at, *which[k])
@@ -406,7 +423,7 @@ class Stepper:
         return self.model.system.laws.guards(*self.model.law_motion(linear, z), linear.regimes)
 
     def _guard_root(self, linear: LinearPiece, path: Array, k: int, low: float, high: float) -> float:
-        """Where guard k, negative at ``high``, changes its sign; ``low`` where it never was positive."""
+        """Part of the step where guard k, negative at ``high``, changes sign; ``low`` if it never was positive."""
         from scipy.optimize import brentq
 
         near = low + (high - low) * np.append(0.0, _NEAR_START)
@@ -451,8 +468,8 @@ class Stepper:
         z = self.z.copy()
         z[2 * self.model.system.n + contact] = spring_memory(self.model, states, contact, z, 0.0)
         linear = self.model(states)
-        seen = self.model.seen(linear, z[None])[0]
-        force, pressed = (float(linear.rates_of(rows[contact]) @ seen) for rows in (linear.fx, linear.fy))
+        extended = self.model.extended(linear, z[None])[0]
+        force, pressed = (float(linear.rates_of(rows[contact]) @ extended) for rows in (linear.fx, linear.fy))
         limit = float(self.model.system.mu[contact]) * pressed
         if abs(force) <= limit:
             return State.STICK
@@ -469,12 +486,12 @@ def spring_memory(model: PiecewiseLinear, states: Combination, contact: int, z: 
     linear, e = model(states), 2 * model.system.n + contact
     trial = z.copy()
     trial[e] = 0.0
-    without = float(linear.fx[contact] @ model.seen(linear, trial[None])[0])
-    return (force - without) / float(model.by_state(linear, linear.fx[contact], trial)[e])
+    without = float(linear.fx[contact] @ model.extended(linear, trial[None])[0])
+    return (force - without) / float(model.gradient(linear, linear.fx[contact], trial)[e])
 
 
 def _collocation() -> tuple[Array, Array, Array]:
-    """From values at the Gauss nodes of [0, 1]: integrals up to each node, over all, and coefficients of the powers."""
+    """Maps from values at the Gauss nodes of [0, 1]: integrals up to each node, over all, and power coefficients."""
     nodes = np.polynomial.legendre
     basis = nodes.legvander(2.0 * _GAUSS - 1.0, _COUNT - 1)
     integrals = np.zeros((_COUNT, _COUNT))

@@ -1,4 +1,4 @@
-"""Where a time integration starts: at rest, or on a periodic motion of the contacts found otherwise."""
+"""Initial states of a time integration: rest, or a given periodic motion of the contacts."""
 
 from __future__ import annotations
 
@@ -8,18 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.analysis.time_domain.event_integrator import Stepper, replaced, spring_memory
-from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
+from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime, port_motion
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, State
-from slipstick.analysis.time_domain.static_residual import motion_behind
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
-_SAMPLES = 2048
+_SAMPLES, _LAPS = 2048, 3
+"""Samples of a period at which forces along a given motion are marched, and periods until those of laws that switch
+repeat. A start need not be exact."""
+
+_ALMOST_SLIPPING = 1e-6
+"""A friction force is at its limit when it is closer, relative to that."""
+
 _ROUNDS, _SWEEPS = 3, 30
-_NEARLY = 1e-6
-_LAPS = 3
-_MARCHED, _PERIODS, _SAME = 64, 20, 1e-3
-"""Steps a period and periods in which what laws remember becomes periodic along a motion, and how closely."""
+"""Repetitions until regimes and velocities agree, and until memories of coupled contacts do."""
+
+_STEPS, _PERIODS, _SAME = 64, 20, 1e-3
+"""Steps a period and most periods in which the memory of a law becomes periodic, and its relative change then."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +32,7 @@ class HarmonicStart:
     """Periodic relative motion of each contact, as a branch point holds it.
 
     ``tangential`` and ``normal`` are (n, L), without the rubbing motion; ``normal`` of a contact with constant
-    normal load is not looked at. Both have a row for every friction contact; ``ports`` is the motion at the ports of
+    normal load is not used. Both have a row for every friction contact; ``ports`` is the motion at the ports of
     contacts of other laws, (n, L) in the order of ``LawsInTime``.
     """
 
@@ -64,7 +69,7 @@ def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Co
             states.append(State.SEPARATION)
         elif not model.frictional[j]:
             states.append(model.without_friction(j))
-        elif abs(fx[j, 0]) < limit[j] * (1 - _NEARLY):
+        elif abs(fx[j, 0]) < limit[j] * (1 - _ALMOST_SLIPPING):
             states.append(State.STICK)
         else:
             states.append(State.SLIP_PLUS if fx[j, 0] > 0 else State.SLIP_MINUS)
@@ -74,8 +79,9 @@ def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Co
 def with_forces(
     stepper: Stepper, z: Array, states: Combination, fx: Array, others: Array | None = None
 ) -> tuple[Array, Combination]:
-    """Sets what contacts remember so that the friction forces are ``fx``, and puts those whose law switches into the
-    regimes that go with their forces ``others`` (n_ports,), none by default.
+    """Sets the memory of contacts so that friction forces are ``fx``, and the regimes of contacts whose law switches.
+
+    Regimes follow from the forces ``others`` (n_ports,), zero by default.
 
     With a feedthrough contacts act on each other: the memories follow one after another until they agree.
     """
@@ -100,23 +106,23 @@ def _with_regimes(stepper: Stepper, z: Array, states: Combination, force: Array)
     if laws.switching and linear.residual is not None:
         moved, none = motion[0] - force @ linear.residual.T, np.zeros((1, laws.n_memory))
         first = [own.regimes.begin(force[own.ports, None], own.at(moved, *motion[1:]))[0] for own in laws.switching]
-        # whether it slips is told by the velocity of sticking
+        # the velocity of sticking decides whether it slips
         closed = [
             own.regimes.fastest if own.regimes.memory_used[int(regime[0])] else int(regime[0])
             for own, regime in zip(laws.switching, first, strict=True)
         ]
-        motion = moved, motion_behind(laws, linear.residual, motion[0], motion[1], none, tuple(closed)).velocity, none
+        motion = moved, port_motion(laws, linear.residual, motion[0], motion[1], none, tuple(closed)).velocity, none
     for own in laws.switching:
         at = own.at(*motion)
-        (regime,), told = own.regimes.begin(force[own.ports, None], at)
-        z[memory.start + own.memory] = told[:, 0]
+        (regime,), memory_rows = own.regimes.begin(force[own.ports, None], at)
+        z[memory.start + own.memory] = memory_rows[:, 0]
         regimes.append(int(regime))
-        wanted.append(own.regimes.force_and_slopes(int(regime), at._replace(memory=told[:, :, None]))[0])
+        wanted.append(own.regimes.force_and_slopes(int(regime), at._replace(memory=memory_rows[:, :, None]))[0])
     return (*states, *regimes), wanted
 
 
 def _remember(stepper: Stepper, z: Array, states: Combination, fx: Array, wanted: list[Array]) -> None:
-    """Writes what contacts remember with forces of friction contacts and of those whose law switches."""
+    """Writes the memory that goes with forces of friction contacts and of those whose law switches."""
     model, system = stepper.model, stepper.model.system
     stuck = [j for j in range(system.n_contacts) if states[j] is State.STICK and model.frictional[j]]
     linear = model(states)
@@ -158,9 +164,9 @@ def sampled_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array,
 
 
 def law_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Array]:
-    """Forces (n_ports, samples) of contacts of other laws over one period, and what they remember at its start.
+    """Forces (n_ports, samples) of contacts of other laws over one period, and their memory at its start.
 
-    What contacts whose law switches remember is left at zero: it goes with the force there.
+    The memory of contacts whose law switches stays zero here, as it follows from the force there.
     """
     laws = system.laws
     forces = np.zeros((laws.n_ports, _SAMPLES))
@@ -210,12 +216,12 @@ def _switching_forces(law: LawInTime, q: Array, omega: float, mean: Array | None
 
 
 def periodic_memory(system: FrictionSystem, motion: Callable[[Array], tuple[Array, Array]]) -> Array:
-    """What contacts of other laws remember along a periodic motion, at equidistant phases, (k, m): a start.
+    """Approximate memory of contacts of other laws along a periodic motion, at equidistant phases, (k, m).
 
     ``motion`` gives motion and velocity (j, P) at phases (j,). Integrated from nothing until a period leaves it nearly
     as it was. Laws that switch are left out.
     """
-    out = np.zeros((_MARCHED, system.laws.n_memory))
+    out = np.zeros((_STEPS, system.laws.n_memory))
     for law, ports, kept, _ in system.laws.each:
         if law.law.regimes is None and law.law.memory:
             out[:, kept] = _periodic(LawsInTime([law]), system.omega, motion, ports)
@@ -225,8 +231,8 @@ def periodic_memory(system: FrictionSystem, motion: Callable[[Array], tuple[Arra
 def _periodic(laws: LawsInTime, omega: float, motion: Callable[[Array], tuple[Array, Array]], ports: slice) -> Array:
     from scipy.integrate import solve_ivp
 
-    memory = np.zeros((_MARCHED, laws.n_memory))
-    at = 2 * np.pi * np.arange(_MARCHED + 1) / _MARCHED
+    memory = np.zeros((_STEPS, laws.n_memory))
+    at = 2 * np.pi * np.arange(_STEPS + 1) / _STEPS
 
     def rate(tau: float, w: Array) -> Array:
         q, velocity = motion(np.array([tau]))

@@ -1,7 +1,12 @@
-"""Contacts of laws that are told in time, as they enter equations there: forces, memory and their derivatives.
+"""Contacts of laws that have equations in time: forces, memory and their derivatives.
 
-Their ports stand batch by batch, port by port, element by element; the memory likewise. An element that goes without a
-port has a row there that never moves. Contacts of laws that switch have a regime each, in the order of ``switching``.
+Ports are ordered by batch, port and element; the memory likewise. An element without a port has a row there that never
+moves. Contacts of laws that switch have a regime each, in the order of ``switching``.
+
+Where the structure answers their forces at once (a static residual R), the ports move by ``q = q0 - R F(q, m)``, with
+``q0`` the motion by the structure's coordinates and the loads. Their velocity is ``v = v0 - R (F_q q' + F_m m')``, with
+the rate ``m'(q, v, m)`` of the memory. Forces are linear in the motion and rates in the velocity (``Regimes``), so that
+each is one linear system. Forces are continuous where a regime begins, their rates are not: velocities jump there.
 """
 
 from __future__ import annotations
@@ -37,7 +42,7 @@ class LawInTime:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Numbers of ports, of what an element remembers, of elements."""
+        """Numbers of ports, of memories of an element, and of elements."""
         return len(self.law.ports), len(self.law.memory), len(self.elements)
 
     def at(self, q: Array, velocity: Array, memory: Array, which: Sequence[int] | slice = slice(None)) -> InTime:
@@ -64,7 +69,7 @@ class Switching:
     ports: IntArray
     """Its rows among the ports (n_ports,)."""
     memory: IntArray
-    """Its rows among what is remembered (n_memory,)."""
+    """Its rows among the memory (n_memory,)."""
 
     @property
     def number(self) -> int:
@@ -73,13 +78,13 @@ class Switching:
 
     @property
     def regimes(self) -> Regimes:
-        """Those of its law."""
-        told = self.law.law.regimes
-        assert told is not None
-        return told
+        """Regimes of its law."""
+        result = self.law.law.regimes
+        assert result is not None
+        return result
 
     def at(self, q: Array, velocity: Array, memory: Array) -> InTime:
-        """It alone, at motion, velocity (k, n_ports) and memory (k, rows) of all contacts."""
+        """This contact alone, at motion, velocity (k, n_ports) and memory (k, rows) of all contacts."""
         own = [part.T[rows][:, None] for part, rows in ((q, self.ports), (velocity, self.ports), (memory, self.memory))]
         e = slice(self.element, self.element + 1)
         values = {name: value[e] for name, value in self.law.values.items()}
@@ -97,11 +102,11 @@ class _InRegime(NamedTuple):
     columns: IntArray
     """Their places among ports and memory (p + m, n)."""
     numbers: list[int]
-    """Those among ``switching``."""
+    """Numbers of the contacts among ``switching``."""
 
 
 class LawsInTime:
-    """Forces and memory of all of them at once; motion, velocity and memory are (k, rows) at k instants."""
+    """Forces and memory of all contacts together; motion, velocity and memory are (k, rows) at k instants."""
 
     def __init__(self, laws: Sequence[LawInTime]) -> None:
         switching: list[Switching] = []
@@ -120,7 +125,7 @@ class LawsInTime:
         """The laws, with their rows among the ports, those of their memory, and their places among ``switching``."""
         self.switching = tuple(switching)
         self.count = sum(len(law.elements) for law in laws)
-        """Of all contacts."""
+        """Number of all contacts."""
         self.drift = np.concatenate([np.zeros(0), *(law.velocity.reshape(-1) for law in laws)])
         """Constant velocity along the ports (n_ports,)."""
 
@@ -129,11 +134,11 @@ class LawsInTime:
 
     @property
     def remembers_smoothly(self) -> bool:
-        """Whether some law remembers and does not switch."""
+        """Whether some law has a memory and does not switch."""
         return any(law.law.memory and law.law.regimes is None for law, *_ in self.each)
 
     def sized(self, length: float) -> LawsInTime:
-        """The same with a typical motion."""
+        """These laws with a typical motion."""
         return LawsInTime([replace(law, length=length) for law, *_ in self.each])
 
     def rate(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers = ()) -> tuple[Array, Array]:
@@ -143,27 +148,27 @@ class LawsInTime:
             p, m, _ = law.shape
             motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], m, law)
             if law.law.regimes is None:
-                told = law.law.rate(*motion, law.values)
+                result = law.law.rate(*motion, law.values)
             else:
-                told = np.empty_like(motion[0]), np.empty_like(motion[2])
+                result = np.empty_like(motion[0]), np.empty_like(motion[2])
                 for regime, own in law.by_regime(regimes[places]):
-                    told[0][:, own], told[1][:, own] = law.law.regimes.rate(regime, law.at(*motion, own))
-            if told is None:
+                    result[0][:, own], result[1][:, own] = law.law.regimes.rate(regime, law.at(*motion, own))
+            if result is None:
                 raise InputError(f"law {type(law.law).__name__}: its rate is not told at some motion")
-            forces[:, ports], rates[:, kept] = _joined(told[0], len(q)), _joined(told[1], len(q))
+            forces[:, ports], rates[:, kept] = _joined(result[0], len(q)), _joined(result[1], len(q))
         return forces, rates
 
     def memory_in_sliding(self, q: Array, velocity: Array) -> Array:
-        """What contacts that slide steadily remember, (k, n_memory)."""
+        """Memory (k, n_memory) of contacts that slide steadily."""
         memory = np.zeros((len(q), self.n_memory))
         for law, ports, kept, _ in self.each:
             p, m, _ = law.shape
             if m:
-                told = law.law.memory_in_sliding(
+                result = law.law.memory_in_sliding(
                     _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), law.values
                 )
-                if told is not None:
-                    memory[:, kept] = _joined(told, len(q))
+                if result is not None:
+                    memory[:, kept] = _joined(result, len(q))
         return memory
 
     def slopes(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers = ()) -> Array:
@@ -182,28 +187,28 @@ class LawsInTime:
             p, r, n = law.shape
             motion = _split(q[:, ports], p, law), _split(velocity[:, ports], p, law), _split(memory[:, kept], r, law)
             if law.law.regimes is None:
-                told = law.law.time_slopes(*motion, law.values, (sizes[0], sizes[1]))
+                result = law.law.time_slopes(*motion, law.values, (sizes[0], sizes[1]))
             else:
-                told = TimeSlopes(
+                result = TimeSlopes(
                     np.empty((p + r, 2 * p + r, n, len(q))), np.empty_like(motion[0]), np.empty_like(motion[2])
                 )
                 for regime, own in law.by_regime(regimes[places]):
-                    for whole, part in zip(told, law.law.regimes.slopes(regime, law.at(*motion, own)), strict=True):
+                    for whole, part in zip(result, law.law.regimes.slopes(regime, law.at(*motion, own)), strict=True):
                         whole[..., own, :] = part
-            forces[:, ports], rates[:, kept] = _joined(told.force, len(q)), _joined(told.memory_rate, len(q))
+            forces[:, ports], rates[:, kept] = _joined(result.force, len(q)), _joined(result.memory_rate, len(q))
             motions = np.arange(ports.start, ports.stop).reshape(p, n)
             remembered = P + np.arange(kept.start, kept.stop).reshape(r, n)
             rows = np.concatenate([motions, remembered])
             columns = np.concatenate([motions, P + motions, P + remembered])
-            out[:, rows[:, None], columns] = told.values.transpose(3, 0, 1, 2)
+            out[:, rows[:, None], columns] = result.values.transpose(3, 0, 1, 2)
         return forces, rates, out
 
     def force_slopes(self, q: Array, memory: Array, regimes: RegimeNumbers) -> tuple[Array, Array]:
         """Forces (k, P) of laws that switch, and their derivatives by motion and memory (k, P, P + m)."""
         forces, out = np.zeros_like(q), np.zeros((len(q), self.n_ports, self.n_ports + self.n_memory))
         for some in self._in_regimes(q, q, memory, regimes):
-            told, slopes = some.regimes.force_and_slopes(some.regime, some.at)
-            forces[:, some.ports] = told.transpose(2, 0, 1)
+            result, slopes = some.regimes.force_and_slopes(some.regime, some.at)
+            forces[:, some.ports] = result.transpose(2, 0, 1)
             out[:, some.ports[:, None], some.columns] = slopes.transpose(3, 0, 1, 2)
         return forces, out
 
@@ -238,9 +243,9 @@ class LawsInTime:
         """Numbers of contacts among ``switching`` and of their guards, and the guards (k, n)."""
         which, values = [], [np.zeros((len(q), 0))]
         for some in self._in_regimes(q, velocity, memory, regimes):
-            told = some.regimes.guards(some.regime, some.at)
-            which += [(number, g) for g in range(len(told)) for number in some.numbers]
-            values.append(told.reshape(-1, len(q)).T)
+            result = some.regimes.guards(some.regime, some.at)
+            which += [(number, g) for g in range(len(result)) for number in some.numbers]
+            values.append(result.reshape(-1, len(q)).T)
         return which, np.concatenate(values, axis=1)
 
     def relaxation(self, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers) -> tuple[list[int], Array]:
@@ -274,6 +279,84 @@ def _split(rows: Array, count: int, law: LawInTime) -> Array:
     return np.ascontiguousarray(rows.T).reshape(count, law.shape[2], len(rows))
 
 
-def _joined(told: Array, k: int) -> Array:
+def _joined(result: Array, k: int) -> Array:
     """(count, n, k) -> (k, count n)."""
-    return np.asarray(told, dtype=float).reshape(-1, k).T
+    return np.asarray(result, dtype=float).reshape(-1, k).T
+
+
+class PortMotion(NamedTuple):
+    """Motion, velocity and forces (k, P) at the ports, and rates of the memory (k, m), with a static residual."""
+
+    q: Array
+    velocity: Array
+    forces: Array
+    rates: Array
+
+
+def port_motion(laws: LawsInTime, R: Array, q0: Array, v0: Array, memory: Array, regimes: RegimeNumbers) -> PortMotion:
+    """Motion at the ports from that without the forces; velocities include constant ones."""
+    P, one = laws.n_ports, np.eye(laws.n_ports)
+    force, slopes = laws.force_slopes(q0, memory, regimes)
+    q = q0 - _solved(one + R @ slopes[:, :, :P], force @ R.T)
+    force, rate, slopes = laws.linearised(q, v0, memory, regimes)
+    by_motion, by_memory, by_velocity = slopes[:, :P, :P], slopes[:, :P, 2 * P :], slopes[:, P:, P : 2 * P]
+    force_rate = _times(by_motion, v0 - laws.drift) + _times(by_memory, rate)
+    change = -_solved(one + R @ (by_motion + by_memory @ by_velocity), force_rate @ R.T)
+    return PortMotion(q, v0 + change, force, rate + _times(by_velocity, change))
+
+
+def force_rate(
+    laws: LawsInTime, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers, memory_rate: Array
+) -> Array:
+    """Rates of the forces (k, P), per unit of time."""
+    P = laws.n_ports
+    _, slopes = laws.force_slopes(q, memory, regimes)
+    return _times(slopes[:, :, :P], velocity - laws.drift) + _times(slopes[:, :, P:], memory_rate)
+
+
+def port_motion_slopes(
+    laws: LawsInTime, R: Array, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Derivatives of ``port_motion`` by q0, v0 and memory, (k, ..., 2 P + m).
+
+    These are of motion, velocity, forces, rates of the memory, and rates of the forces of laws that switch; ``q`` and
+    ``velocity`` are those of ``port_motion``.
+    """
+    P, m, k = laws.n_ports, laws.n_memory, len(q)
+    _, rate, own = laws.linearised(q, velocity, memory, regimes)
+    further = laws.force_rate_slopes(q, velocity, memory, regimes, rate)
+    (F_q, F_v, F_m), (M_q, M_v, M_m) = (np.split(part, [P, 2 * P], axis=2) for part in (own[:, :P], own[:, P:]))
+    one = np.eye(P)
+    given = np.broadcast_to(np.eye(2 * P + m), (k, 2 * P + m, 2 * P + m))
+    q0, v0, dm = given[:, :P], given[:, P : 2 * P], given[:, 2 * P :]
+    dq = np.asarray(np.linalg.solve(one + R @ F_q, q0 - R @ F_m @ dm), dtype=float)
+    turned = further[:, :, :P] @ dq + further[:, :, P:] @ dm
+    rest = turned + F_m @ (M_q @ dq + M_m @ dm)
+    dv = np.asarray(np.linalg.solve(one + R @ (F_q + F_m @ M_v), v0 - R @ rest), dtype=float)
+    d_rate = M_q @ dq + M_v @ dv + M_m @ dm
+    return dq, dv, F_q @ dq + F_v @ dv + F_m @ dm, d_rate, turned + F_q @ dv + F_m @ d_rate
+
+
+def port_slopes(
+    laws: LawsInTime, R: Array | None, given: Array, q: Array, velocity: Array, memory: Array, regimes: RegimeNumbers
+) -> tuple[Array, Array, Array, Array, Array]:
+    """As ``port_motion_slopes``, by coordinates (size,); ``given`` (2 P + m, size) gives q0, v0 and memory from these.
+
+    ``R`` is None where the structure does not answer at once; rates of the forces are not used then, and zero.
+    """
+    if R is not None:
+        dq, dv, force, rate, force_rate = port_motion_slopes(laws, R, q, velocity, memory, regimes)
+        return dq @ given, dv @ given, force @ given, rate @ given, force_rate @ given
+    P, by = laws.n_ports, laws.slopes(q, velocity, memory, regimes) @ given
+    still = np.broadcast_to(given, (len(q), *given.shape))
+    return still[:, :P], still[:, P : 2 * P], by[:, :P], by[:, P:], np.zeros_like(by[:, :P])
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """(k, a, b) times (k, b)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
+
+
+def _solved(matrices: Array, vectors: Array) -> Array:
+    """(k, a, a) and (k, a)."""
+    return np.asarray(np.linalg.solve(matrices, vectors[:, :, None])[:, :, 0])

@@ -1,13 +1,13 @@
 """Long integrations in time, period by period: at a speed that grows evenly, or stays.
 
-Nothing but the state and the period at work is in memory: what a period amounts to is handed out, and whoever asks
-keeps what is wanted. From the state at the end of a period an integration goes on to the last bit.
+Only the state and the current period are in memory; the results of each period are yielded. An integration resumes from
+the state at the end of a period with identical results.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -16,10 +16,10 @@ import numpy as np
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.road.request import AnalysisRequest
 from slipstick.analysis.road.run import Run
-from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper
+from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
 from slipstick.analysis.time_domain.initial_state import start_at_rest
-from slipstick.analysis.time_domain.period_sums import Energy, PeriodSums
-from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
+from slipstick.analysis.time_domain.period_record import Energy, PeriodSums
+from slipstick.analysis.time_domain.piecewise import Combination, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, integration_faults
 from slipstick.analysis.time_domain.swept import SweptPiecewise, SweptStepper, SweptSystem, fewest_steps
 from slipstick.balance.problem import Problem
@@ -52,7 +52,7 @@ class PeriodEnd:
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodDone:
-    """What a period amounts to."""
+    """Results of a period."""
 
     values: Mapping[str, Any]
     """By the names of ``VARIABLES`` in ``slipstick.results.run_up``."""
@@ -73,7 +73,7 @@ class PeriodDone:
 
     @property
     def note(self) -> dict[str, Any]:
-        """What is kept beside the values, as arrays in one row."""
+        """Arrays to be stored with the values, in one row each."""
         changes = np.array(self.changes, dtype=float).reshape(-1, 4)
         return {"times": self.times, "series": self.series.ravel(), "changes": changes.ravel()}
 
@@ -88,13 +88,13 @@ class PeriodRecorder:
         self.layout, self.postprocessing = Layout(labels=labels, variables=variables), Postprocessing()
 
     def record(self, period: PeriodDone) -> Mapping[str, Any]:
-        """Those of one period."""
+        """Values of one period."""
         return period.values
 
 
 @dataclass(frozen=True, kw_only=True)
 class LongRun(AnalysisRequest):
-    """What is integrated, period by period.
+    """A request for an integration, period by period.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class LongRun(AnalysisRequest):
     rate
         Its growth, rad/s^2, with its sign.
     periods
-        How many are integrated.
+        Number of periods.
     samples
         Samples of the outputs in a period at the highest speed; 0 for none.
     steps
@@ -117,7 +117,7 @@ class LongRun(AnalysisRequest):
     steps: int | None = None
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """That of a period; journals written before have no value and no seconds."""
+        """Checkpoint of a period; journals of earlier versions have no value and no seconds."""
         with undamaged():
             energy = dict(zip(plain["energy_names"], vector(plain["energy"]).tolist(), strict=True))
             states = self.states(map(int, plain["states"]))
@@ -125,11 +125,11 @@ class LongRun(AnalysisRequest):
             return Checkpoint.from_plain({"value": end.period, "seconds": 0.0, **plain, "end": end})
 
     def run(self) -> PeriodRun:
-        """What integrates it."""
+        """The integration to run."""
         return PeriodRun(self)
 
     def recorder(self) -> PeriodRecorder:
-        """Of periods."""
+        """The recorder of periods."""
         return PeriodRecorder(self.problem)
 
     @property
@@ -139,7 +139,7 @@ class LongRun(AnalysisRequest):
 
     @cached_property
     def stepper(self) -> Stepper:
-        """What carries the state on."""
+        """The integrator, at a constant or a growing speed."""
         if self.rate:
             system = swept_system(self.problem, self.start, self.rate, self.reference)
             return SweptStepper(SweptPiecewise(system), self.steps)
@@ -149,9 +149,7 @@ class LongRun(AnalysisRequest):
     def time_of(self, period: int) -> float:
         """When a period ends, s."""
         system = self.stepper.model.system
-        if isinstance(system, SweptSystem):
-            return system.reached(2 * np.pi * period) / system.omega
-        return 2 * np.pi * period / system.omega
+        return system.time_of_phase(2 * np.pi * period) / system.omega
 
     def after(self, begin: PeriodEnd | None = None) -> Iterator[PeriodDone]:
         """Every period from the start, or after a checkpoint, on."""
@@ -165,18 +163,20 @@ class LongRun(AnalysisRequest):
             stepper.z, stepper.states, energy = begin.z.copy(), begin.states, Energy(**asdict(begin.energy))
         every = max(1, stepper.steps // self.samples) if self.samples else 0
         for period in range(0 if begin is None else begin.period, self.periods):
-            stepper.forget()
+            stepper.reset_lengths()
             sums = PeriodSums(stepper=stepper, outputs=outputs, energy=energy)
             base = 0.0 if self.rate else 2 * np.pi * period
             times, series, last = [], [], -1
-            for item in self._pieces(period):
+            for item in stepper.turn(period):
                 sums.add(item)
                 if not every or isinstance(item, StateChange):
                     continue
                 step = round(item.tau / stepper.step)
                 if step != last and step % every == 0 and abs(item.tau - step * stepper.step) < 1e-9 * stepper.step:
                     times.append((base + item.tau) / system.omega)
-                    series.append(item.linear.motion[outputs] @ stepper.model.seen(item.linear, item.start[None])[0])
+                    series.append(
+                        item.linear.motion[outputs] @ stepper.model.extended(item.linear, item.start[None])[0]
+                    )
                     last = step
             yield PeriodDone(
                 values=self._values(period, sums, outputs, base),
@@ -185,8 +185,10 @@ class LongRun(AnalysisRequest):
                 changes=tuple(
                     ((base + c.tau) / system.omega, c.contact, before, after)
                     for c in sums.changes
-                    if not self._one_of_several(c.contact)
-                    for before, after in [(self._told(c.contact, c.before), self._told(c.contact, c.after))]
+                    if not self._is_slider(c.contact)
+                    for before, after in [
+                        (self._state_number(c.contact, c.before), self._state_number(c.contact, c.after))
+                    ]
                     if before != after
                 ),
                 checkpoint=PeriodEnd(
@@ -194,26 +196,13 @@ class LongRun(AnalysisRequest):
                 ),
             )
 
-    def _pieces(self, period: int) -> Iterator[Piece | StateChange]:
-        stepper = self.stepper
-        if not isinstance(stepper, SweptStepper):
-            yield from stepper.period(stepper.z, stepper.states)
-            return
-        system = stepper.model.system
-        tau, end = (system.reached(2 * np.pi * k) for k in (period, period + 1))
-        while tau < end:
-            stop = min((np.floor(tau / stepper.step + 1e-9) + 1) * stepper.step, end)
-            yield from stepper.advance(tau, stop)
-            tau = stop
-        stepper.z[system.n_dynamic :] = system.forcing(end)
-
     @cached_property
-    def _several(self) -> Array:
-        """Whether friction contacts are sliders of one contact, which tells no states."""
+    def _sliders(self) -> Array:
+        """Whether friction contacts are sliders of one contact, which has no states."""
         friction = friction_elements(self.problem)
         return np.asarray(np.bincount(friction, minlength=1)[friction] > 1)
 
-    def _told(self, contact: int, state: int) -> int:
+    def _state_number(self, contact: int, state: int) -> int:
         """Number of a state, or of the state that a regime of a law that switches is, among ``CONTACT_STATES``."""
         system = self.stepper.model.system
         if contact < system.n_contacts:
@@ -231,8 +220,8 @@ class LongRun(AnalysisRequest):
         count = self.stepper.model.system.n_contacts
         return tuple(State(s) if k < count else s for k, s in enumerate(numbers))
 
-    def _one_of_several(self, contact: int) -> bool:
-        return contact < len(self._several) and bool(self._several[contact])
+    def _is_slider(self, contact: int) -> bool:
+        return contact < len(self._sliders) and bool(self._sliders[contact])
 
     def _values(self, period: int, sums: PeriodSums, outputs: slice, base: float) -> dict[str, Any]:
         stepper, system, end = self.stepper, self.stepper.model.system, self.time_of(period + 1)
@@ -243,7 +232,7 @@ class LongRun(AnalysisRequest):
         power, fractions = np.full(count, np.nan), np.full((count, len(CONTACT_STATES)), np.nan)
         power[friction], fractions[friction] = 0.0, np.pad(sums.fractions, ((0, 0), (0, 1)))
         np.add.at(power, friction, sums.work / (end - begin))
-        fractions[friction[self._several]] = np.nan
+        fractions[friction[self._sliders]] = np.nan
         for own, in_regime in zip(system.laws.switching, sums.time_in_regime, strict=True):
             fractions[own.number] = 0.0
             for name, part in zip(own.regimes.names, in_regime, strict=True):
@@ -251,16 +240,16 @@ class LongRun(AnalysisRequest):
         for law, rows, *_ in system.laws.each:
             power[law.elements] = sums.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0) / (end - begin)
         linear, z = stepper.model(stepper.states), stepper.z
-        seen, size = stepper.model.seen(linear, z[None])[0], system.size
-        rate = np.zeros_like(seen)  # motion does not depend on rates of forces
+        extended, size = stepper.model.extended(linear, z[None])[0], system.size
+        rate = np.zeros_like(extended)  # motion does not depend on rates of forces
         rate[:size] = stepper.model.rate(linear, z[None])[0]
-        rate[size : (size + len(seen)) // 2] = seen[(size + len(seen)) // 2 :]
+        rate[size : (size + len(extended)) // 2] = extended[(size + len(extended)) // 2 :]
         return {
             "time": end,
             "omega": self.start + self.rate * 0.5 * (begin + end),
             "amplitude": 0.5 * (high - low), "mean": sums.mean, "highest": high, "lowest": low,
             "highest_time": (base + at_high) / system.omega, "lowest_time": (base + at_low) / system.omega,
-            "section_displacement": linear.motion[outputs] @ seen,
+            "section_displacement": linear.motion[outputs] @ extended,
             "section_velocity": system.omega * linear.motion[outputs] @ rate,
             "dissipated_power": power,
             "separation_fraction": fractions[:, State.SEPARATION], "stick_fraction": fractions[:, State.STICK],
@@ -273,7 +262,7 @@ class PeriodRun(Run[LongRun]):
     """An integration under way: its points are periods."""
 
     def points(self) -> Generator[PeriodDone, None, None]:
-        """Every period, from rest or after the last one that is known."""
+        """Every period, from rest or after the last checkpoint."""
         request = self.request
         for done in request.after(request.checkpoints[-1].own["end"] if request.checkpoints else None):
             end = done.checkpoint
@@ -298,7 +287,7 @@ def swept_system(problem: Problem, start: float, rate: float, reference: float) 
     loads = over_u(base.loads - square)
     loads[:, 2 + 2 * count :] = square[:, 1:]
     slope = (base.velocity - half.velocity) / 0.5
-    known: dict[str, Any] = {f.name: getattr(base, f.name) for f in fields(FrictionSystem)}
+    known = dict(vars(base))
     known |= {"approach": over_u(base.approach), "rubbing": over_u(base.rubbing), "loads": loads}
     law_slope = (base.law_velocity - half.law_velocity) / 0.5
     known |= {"velocity": base.velocity - slope, "velocity_per_nu": slope}
@@ -308,7 +297,7 @@ def swept_system(problem: Problem, start: float, rate: float, reference: float) 
 
 
 def sweep_faults(problem: Problem, *, swept: bool) -> Iterator[Fault]:
-    """What of a problem is not known in long integrations, and at a speed that grows."""
+    """Properties of a problem that long integrations, or a growing speed, do not allow."""
     yield from integration_faults(problem)
     for pair in problem.contacts:
         tied = pair.rubbing.velocity_per_omega, pair.rubbing.second_velocity_per_omega

@@ -1,15 +1,15 @@
 """A structure with friction contacts as a piecewise linear system, one linear system per combination of contact states.
 
 Time is ``tau = omega t``. The state vector is ``z = [q, dq/dtau, e, 1, cos m_1 tau, sin m_1 tau, ...]``: with the
-forcing carried along, every combination has ``dz/dtau = A z`` and all forces, motions and switching functions are
-rows times ``z``. ``e`` (one entry a contact) is what a stuck friction spring remembers: ``f_x = kt (x + u_p) + e`` with
+forcing as part of it, every combination has ``dz/dtau = A z``, and all forces, motions and switching functions are rows
+times ``z``. ``e`` (one entry a contact) is the memory of a stuck friction spring: ``f_x = kt (x + u_p) + e`` with
 ``de/dtau = kt v`` (THEORY.md (12.1), (12.2)). A massless feedthrough (static residual) makes the motion depend on the
 forces at once: both are solved for together, exactly, in each combination.
 
-This module shares no code with ``slipstick.contact``: it is what the harmonic solutions are checked against. Contacts
-of other laws enter by their ``rate``, which adds to ``dz/dtau``: then a combination of friction states has a smooth
-system instead of a linear one. What they remember stands in z after ``e``. Laws that switch have a rate in each of
-their regimes; their regimes are part of the combination.
+This module shares no code with ``slipstick.contact``, as it serves to check the harmonic solutions. Contacts of other
+laws enter by their ``rate``, which adds to ``dz/dtau``: a combination of friction states then has a smooth system
+instead of a linear one. Their memory follows ``e`` in z. Laws that switch have a rate in each of their regimes, and
+their regimes are part of the combination.
 """
 
 from __future__ import annotations
@@ -23,8 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.time_domain.kernel.steps import Rates
-from slipstick.analysis.time_domain.law_in_time import LawsInTime, RegimeNumbers
-from slipstick.analysis.time_domain.static_residual import Behind, force_rate, motion_behind, slopes_behind
+from slipstick.analysis.time_domain.law_in_time import (
+    LawsInTime,
+    PortMotion,
+    RegimeNumbers,
+    force_rate,
+    port_motion,
+    port_slopes,
+)
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
@@ -76,7 +82,7 @@ class FrictionSystem:
     laws
         Contacts of other laws.
     law_motion, law_velocity
-        How the opposing surface moves along their ports: (n, 1 + 2 len(orders)), and its constant velocity (n,).
+        Motion of the opposing surface along their ports, (n, 1 + 2 len(orders)), and its constant velocity, (n,).
     """
 
     equations: TimeEquations
@@ -116,14 +122,14 @@ class FrictionSystem:
 
     @property
     def memory(self) -> slice:
-        """Where z holds what other laws remember."""
+        """Places in z of the memory of other laws."""
         return slice(2 * self.n + self.n_contacts, self.n_dynamic)
 
     def unknowns(self, states: Combination, changing: Collection[int] | None = None) -> list[int]:
-        """Entries of z that a motion in these states is free in.
+        """Free entries of z of a motion in these states.
 
-        ``changing``: the contacts that change their state, numbered as in ``states``: what others remember while
-        stuck is left out.
+        With ``changing``, the contacts that change their state (numbered as in ``states``), the memory of contacts
+        stuck all period is left out.
         """
         nc, laws = self.n_contacts, self.laws
         stuck = [2 * self.n + j for j, state in enumerate(states[:nc]) if state is State.STICK]
@@ -169,12 +175,16 @@ class FrictionSystem:
         out[:, 0] += self.law_velocity
         return np.asarray(out)
 
+    def time_of_phase(self, phase: float) -> float:
+        """tau at which the excitation has turned by a phase, rad."""
+        return phase
+
     def forcing(self, tau: float) -> Array:
         """The last entries of z: 1, cos m tau, sin m tau, ..."""
         return self.forcings(np.array([tau]))[0]
 
     def forcings(self, tau: Array) -> Array:
-        """The same at phases (k,), (k, n_forcing)."""
+        """``forcing`` at phases (k,), (k, n_forcing)."""
         out = np.ones((len(tau), 1 + 2 * len(self.orders)))
         angle = np.outer(tau, np.asarray(self.orders, dtype=float))
         out[:, 1::2], out[:, 2::2] = np.cos(angle), np.sin(angle)
@@ -183,19 +193,19 @@ class FrictionSystem:
 
 @dataclass(frozen=True, kw_only=True)
 class Switch:
-    """A function of z that stays positive while a state lasts, and where its sign change leads."""
+    """A function of z that is positive while a state lasts, and the state after its sign change."""
 
     contact: int
     target: State | None
-    """None: contact begins, stick or slip is to be found out."""
+    """None where contact begins, in stick or slip."""
 
 
 @dataclass(kw_only=True)
 class LinearPiece:
-    """The linear system of one combination of states: everything is rows times z.
+    """The linear system of one combination of states; all quantities are rows times z.
 
-    Where the structure answers contacts of other laws at once, what depends on them is rows times
-    ``PiecewiseLinear.seen``: z with their forces and the rates of these behind it.
+    Where the structure answers contacts of other laws at once, rows multiply ``PiecewiseLinear.extended`` instead: z,
+    then their forces and the rates of these.
     """
 
     A: Array
@@ -216,22 +226,22 @@ class LinearPiece:
     law_columns: Array
     """Rates of z by their forces, (size, P)."""
     residual: Array | None = None
-    """How the ports answer these at once, (P, P)."""
+    """Static compliance of the ports to these forces, (P, P)."""
     regimes: RegimeNumbers = ()
-    """Of the contacts whose law switches."""
+    """Regimes of the contacts whose law switches."""
     smooth: bool = False
-    """Whether other laws add to ``A z`` what is not linear."""
+    """Whether other laws add nonlinear terms to ``A z``."""
     cache: dict[str, object] = field(default_factory=dict)
 
     @property
-    def sees_forces(self) -> bool:
-        """Whether rows reach beyond z."""
+    def is_extended(self) -> bool:
+        """Whether rows multiply the extended z."""
         return self.motion.shape[1] > len(self.A)
 
     def rates_of(self, rows: Array) -> Array:
-        """The rows of the rates by tau of what rows tell; these depend neither on velocities nor on rates of forces."""
+        """Rows of the rates by tau of quantities that depend neither on velocities nor on rates of forces."""
         size = len(self.A)
-        if not self.sees_forces:
+        if not self.is_extended:
             return rows @ self.A
         by_force = rows[..., size : (size + rows.shape[-1]) // 2]
         return np.concatenate([rows[..., :size] @ self.A, np.zeros_like(by_force), by_force], axis=-1)
@@ -262,7 +272,7 @@ class PiecewiseLinear:
         self._check_laws()
 
     def _check_laws(self) -> None:
-        """Sets whether the structure answers forces of other laws at once; only those that switch are known so."""
+        """Sets whether the structure answers forces of other laws at once, which is possible for laws that switch."""
         s = self.system
         first, through = s.n_forces, s.equations.feedthrough
         at = slice(first, first + s.laws.n_ports)
@@ -279,36 +289,29 @@ class PiecewiseLinear:
     def law_motion(self, linear: LinearPiece, z: Array) -> tuple[Array, Array, Array]:
         """Motion, velocity (k, P) and memory (k, m) of the contacts of other laws at states (k, size)."""
         if linear.residual is not None:
-            told = self._behind(linear, z)
-            return told.q, told.velocity, z[:, self.system.memory]
+            at_ports = self._port_motion(linear, z)
+            return at_ports.q, at_ports.velocity, z[:, self.system.memory]
         return z @ linear.law_rows.T, z @ linear.law_speed.T, z[:, self.system.memory]
 
-    def _behind(self, linear: LinearPiece, z: Array) -> Behind:
+    def _port_motion(self, linear: LinearPiece, z: Array) -> PortMotion:
         given, R = (z @ linear.law_rows.T, z @ linear.law_speed.T, z[:, self.system.memory]), linear.residual
         assert R is not None
-        return motion_behind(self.system.laws, R, *given, linear.regimes)
+        return port_motion(self.system.laws, R, *given, linear.regimes)
 
     def law_forces(self, linear: LinearPiece, z: Array) -> tuple[Array, Array]:
         """Their forces (k, P) and rates of their memory (k, m), per unit of time."""
         if linear.residual is not None:
-            told = self._behind(linear, z)
-            return told.forces, told.rates
+            at_ports = self._port_motion(linear, z)
+            return at_ports.forces, at_ports.rates
         return self.system.laws.rate(*self.law_motion(linear, z), linear.regimes)
 
     def law_slopes(self, linear: LinearPiece, z: Array) -> tuple[Array, ...]:
         """Derivatives by z, (k, ..., size): of motion, velocity and forces, rates of the memory and of the forces.
 
-        Rates are per unit of time; those of the forces are known where the structure answers them at once.
+        Rates are per unit of time; those of the forces are computed only where the structure answers them at once.
         """
-        s, P = self.system, self.system.laws.n_ports
-        given = np.concatenate([linear.law_rows, linear.law_speed, np.eye(s.size)[s.memory]])
-        motion = self.law_motion(linear, z)
-        if linear.residual is not None:
-            told = slopes_behind(s.laws, linear.residual, *motion, linear.regimes)
-            return tuple(part @ given for part in told)
-        by_state = s.laws.slopes(*motion, linear.regimes) @ given
-        still = np.broadcast_to(given, (len(z), *given.shape))
-        return still[:, :P], still[:, P : 2 * P], by_state[:, :P], by_state[:, P:], np.zeros_like(by_state[:, :P])
+        given = np.concatenate([linear.law_rows, linear.law_speed, np.eye(self.system.size)[self.system.memory]])
+        return port_slopes(self.system.laws, linear.residual, given, *self.law_motion(linear, z), linear.regimes)
 
     def rate(self, linear: LinearPiece, z: Array) -> Array:
         """``dz/dtau`` at states (k, size)."""
@@ -327,17 +330,17 @@ class PiecewiseLinear:
         out[:, s.memory] += rate / s.omega
         return np.asarray(out, dtype=float)
 
-    def seen(self, linear: LinearPiece, z: Array) -> Array:
-        """What the rows of a piece are times, at states (k, size)."""
-        if not linear.sees_forces:
+    def extended(self, linear: LinearPiece, z: Array) -> Array:
+        """The vectors that the rows of a piece multiply, at states (k, size)."""
+        if not linear.is_extended:
             return z
-        told, memory = self._behind(linear, z), z[:, self.system.memory]
-        rate = force_rate(self.system.laws, told.q, told.velocity, memory, linear.regimes, told.rates)
-        return np.hstack([z, told.forces, rate / self.system.omega])
+        at_ports, memory = self._port_motion(linear, z), z[:, self.system.memory]
+        rate = force_rate(self.system.laws, at_ports.q, at_ports.velocity, memory, linear.regimes, at_ports.rates)
+        return np.hstack([z, at_ports.forces, rate / self.system.omega])
 
-    def by_state(self, linear: LinearPiece, rows: Array, z: Array) -> Array:
-        """Derivatives by z at one state (size,) of what rows of a piece tell, (..., size)."""
-        if not linear.sees_forces:
+    def gradient(self, linear: LinearPiece, rows: Array, z: Array) -> Array:
+        """Derivatives by z, (..., size), of quantities given by rows of a piece, at one state (size,)."""
+        if not linear.is_extended:
             return rows
         *_, force, _, rate = self.law_slopes(linear, z[None])
         slopes = np.concatenate([np.eye(self.system.size), force[0], rate[0] / self.system.omega])
@@ -360,14 +363,16 @@ class PiecewiseLinear:
             nothing = np.zeros((1, self.system.size))
             A = self.rate_slopes(piece, nothing)[0]
             A[:, one] += self.rate(piece, nothing)[0]
-            if piece.sees_forces:
-                constant, parts = self.seen(piece, nothing)[0], {}
-                for name in ("motion", "fx", "fy", "rate", "margins"):
-                    rows = getattr(piece, name)
-                    parts[name] = self.by_state(piece, rows, nothing[0])
-                    parts[name][:, one] += rows @ constant
-                for name, rows in parts.items():
-                    setattr(piece, name, rows)
+            if piece.is_extended:
+                constant = self.extended(piece, nothing)[0]
+
+                def linear_rows(rows: Array) -> Array:
+                    out = self.gradient(piece, rows, nothing[0])
+                    out[:, one] += rows @ constant
+                    return out
+
+                old = piece.motion, piece.fx, piece.fy, piece.rate, piece.margins
+                piece.motion, piece.fx, piece.fy, piece.rate, piece.margins = map(linear_rows, old)
             piece.A, piece.smooth = A, False
         return piece
 

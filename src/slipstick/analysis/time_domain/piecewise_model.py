@@ -1,4 +1,4 @@
-"""From a problem to the piecewise linear system that is integrated in time."""
+"""The piecewise linear system of a problem, for integration in time."""
 
 from __future__ import annotations
 
@@ -81,32 +81,32 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
 
 
 def sticks_and_slips(law: Law) -> bool:
-    """Whether contacts of a law are integrated as friction contacts: they are, or consist of them."""
+    """Whether contacts of a law are integrated as friction contacts, which they are or consist of."""
     return is_friction(law) or law.slider_count > 0
 
 
 def slider_values(law: Law, values: Mapping[str, Array]) -> dict[str, Array]:
-    """Parameters (n count,) of the friction contacts that n elements of a law consist of."""
+    """Parameters (n count,) of the sliders of n elements of a law, as friction contacts."""
     kt, limit = (part.reshape(-1) for part in law.slider_parameters(values))
     return {"kt": kt, "mu": np.ones(kt.size), "kn": np.ones(kt.size), "gap": -limit}
 
 
 def friction_elements(problem: Problem) -> IntArray:
-    """Numbers among all contacts of the friction contacts, then of those that consist of them, once for each slider."""
+    """Numbers among all contacts: friction contacts, then contacts of sliders, repeated for each slider."""
     kinds = [is_friction(pair.contact) for pair in problem.contacts for _ in range(len(pair))]
     sliders = [np.repeat(b.numbers, b.law.slider_count).astype(int) for b in problem.batches]
     return np.concatenate([np.flatnonzero(kinds), *sliders])
 
 
 def law_in_time(batch: Batch, values: Mapping[str, Array], velocity: Array) -> LawInTime:
-    """Contacts of a batch whose law is told in time; ``velocity`` (n_ports, n), constant."""
+    """Contacts of a batch whose law has equations in time; ``velocity`` (n_ports, n), constant."""
     numbers = np.arange(max(batch.numbers, default=-1) + 1)
     columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
     return LawInTime(law=batch.law, values=columns, elements=numbers[batch.elements], velocity=velocity)
 
 
 def held_values(batch: Batch, values: Mapping[str, Array], held: Mapping[str, Array]) -> Mapping[str, Array]:
-    """Parameters (n,) of a batch, those of friction as they are held."""
+    """Parameters (n,) of a batch, with the given ones in place of those of friction."""
     if not isinstance(batch.law, FrictionLaw):
         return values
     return {name: held[name][batch.elements] if name in held else value for name, value in values.items()}
@@ -116,7 +116,7 @@ def system_of(
     equations: TimeEquations, omega: float, harmonics: Harmonics, *, rubbing: Array, approach: Array, loads: Array,
     gap: Array, law_motion: Array | None = None, laws: LawsInTime | None = None, **contacts: Any,
 ) -> FrictionSystem:  # fmt: skip
-    """The system in the orders that anything moves in; the opposing surfaces' motion and loads are (..., L).
+    """The system in the orders of its loads and prescribed motions, which are (..., L).
 
     ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu``, ``kn`` and ``law_velocity``, as ``FrictionSystem``
     takes them.
@@ -137,7 +137,7 @@ def system_of(
 
 
 def _typical_motion(equations: TimeEquations, laws: LawsInTime, loads: Array, moved: Array) -> float:
-    """Of contacts whose law switches: their gaps, the opposing surface, and what the loads move at rest."""
+    """Typical motion of contacts whose law switches: the largest gap, surface motion or static answer to the loads."""
     gaps = [np.abs(law.values["gap"]).max(initial=0.0) for law, *_ in laws.each if "gap" in law.values]
     forces = np.abs(equations.columns[:, equations.columns.shape[1] - len(loads) :]) @ np.abs(loads).sum(axis=1)
     still = np.linalg.lstsq(equations.K, forces, rcond=None)[0]
@@ -146,7 +146,7 @@ def _typical_motion(equations: TimeEquations, laws: LawsInTime, loads: Array, mo
 
 
 def integration_faults(problem: Problem) -> Iterator[Fault]:
-    """Contacts whose law is not told in time."""
+    """Contacts whose law has no equations in time."""
     for pair in problem.contacts:
         if not (sticks_and_slips(pair.contact) or pair.contact.in_time):
             what = f"contact '{pair.name}' follows a law that does not tell its rate in time"

@@ -6,11 +6,11 @@ that its speed is ``omega_0 nu`` with ``nu = nu_0 + r tau``. The forcing carried
     1, u = (cos m phi, sin m phi), nu, w = nu u, y = nu^2 u - r m^-2 G u
 
 with ``u' = G w``: rubbing motions and forces are rows times u, their rates rows times w, so that every combination of
-contact states still has constant rows; y is what an unbalance or a moving support makes of u, ``-u'' / m^2``. The
-structure is linear with constant matrices: over a step the power series of z follows from that of the forcing, which is
-known by itself, and is summed to rounding. Changes of contact state are roots of polynomials as at a constant speed.
-Where contacts of other laws make the system smooth instead, the forcing is part of what the polynomial at Gauss nodes
-fulfils, from its exact value at the start of each step on.
+contact states still has constant rows; y is the forcing by an unbalance or a moving support, ``-u'' / m^2``. The
+structure is linear with constant matrices: over a step the power series of z follows from that of the forcing, which
+has a closed form, and is summed to rounding. Changes of contact state are roots of polynomials as at a constant speed.
+Where contacts of other laws make the system smooth instead, the polynomial at Gauss nodes includes the forcing, from
+its exact value at the start of each step.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper, reach
+from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper, step_angle
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, LinearPiece, PiecewiseLinear
 from slipstick.typing import Array
 
@@ -30,7 +30,7 @@ FEWEST_STEPS = 64
 """Steps a period at the higher end of the speeds: events shorter than a thirteenth of one may be missed."""
 
 _FEW = 24
-"""Up to so many unknowns the power series is one matrix, kept for each combination."""
+"""Number of unknowns up to which the power series is one stored matrix for each combination."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,9 +42,9 @@ class SweptSystem(FrictionSystem):
     first, growth
         ``nu`` at the start, and r.
     velocity_per_nu
-        What the constant velocity of rubbing grows by with nu, (n_contacts,).
+        Growth of the constant velocity of rubbing with nu, (n_contacts,).
     law_velocity_per_nu
-        The same along the ports of other laws, (n,).
+        Growth of the velocity along the ports of other laws, (n,).
     """
 
     first: float
@@ -54,7 +54,7 @@ class SweptSystem(FrictionSystem):
 
     @cached_property
     def _places(self) -> tuple[slice, int, slice, slice]:
-        """Of u, nu, w and y in the forcing."""
+        """Places of u, nu, w and y in the forcing."""
         k = 2 * len(self.orders)
         return slice(1, 1 + k), 1 + k, slice(2 + k, 2 + 2 * k), slice(2 + 2 * k, 2 + 3 * k)
 
@@ -99,8 +99,8 @@ class SweptSystem(FrictionSystem):
         """phi."""
         return tau * (self.first + 0.5 * self.growth * tau)
 
-    def reached(self, phase: float) -> float:
-        """tau at which phi is ``phase`` first."""
+    def time_of_phase(self, phase: float) -> float:
+        """tau at which phi is ``phase`` first; infinite where it never is."""
         square = self.first**2 + 2.0 * self.growth * phase
         return 2.0 * phase / (self.first + float(np.sqrt(square))) if square >= 0.0 else np.inf
 
@@ -147,7 +147,7 @@ class SweptSystem(FrictionSystem):
 
 
 class SweptPiecewise(PiecewiseLinear):
-    """Linear systems of the combinations of states, driven by forcing that is known by itself."""
+    """Linear systems of the combinations of states, driven by forcing in closed form."""
 
     system: SweptSystem
 
@@ -160,7 +160,7 @@ class SweptPiecewise(PiecewiseLinear):
 
 def fewest_steps(model: PiecewiseLinear) -> int:
     """Steps a period at the reference speed that are enough for the fastest motion, and for events."""
-    return max(FEWEST_STEPS, int(np.ceil(2 * np.pi * model.fastest() / reach(model.system.laws))))
+    return max(FEWEST_STEPS, int(np.ceil(2 * np.pi * model.fastest() / step_angle(model.system.laws))))
 
 
 class SweptStepper(Stepper):
@@ -171,9 +171,15 @@ class SweptStepper(Stepper):
     def __init__(self, model: SweptPiecewise, steps: int | None = None) -> None:
         super().__init__(model, fewest_steps(model) if steps is None else steps)
 
-    def advance(self, tau: float, stop: float) -> Iterator[Piece | StateChange]:
-        """Pieces and changes of state from tau, with ``self.z`` and ``self.states``, to ``stop``, a step on at most."""
-        yield from self._one_step(tau, (stop - tau) / self.step)
+    def turn(self, number: int) -> Iterator[Piece | StateChange]:
+        """Pieces and state changes of a numbered turn of the excitation, from ``self.z`` and ``self.states`` on."""
+        system = self.model.system
+        tau, end = (system.time_of_phase(2 * np.pi * k) for k in (number, number + 1))
+        while tau < end:
+            stop = min((np.floor(tau / self.step + 1e-9) + 1) * self.step, end)
+            yield from self._one_step(tau, (stop - tau) / self.step)
+            tau = stop
+        self.z[system.n_dynamic :] = system.forcing(end)
 
     def _path(self, linear: LinearPiece, tau: float, length: float) -> tuple[Array, float]:
         """The polynomial of z from ``self.z`` at tau on, and how far it reaches: ``length`` or less, in steps."""
@@ -201,7 +207,7 @@ class SweptStepper(Stepper):
         return out
 
     def _series(self, linear: LinearPiece) -> Array:
-        """From the unknowns and what drives them, power by power, to the power series of the unknowns."""
+        """Map from the unknowns and their drive, power by power, to the power series of the unknowns."""
         if "series" not in linear.cache:
             one = self.model.system.n_dynamic
             free, out = linear.A[:one, :one] * self.step, np.zeros((self.degree + 1, one, (self.degree + 1) * one))

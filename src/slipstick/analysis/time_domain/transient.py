@@ -1,8 +1,8 @@
 """Time integration that is exact but for rounding: an independent check of any harmonic solution.
 
 Between changes of contact state the system is linear and is carried by its matrix exponential; the changes are roots of
-polynomials. No code of the contact element or of the balance is used, and no harmonics are cut off: what differs from a
-point of a branch is the truncation of the harmonic series.
+polynomials. No code of the contact element or of the balance is used, and no harmonics are cut off: the difference from
+a point of a branch is the truncation of the harmonic series.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import xarray
 
 _COLUMNS = {"separation": 0, "stick": 1, "slip": 2}
-"""Of fractions: where the states of contacts that slide in a plane stand."""
+"""Columns of ``fractions`` for the states of contacts that slide in a plane."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +55,8 @@ class TransientResult:
 
     Time series are given at every step and every change of state; coefficients, amplitude, mean, power and fractions
     belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2). Contacts of laws
-    other than friction have no friction force, normal force and fractions, which are nan; their power is known. Of
-    those that consist of several sliders the friction force is known too, but no changes of state.
+    other than friction have a power, but no friction force, normal force and fractions, which are nan. Contacts of
+    several sliders have a friction force too, but no changes of state.
     """
 
     omega: float
@@ -95,22 +95,20 @@ class TransientResult:
     """Whether ``change`` met the tolerance."""
     error: float = np.nan
     """Estimated distance of the state after the integrated periods from the periodic one, relative to its size: the
-    error of the integration itself. nan where nothing tells it, as after the first periods of marching."""
+    error of the integration itself. nan where it is unknown, as after the first periods of marching."""
     units: Units = field(default_factory=Units)
     """Names of the base units."""
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The same with labels, over ``time``, ``dof``, ``contact``, ``coefficient`` and ``change``."""
+        """The result with labels, over ``time``, ``dof``, ``contact``, ``coefficient`` and ``change``."""
         import xarray
 
-        label, coefficients = (
-            self.units.label,
-            ["0", *(f"{part}{m}" for m in self.harmonics.orders[1:] for part in "cs")],
-        )
+        label = self.units.label
+        coefficients = ["0", *(f"{part}{m}" for m in self.harmonics.orders[1:] for part in "cs")]
         states = zip(("separation", "stick", "slip_plus", "slip_minus"), self.fractions.T, strict=True)
         parts = [(f"{name}_fraction", ("contact",), part, "1", f"fraction of {name}") for name, part in states]
-        told: list[tuple[str, tuple[str, ...], Any, str, str]] = [
+        variables: list[tuple[str, tuple[str, ...], Any, str, str]] = [
             ("displacement", ("time", "dof"), self.displacement, "length", "motion"),
             ("friction_force", ("time", "contact"), self.friction_force, "force", "friction force"),
             ("normal_force", ("time", "contact"), self.normal_force, "force", "normal force"),
@@ -125,7 +123,7 @@ class TransientResult:
         ]
         data: dict[str, Any] = {
             name: (dims, values, {"units": label(unit), "long_name": meaning})
-            for name, dims, values, unit, meaning in told
+            for name, dims, values, unit, meaning in variables
         }
         for name in ("contact", "before", "after"):
             data[f"change_{name}"] = "change", np.array([getattr(c, name) for c in self.changes], dtype=np.str_)
@@ -189,7 +187,7 @@ def transient(
     ----------
     problem
         What is to be integrated; hysteretic damping becomes viscous, equal at each mode's own frequency. A reduced
-        structure is integrated as it is: what its modes leave out is left out here too.
+        structure is integrated as it is, without the modes that the reduction leaves out.
     omega
         Fundamental frequency, rad/s.
     periods

@@ -76,8 +76,9 @@ def steady_steps(
     """Whole steps from ``starts[0]`` on until one in which a contact may change its state: how many were taken.
 
     ``starts`` (k + 1, size) gets the state at the start of each step, ``forcing`` (k, n_forcing) is that at each.
-    ``margins`` (size, m) are the switching functions, ``rounding`` (size, m) what of ``|z|`` they are known to, and
-    ``samples`` (k, degree + 1) the powers where they are looked at: a step in which one comes near zero is not taken.
+    ``margins`` (size, m) are the switching functions, ``rounding`` (size, m) times ``|z|`` their accuracy, and
+    ``samples`` (k, degree + 1) the powers at which they are sampled: a step in which one comes close to zero is not
+    taken.
     """
     size, forced = starts.shape[1], starts.shape[1] - forcing.shape[1]
     path = np.empty((degree + 1, size))
