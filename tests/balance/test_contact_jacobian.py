@@ -8,9 +8,9 @@ import pytest
 import slipstick as ss
 from slipstick.balance import contact_jacobian
 from slipstick.balance.balance import Balance
+from slipstick.balance.compliance import FactoredCompliance
 from slipstick.balance.contact_jacobian import ContactJacobian
 from slipstick.balance.evaluation import balanced, detail
-from slipstick.balance.factored import FactoredCompliance
 from slipstick.solve.linear.jacobian import Jacobian
 
 OMEGA = 7.3

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.compliance import Compliance, lossless
-from slipstick.balance.evaluation import Forces, PortLayout, Tangents
 from slipstick.balance.jacobian_backends import BACKENDS, MOST_UNKNOWNS, AnyCompliance, JacobianBackend, backend_of
+from slipstick.balance.layout import Forces, PortLayout, Tangents
 from slipstick.balance.problem import Problem
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.state.contact_state import Carried

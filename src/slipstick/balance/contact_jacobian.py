@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from slipstick.balance.factored import FactoredCompliance, coefficients
+from slipstick.balance.compliance import FactoredCompliance, coefficients
 from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.evaluation import Tangents
+    from slipstick.balance.layout import Tangents
     from slipstick.state.contact_state import Carried
 
 MOST_APART = 264

@@ -8,20 +8,24 @@ which makes ``x = conj(A) f``; harmonic 0 is one more such number with a real, s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.factored import FactoredCompliance
-from slipstick.balance.inputs import Assigned, ContactInputs, Inputs
+from slipstick.balance.balance import Balance
+from slipstick.balance.compliance import FactoredCompliance
+from slipstick.balance.inputs import Assigned, ContactInputs, Inputs, Path
 from slipstick.balance.jacobian_backends import AnyCompliance
-from slipstick.balance.states import add_force_changes, power_rows
+from slipstick.balance.layout import Forces, Tangents
+from slipstick.balance.states import add_force_changes, answer_to_powers, at_states, power_along, power_rows
 from slipstick.contact.law import Motion, Response, add_to
 from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.newton import Evaluation
 from slipstick.state.contact_state import Carried
 from slipstick.state.contact_state import respond as respond_with_states
 from slipstick.structure.receptance import Receptance, mapped
@@ -30,116 +34,10 @@ from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.problem import Problem
 
-Forces = Sequence[Mapping[int, Array]]
-"""For each batch, coefficients (n * count, L) by port; ports left out are zero."""
-Tangents = Sequence[Mapping[tuple[int, int], Array]]
-"""For each batch, ``(i, j) -> dF_i/dQ_j`` (n * count, L, L)."""
 
 _MANY = 2**18
 """Entries of a receptance from which on its size is that of its factors."""
-
-
-class PortLayout:
-    """Where the ports of a problem's contacts stand among the unknowns, at the problem's harmonics.
-
-    Attributes
-    ----------
-    batches
-        The contacts, one ``Batch`` for each kind of law.
-    orders
-        Harmonics above 0, as floats.
-    n_ports, n_contacts, L, size
-        Numbers of ports, of contacts, of coefficients of each port, and of unknowns ``N = n_ports L``.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        self.harmonics, self.batches = problem.harmonics, problem.batches
-        self.orders, self.L = self.harmonics.m.astype(float), self.harmonics.size
-        self.n_ports, self.n_contacts = len(problem.port_directions), len(problem.elements)
-        self.size = self.n_ports * self.L
-
-    def motion(
-        self,
-        k: int,
-        x: Array,
-        omega: float | Array,
-        contact_inputs: ContactInputs,
-        harmonics: Harmonics | None = None,
-    ) -> Motion:
-        """Motion of batch ``k`` at unknowns (N,) or (n, N), the rubbing motion included.
-
-        With other ``harmonics`` that hold those of the balance, in these.
-        """
-        batch, lead = self.batches[k], x.shape[:-1]
-        X, moved = x.reshape(*lead, self.n_ports, self.L), []
-        for port, Q in zip(batch.ports, contact_inputs.motion, strict=True):
-            if port.size == batch.count:
-                Q = X[..., port.rows, :].reshape(-1, self.L) + Q if lead else X[port.rows] + Q
-            elif port.size:
-                Q = Q.copy()
-                Q.reshape(*lead, batch.count, self.L)[..., port.members, :] += X[..., port.rows, :]
-            moved.append(Q if harmonics is None else _widened(self.harmonics, harmonics, Q))
-        each = np.repeat(omega, batch.count) if lead else omega
-        return Motion(
-            harmonics or self.harmonics, each, tuple(moved), contact_inputs.drift(each),
-            contact_inputs.velocity_per_omega,
-        )  # fmt: skip
-
-    def spread(self, dx: Array) -> list[dict[int, Array]]:
-        """Changes of the motion by batch and port, of changes (N,) or (n, N) of the unknowns."""
-        lead = dx.shape[:-1]
-        dX = dx.reshape(*lead, self.n_ports, self.L)
-        by_batch: list[dict[int, Array]] = []
-        for batch in self.batches:
-            moved: dict[int, Array] = {}
-            for i, port in enumerate(batch.ports):
-                if port.size == batch.count:
-                    moved[i] = dX[..., port.rows, :].reshape(-1, self.L)
-                elif port.size:
-                    dQ = np.zeros((*lead, batch.count, self.L))
-                    dQ[..., port.members, :] = dX[..., port.rows, :]
-                    moved[i] = dQ.reshape(-1, self.L)
-            by_batch.append(moved)
-        return by_batch
-
-    def gathered(self, forces: Forces, out: Array) -> Array:
-        """Write forces on their ports in ``out`` (..., n_ports or more, L), which is zero before; returned."""
-        lead = out.shape[:-2]
-        for batch, by_port in zip(self.batches, forces, strict=True):
-            for i, force in by_port.items():
-                port = batch.ports[i]
-                if port.size:
-                    F = force.reshape(*lead, batch.count, self.L) if lead else force
-                    out[..., port.rows, :] = F if port.size == batch.count else F[..., port.members, :]
-        return out
-
-    def excitation(self, forces: Forces, P: Array | None = None, n: tuple[int, ...] = ()) -> ComplexArray:
-        """``F - P`` on all columns as complex numbers (..., n_columns, n + 1); without loads, on the ports alone.
-
-        ``n`` is () of one motion, (n,) of n motions.
-        """
-        G = np.zeros((*n, self.n_ports + (0 if P is None else P.shape[-2]), self.L + 1))
-        self.gathered(forces, G[..., 1:])
-        if P is not None:
-            np.negative(P, out=G[..., self.n_ports :, 1:])
-        G[..., 0], G[..., 1] = G[..., 1], 0.0
-        return G.view(complex)
-
-    def real(self, z: ComplexArray) -> Array:
-        """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
-        pairs = z.view(float)
-        out = np.empty((len(z), self.L))
-        out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
-        return out.reshape(-1)
-
-
-def _widened(narrow: Harmonics, wide: Harmonics, Q: Array) -> Array:
-    """Coefficients (k, L) in a set that holds their own."""
-    out = np.zeros((len(Q), wide.size))
-    out[:, [wide.index(0), *(wide.index(m, part) for m in narrow.orders[1:] for part in ("c", "s"))]] = Q
-    return out
 
 
 class Adapted(Protocol):
@@ -470,3 +368,98 @@ def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array
         size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)
         out[..., 1::2] = out[..., 2::2] = size
     return out
+
+
+class FrequencySystem:
+    """The balance as a system in omega."""
+
+    def __init__(self, balance: Balance, inputs: Inputs) -> None:
+        self.balance, self.inputs = balance, inputs
+
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.inputs, parameter
+
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
+        """Residual, Jacobian and derivative by omega at ``parameter`` = omega.
+
+        All nan where the motion is not finite, where nothing holds the structure, and where the equilibrium of a
+        contact state near that of ``context`` has vanished.
+
+        ``context`` holds the contact states (n_states,) of the accepted point before, near which these are sought.
+        """
+        if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
+            return Evaluation.undefined(x.size)
+        balance = self.balance
+        solution = detail(balance, x, parameter, self.inputs, context)
+        if solution.lost or balance.is_unsupported(solution.tangents):
+            return Evaluation.undefined(x.size)
+        compliance = balance.compliance(parameter, self.inputs.structure)
+        at = balanced(balance, x, solution, compliance, by_omega(solution))
+        slope = at.slope
+        assert slope is not None
+        if fast := solution.fast:
+            slope += answer_to_powers(balance, fast, (state.power.omega for state in fast), at.compliance)
+        return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
+
+    def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
+        slopes_here = [{i: rate * part for i, part in slopes.items()} for slopes in by_omega(solution)]
+        dpowers = (rate * carried.power.omega for carried in solution.states)
+        return force_rates(self.balance, solution, dx, slopes_here, dpowers), np.zeros_like(solution.inputs.P)
+
+
+class ParameterSystem:
+    """The balance at a fixed frequency as a system in a parameter, along whose path the inputs move."""
+
+    def __init__(self, balance: Balance, path: Path, omega: float) -> None:
+        self.balance, self.path, self.omega = balance, path, omega
+        self._fixed_compliance = balance.compliance(omega)
+        self._loads_known: tuple[Array, AnyCompliance, Array] | None = None
+
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.path.at(parameter)[0], self.omega
+
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
+        """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
+        if not (isfinite(x.dot(x)) and isfinite(parameter)):
+            return Evaluation.undefined(x.size)
+        balance = self.balance
+        inputs, direction = self.path.at(parameter)
+        solution = detail(balance, x, self.omega, inputs, context)
+        if solution.lost or balance.is_unsupported(solution.tangents):
+            return Evaluation.undefined(x.size)
+        at = balanced(balance, x, solution, self._compliance(inputs, direction))
+        direction = at_states(solution.states, direction)
+        slope = self._moved_by(by_inputs(solution, direction), direction.P, at.compliance)
+        if direction.structure:
+            slope += at.compliance.rate(at.G)
+        if fast := solution.fast:
+            dpowers = (power_along(state, direction) for state in fast)
+            slope += answer_to_powers(balance, fast, dpowers, at.compliance)
+        return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
+
+    def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
+        direction = at_states(solution.states, self.path.at(parameter)[1])
+        slopes_here = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(solution, direction)]
+        dpowers = (rate * power_along(carried, direction) for carried in solution.states)
+        return force_rates(self.balance, solution, dx, slopes_here, dpowers), rate * direction.P
+
+    def _moved_by(self, slopes: Forces, P: Array, compliance: AnyCompliance) -> Array:
+        """Along the forces and loads (N,); where loads alone change it is the same everywhere, and remembered."""
+        if any(slopes):
+            return self.balance.moved_by(slopes, P, compliance)
+        known = self._loads_known
+        if known is None or known[0] is not P or known[1] is not compliance:
+            self._loads_known = known = P, compliance, self.balance.moved_by(slopes, P, compliance)
+        return known[2].copy()
+
+    def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
+        if not (inputs.structure or direction.structure):
+            return self._fixed_compliance
+        return self.balance.compliance(self.omega, inputs.structure, direction.structure)
+
+
+AnySystem = FrequencySystem | ParameterSystem

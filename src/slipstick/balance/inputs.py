@@ -1,11 +1,12 @@
-"""What is given to the balance besides motion and frequency: a point, or a direction, in one vector space."""
+"""What is given to the balance besides motion and frequency, and how it moves with a parameter."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from math import cos, sin
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +82,7 @@ class ContactInputs:
 class Inputs:
     """Contacts by batch, load coefficients ``P`` (n_loads, L), and parameters of the structure that are not its own.
 
-    The latter are carried along; only paths in them have any (``slipstick.balance.paths``).
+    The latter are carried along; only paths in them have any (``slipstick.balance.inputs``).
     """
 
     batches: tuple[ContactInputs, ...]
@@ -185,3 +186,56 @@ def _side_by_side(inputs: Sequence[ContactInputs]) -> ContactInputs:
         velocity_per_omega=np.stack([one.velocity_per_omega for one in inputs], axis=1),
         motion=np.stack([one.motion for one in inputs], axis=1),
     )
+
+
+class Path(Protocol):
+    """Inputs over one parameter."""
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Line:
+    """``base + value * direction``."""
+
+    base: Inputs
+    direction: Inputs
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        return self.base.moved(self.direction, value), self.direction
+
+
+@dataclass(frozen=True)
+class LoadPhase:
+    """A load ``amplitude cos(m tau + value)`` at ``P[row, column]`` (its cosine) and the next (its sine)."""
+
+    base: Inputs
+    amplitude: float
+    row: int
+    column: int
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        c, s = self.amplitude * cos(value), self.amplitude * sin(value)
+        return self._with(self.base, c, -s), self._with(self.base.scaled(0.0), -s, -c)
+
+    def _with(self, inputs: Inputs, cosine: float, sine: float) -> Inputs:
+        P = inputs.P.copy()
+        P[self.row, self.column : self.column + 2] = cosine, sine
+        return replace(inputs, P=P)
+
+
+@dataclass(frozen=True)
+class StructureValue:
+    """A named parameter of the structure."""
+
+    base: Inputs
+    name: str
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        zero = self.base.scaled(0.0)
+        return replace(self.base, structure={self.name: value}), replace(zero, structure={self.name: 1.0})

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from slipstick.balance.compliance import Compliance, sums
+from slipstick.balance.compliance import Compliance, FactoredCompliance, sums
 from slipstick.balance.contact_jacobian import ContactJacobian
-from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.states import power_rows, state_columns
 from slipstick.contact.law import add_to
 from slipstick.errors import Fault, InputError
@@ -21,7 +20,7 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.evaluation import Tangents
+    from slipstick.balance.layout import Tangents
 
 DENSE_UP_TO = 500
 """Unknowns up to which a dense Jacobian costs less than an iterative one, as far as it can be had (measured)."""

@@ -11,10 +11,9 @@ from math import isfinite, nan
 import numpy as np
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.inputs import Inputs
-from slipstick.balance.paths import Line
+from slipstick.balance.evaluation import AnySystem, FrequencySystem, ParameterSystem
+from slipstick.balance.inputs import Inputs, Line
 from slipstick.balance.scaling import Scales, motions_at, scales
-from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import Reason
 from slipstick.interrupts import pass_on

@@ -22,10 +22,10 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.batches import Batch
     from slipstick.balance.compliance import Compliance
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.jacobian_backends import AnyCompliance
+    from slipstick.balance.layout import Batch
 
 
 def state_columns(balance: Balance, carried: Carried, compliance: Compliance) -> Array:

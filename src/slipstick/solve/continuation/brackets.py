@@ -14,11 +14,10 @@ from math import copysign, inf
 
 import numpy as np
 
-from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.corrector import Corrector, Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Marks, Metric, Scalars, chosen, column, dots, larger, norms, smaller
-from slipstick.solve.continuation.step import Step
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from slipstick.solve.continuation.corrector import Step
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
 

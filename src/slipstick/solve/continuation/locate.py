@@ -23,10 +23,9 @@ from slipstick.solve.continuation.brackets import (
     is_bottom,
     narrowing,
 )  # fmt: skip
-from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.corrector import Corrector, Step
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
 _MAX_TRIALS = 60

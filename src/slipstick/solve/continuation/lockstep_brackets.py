@@ -18,11 +18,10 @@ from slipstick.solve.continuation.brackets import (
     leads_on,
     share_of,
 )
+from slipstick.solve.continuation.corrector import is_near
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solutions, Solved
+from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solutions, Solved, Table
 from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.step_acceptance import is_near
-from slipstick.solve.continuation.tables import Table
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array, BoolArray
 
