@@ -357,7 +357,7 @@ class Events:
     def _by_secants(self, i: int, which: Numbers, values: Array, found: Located) -> BoolArray:
         """Locate the peak of an output on segments where its slope falls through zero once; which were.
 
-        ``Maxima.quickly``, from slopes (n, 9) along each.
+        ``Maxima.by_secants``, from slopes (n, 9) along each.
         """
         nodes, tolerance = self._dense.nodes, self._first.options.event_tolerance
         metric, cubics = self._metric.at(which), self._cubics.at(which)
