@@ -59,7 +59,7 @@ class Compliance:
         ports = np.arange(self.value.shape[1])
         return np.asarray(self.value[ports, ports])
 
-    def reach(self, forces: Array) -> Array:
+    def bound(self, forces: Array) -> Array:
         """``|A| forces`` (n_rows, n + 1) of the first columns' sizes (any,)."""
         size = np.abs(self.value[: forces.size])
         return np.asarray((forces @ size.reshape(forces.size, -1)).reshape(size.shape[1:]))
@@ -79,7 +79,7 @@ class Compliance:
 
 @cache
 def sums() -> ModuleType:
-    """The compiled sums, loaded when they are first asked for: reading and checking a case needs none."""
+    """The compiled sums, loaded at the first use: reading and checking a case needs none."""
     from slipstick.balance.kernel import sums as compiled
 
     return compiled
@@ -103,7 +103,7 @@ def lossless(value: ComplexArray, share: float) -> NDArray[np.bool_]:
 
 
 def coefficients(z: ComplexArray) -> Array:
-    """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
+    """Complex numbers (rows, n + 1) as real coefficients (rows * L,)."""
     return np.delete(np.ascontiguousarray(z).view(float), 1, axis=1).ravel()
 
 
@@ -154,7 +154,7 @@ class FactoredCompliance:
         return self.answer(G), rate
 
     def _coupled(self, G: ComplexArray) -> Array | float:
-        """What the modes' coupling adds to the derivative."""
+        """Contribution of the coupling of the modes to the derivative."""
         f = self.factors
         if f.coupling is None or f.coupling_weight is None:
             return 0.0
@@ -193,28 +193,28 @@ class FactoredCompliance:
 
     def diagonal(self) -> ComplexArray:
         """``conj(A)`` of the ports over themselves, (n_rows, n + 1)."""
-        apart = np.zeros(self.factors.weight.shape, dtype=bool)
-        return self.local(np.arange(self.n_rows)[:, None], apart)[:, 0, 0]
+        none = np.zeros(self.factors.weight.shape, dtype=bool)
+        return self.local(np.arange(self.n_rows)[:, None], none)[:, 0, 0]
 
-    def reach(self, forces: Array) -> Array:
+    def bound(self, forces: Array) -> Array:
         """``|A| forces`` (n_rows, n + 1) of the first columns' sizes (any,), or more."""
-        return self.reach_by_order(np.repeat(forces[:, None], len(self.factors.weight), axis=1))
+        return self.bound_by_order(np.repeat(forces[:, None], len(self.factors.weight), axis=1))
 
-    def reach_by_order(self, forces: Array) -> Array:
+    def bound_by_order(self, forces: Array) -> Array:
         """``|A| forces`` of sizes (any, n + 1) that differ from order to order."""
         f, count = self.factors, len(forces)
         out = np.abs(f.left) @ (np.abs(f.weight).T * (np.abs(f.right[:count]).T @ forces))
         return np.asarray(out + f.parts.reach(forces, np.abs(f.part_weight)))
 
-    def local(self, rows: NDArray[np.intp], apart: NDArray[np.bool_]) -> ComplexArray:
+    def local(self, rows: NDArray[np.intp], excluded: NDArray[np.bool_]) -> ComplexArray:
         """``conj(A)`` between the ports of each element alone, (n, p, p, n + 1).
 
-        Without the modes ``apart`` (n + 1, n_modes), true where left out. ``rows`` (n, p) are port numbers, -1 for a
+        Without the modes that ``excluded`` (n + 1, n_modes) marks. ``rows`` (n, p) are port numbers, -1 for a
         port that an element does not have: zero.
         """
         f, here = self.factors, rows >= 0
         left, right = f.left[rows] * here[:, :, None], f.right[rows] * here[:, :, None]
-        weight = np.where(apart, 0.0, f.weight).conj()
+        weight = np.where(excluded, 0.0, f.weight).conj()
         both = left[:, :, None, :] * right[:, None, :, :]
         n, p = rows.shape
         value = (both.reshape(n * p * p, -1) @ weight.T).reshape(n, p, p, -1)

@@ -36,46 +36,46 @@ if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
 
 
-_MANY = 2**18
-"""Entries of a receptance from which on its size is that of its factors."""
+_MODAL_BOUND_FROM = 2**18
+"""Entries of a receptance (2 MB) from which its bound is computed by modes, in place of all entries."""
 
 
 class Adapted(Protocol):
-    """What is known of a solution with some of the harmonics."""
+    """Properties of a solution with some of the harmonics."""
 
     @property
     def in_use(self) -> int:
-        """How many, 0 included."""
+        """Number of harmonics in use, 0 included."""
         ...
 
     @property
     def truncation(self) -> float:
-        """What those left out would add, relative to the largest amplitude."""
+        """Contribution of the harmonics left out, relative to the largest amplitude."""
         ...
 
     @property
     def context(self) -> Array:
-        """The context with which the same harmonics are in use, near the same contact states."""
+        """The context that gives the same harmonics and contact states."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Detail:
-    """What a solution keeps of its evaluation."""
+    """Data of an evaluation that a solution keeps."""
 
     responses: tuple[Response, ...]
-    """One for each batch; none where they are still to be had (``Together``)."""
+    """One for each batch; none where they are computed later (``Together``)."""
     inputs: Inputs
     omega: Any
     """Fundamental frequency, rad/s: a float; (n,) of n motions."""
     states: tuple[Carried, ...] = ()
-    """What the contacts carry beside motion, in the order of the balance."""
+    """Contact states, in the order of the balance."""
     adapted: Adapted | None = None
     """Which harmonics are in use; None: all."""
 
     @property
     def asked(self) -> Inputs:
-        """The inputs with the parameters that the laws were asked with: at the contact states."""
+        """The inputs with the parameters of the laws at the contact states."""
         if not self.states:
             return self.inputs
         pairs = zip(self.inputs.batches, self.responses, strict=True)
@@ -85,19 +85,19 @@ class Detail:
 
     @property
     def carried(self) -> Array | None:
-        """Values of the contact states (n_states,), near which those of the next points are sought."""
+        """Values of the contact states (n_states,), from which those of the next points start."""
         if len(self.states) == 1:
             return self.states[0].values
         return np.concatenate([state.values for state in self.states]) if self.states else None
 
     @property
     def fast(self) -> tuple[Carried, ...]:
-        """The states that follow the motion; a slow one is held and adds nothing to a derivative."""
+        """The states that follow the motion; a slow one is held and contributes no derivative."""
         return self.states and tuple(carried for carried in self.states if not carried.state.slow)
 
     @property
     def lost(self) -> bool:
-        """Whether the equilibrium of some state near the values handed on has vanished."""
+        """Whether the equilibrium of some state near the values passed on has vanished."""
         return bool(self.states) and any(state.lost for state in self.states)
 
     @property
@@ -112,7 +112,7 @@ class Detail:
 
 
 class Balanced(NamedTuple):
-    """One evaluation: residual (N,), Jacobian, forces on all columns, what they came from, slope of the residual."""
+    """One evaluation: residual (N,), Jacobian, forces on all columns, their origin, derivative of the residual."""
 
     residual: Array
     jacobian: Jacobian
@@ -123,10 +123,10 @@ class Balanced(NamedTuple):
 
 
 def detail(balance: Balance, x: Array, omega: float | Array, inputs: Inputs, near: Array | None = None) -> Detail:
-    """Forces, and contact states if any, at unknowns (N,): the one place where laws meet the motion.
+    """Forces, and contact states if any, at unknowns (N,): the only place where the laws are evaluated.
 
-    ``near`` (n_states,) are the states of the neighbouring solution, near which these are sought; from their start
-    without it. Without states also at n motions, of ``Assigned.joined`` inputs.
+    ``near`` (n_states,) are the states of the neighbouring solution, from which these are found; without it they start
+    from their initial values. Without states also at n motions, of ``Assigned.joined`` inputs.
     """
     if (felt := balance.pulse.felt) is not None:
         felt()
@@ -153,16 +153,16 @@ def detail(balance: Balance, x: Array, omega: float | Array, inputs: Inputs, nea
 
 
 def unanswered(inputs: Inputs, omega: float) -> Detail:
-    """Of a state whose forces are asked for later, together with those of others."""
+    """The detail of a solution whose forces are computed later, together with those of others."""
     return Detail(responses=(), inputs=inputs, omega=omega)
 
 
 def balanced(
     balance: Balance, x: Array, solution: Detail, compliance: AnyCompliance, slopes: Forces | None = None
 ) -> Balanced:
-    """Residual and Jacobian from the forces at unknowns (N,); its slope where the ``slopes`` of the forces are given.
+    """Residual and Jacobian from the forces at unknowns (N,), and its derivative from that of the forces, ``slopes``.
 
-    That is along omega, or along what else the compliance has its derivative by.
+    The derivative is by omega, or by the parameter that the compliance is differentiated by.
     """
     G = balance.layout.excitation(solution.forces, solution.inputs.P)
     balance.anchoring(x, G)
@@ -178,14 +178,14 @@ def balanced(
 def terms(balance: Balance, x: Array, at: Balanced) -> Array:
     """Sizes (N,) of the terms whose sum each residual is: the motion, and ``|A| k`` times all motion at the ports.
 
-    ``k`` are the contact springs as far as they act. The stiffer they are, the more the forces cancel, and the more is
-    seen of the rounding of the motion.
+    ``k`` are the acting contact springs. The stiffer they are, the more the forces cancel, and the larger the rounding
+    error of the residual is.
     """
-    return _terms(balance, x, at.detail, lambda stiffness: _by_coefficient(at.compliance.reach(stiffness))).reshape(-1)
+    return _terms(balance, x, at.detail, lambda stiffness: _by_coefficient(at.compliance.bound(stiffness))).reshape(-1)
 
 
-def _terms(balance: Balance, x: Array, solution: Detail, reach: Callable[[Array], Array]) -> Array:
-    """The same of one motion or of n, (..., n_ports, L), by the ``reach`` of stiffnesses (..., n_ports)."""
+def _terms(balance: Balance, x: Array, solution: Detail, bound: Callable[[Array], Array]) -> Array:
+    """Sizes (..., n_ports, L) at one motion or at n; ``bound`` gives ``|A|`` times stiffnesses (..., n_ports)."""
     lead = x.shape[:-1]
     stiffness, prescribed = np.zeros((*lead, balance.n_ports)), np.zeros(lead)
     for batch, here, response in zip(balance.batches, solution.inputs.batches, solution.responses, strict=True):
@@ -195,18 +195,18 @@ def _terms(balance: Balance, x: Array, solution: Detail, reach: Callable[[Array]
             port = batch.ports[i]
             stiffness[..., port.rows] += springs.reshape(*lead, batch.count)[..., port.members]
     motion = np.sqrt(np.vecdot(x, x))[..., None, None]
-    return np.asarray(motion + reach(stiffness) * (motion + np.sqrt(prescribed)[..., None, None]))
+    return np.asarray(motion + bound(stiffness) * (motion + np.sqrt(prescribed)[..., None, None]))
 
 
-def _by_coefficient(reach: Array) -> Array:
+def _by_coefficient(by_order: Array) -> Array:
     """Numbers (..., n + 1) by order for each coefficient (..., L)."""
-    return np.concatenate([reach[..., :1], np.repeat(reach[..., 1:], 2, axis=-1)], axis=-1)
+    return np.concatenate([by_order[..., :1], np.repeat(by_order[..., 1:], 2, axis=-1)], axis=-1)
 
 
 def force_rates(
     balance: Balance, solution: Detail, dx: Array, fixed: Forces, dpowers: Iterable[Array] = ()
 ) -> Forces:  # fmt: skip
-    """Change of the forces for a change ``dx`` (N,) of the motion, with changes ``fixed`` at fixed motion besides.
+    """Change of the forces for a change ``dx`` (N,) of the motion, plus changes ``fixed`` at fixed motion.
 
     ``dpowers`` (n,) are changes of the powers that drive each contact state, at fixed motion and states.
     """
@@ -227,7 +227,7 @@ def force_rates(
 
 
 def by_omega(solution: Detail) -> list[dict[int, Array]]:
-    """Derivatives of the forces by omega at fixed motion; velocities that grow with omega leave the drift alone."""
+    """Derivatives of the forces by omega at fixed motion; velocities that grow with omega do not change the drift."""
     slopes = []
     for response, contact_inputs in zip(solution.responses, solution.inputs.batches, strict=True):
         slope = dict(response.by_omega)
@@ -324,15 +324,15 @@ class Together:
 
     def relative_residuals(self) -> Array:
         """Norms (n,) of the residuals, each entry over the sizes of its ``terms``."""
-        sizes = _terms(self._balance, self._x, self._detail, self._reach)
+        sizes = _terms(self._balance, self._x, self._detail, self._bound)
         residual = self.residuals().reshape(sizes.shape)
         return np.sqrt(np.sum((residual / np.where(sizes > 0, sizes, 1.0)) ** 2, axis=(1, 2)))
 
-    def _reach(self, stiffness: Array) -> Array:
-        reach = np.empty_like(self.forces)
+    def _bound(self, stiffness: Array) -> Array:
+        bound = np.empty_like(self.forces)
         for receptance, at in self._receptances():
-            reach[at] = _reach(receptance, self._balance.orders, self._omega[at], stiffness[at])
-        return reach
+            bound[at] = _bound(receptance, self._balance.orders, self._omega[at], stiffness[at])
+        return bound
 
     def _answer(self) -> Array:
         """``A (F - P)`` (n, n_ports, L)."""
@@ -343,7 +343,7 @@ class Together:
         return out
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
-        """The receptance of each structure, and the motions that it answers."""
+        """The receptance of each structure, and its motions."""
         first = 0
         for structure, same in groupby(self._inputs.structures):
             at = slice(first, first + len(list(same)))
@@ -351,12 +351,12 @@ class Together:
             first = at.stop
 
 
-def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
+def _bound(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
     """``|A|`` times stiffnesses (n, n_ports), for each coefficient (n, n_ports, L)."""
     n, ports = stiffness.shape
-    if receptance.static.size > _MANY and receptance.summed:
+    if receptance.static.size > _MODAL_BOUND_FROM and receptance.summed:
         by_modes = [
-            FactoredCompliance(receptance.factors(orders, float(w))).reach(k)
+            FactoredCompliance(receptance.factors(orders, float(w))).bound(k)
             for w, k in zip(omega, stiffness, strict=True)
         ]
         return _by_coefficient(np.array(by_modes).reshape(n, -1, 1 + orders.size))
@@ -383,10 +383,10 @@ class FrequencySystem:
     def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by omega at ``parameter`` = omega.
 
-        All nan where the motion is not finite, where nothing holds the structure, and where the equilibrium of a
+        All nan where the motion is not finite, where the structure is not supported, and where the equilibrium of a
         contact state near that of ``context`` has vanished.
 
-        ``context`` holds the contact states (n_states,) of the accepted point before, near which these are sought.
+        ``context`` holds the contact states (n_states,) of the last accepted point, from which these are found.
         """
         if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
             return Evaluation.undefined(x.size)
@@ -410,7 +410,7 @@ class FrequencySystem:
 
 
 class ParameterSystem:
-    """The balance at a fixed frequency as a system in a parameter, along whose path the inputs move."""
+    """The balance at a fixed frequency as a system in a parameter, on whose path the inputs lie."""
 
     def __init__(self, balance: Balance, path: Path, omega: float) -> None:
         self.balance, self.path, self.omega = balance, path, omega
@@ -448,7 +448,7 @@ class ParameterSystem:
         return force_rates(self.balance, solution, dx, slopes_here, dpowers), rate * direction.P
 
     def _moved_by(self, slopes: Forces, P: Array, compliance: AnyCompliance) -> Array:
-        """Along the forces and loads (N,); where loads alone change it is the same everywhere, and remembered."""
+        """Derivative of the residual (N,) by forces and loads; it is constant, and cached, where only loads change."""
         if any(slopes):
             return self.balance.moved_by(slopes, P, compliance)
         known = self._loads_known

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from slipstick.typing import Array
 
 SURFACE = ("velocity", "velocity_per_omega", "motion")
-_REMEMBERED = 8
-"""Numbers of motions for which repeated inputs are kept: a curve asks for a few again and again."""
+_CACHED = 8
+"""Numbers of motions for which repeated inputs are cached: a curve uses the same few many times."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class ContactInputs:
     velocity: Array
     """Constant velocity of the rubbing motion along each port, (n_ports, n), length/time."""
     velocity_per_omega: Array
-    """What is added to it for each rad/s of the fundamental frequency, (n_ports, n), length."""
+    """Increase of that velocity for each rad/s of the fundamental frequency, (n_ports, n), length."""
     motion: Array
     """Periodic part of the rubbing motion along each port, (n_ports, n, L)."""
 
@@ -45,7 +45,7 @@ class ContactInputs:
 
     @cached_property
     def at_speed(self) -> bool:
-        """Whether there is any that does not grow with the frequency alone."""
+        """Whether some velocity is not proportional to the frequency."""
         return bool(self.velocity.any())
 
     def speed(self, omega: float | Array) -> Array:
@@ -53,15 +53,15 @@ class ContactInputs:
         return self.velocity + omega * self.velocity_per_omega
 
     def drift(self, omega: float | Array) -> Array:
-        """That velocity over omega, (n_ports, n), length per rad; not to be written on."""
+        """That velocity over omega, (n_ports, n), length per rad; must not be written."""
         return self.velocity / omega + self.velocity_per_omega if self.at_speed else self.velocity_per_omega
 
     def repeated(self, n: int) -> ContactInputs:
-        """The same elements n times over, arrays not to be written on; those asked for are remembered."""
+        """The same elements n times over, cached: the arrays must not be written."""
         if n == 1:
             return self
         if n not in self._repeated:
-            if len(self._repeated) >= _REMEMBERED:
+            if len(self._repeated) >= _CACHED:
                 self._repeated.clear()
             self._repeated[n] = self.map(
                 lambda name, array: np.tile(array, n if name in self.values else (1, n, 1)[: array.ndim])
@@ -82,7 +82,7 @@ class ContactInputs:
 class Inputs:
     """Contacts by batch, load coefficients ``P`` (n_loads, L), and parameters of the structure that are not its own.
 
-    The latter are carried along; only paths in them have any (``slipstick.balance.inputs``).
+    The latter are empty except on a path ``StructureValue``.
     """
 
     batches: tuple[ContactInputs, ...]
@@ -129,7 +129,7 @@ class Assigned:
 
     @classmethod
     def of(cls, inputs: Sequence[Inputs]) -> Assigned:
-        """Of each motion; along a curve over the frequency they are all the same."""
+        """From the inputs of each motion; along a curve over the frequency these are all the same."""
         numbers: dict[int, int] = {}
         which = [numbers.setdefault(id(one), len(numbers)) for one in inputs]
         return cls(tuple({id(one): one for one in inputs}.values()), np.array(which, dtype=np.intp))
@@ -138,7 +138,7 @@ class Assigned:
         return len(self.which)
 
     def at(self, which: Any) -> Assigned:
-        """Those of some of the motions."""
+        """The inputs of some of the motions."""
         some = Assigned(self.distinct, self.which[which])
         some._stacked, some._loads = self._stacked, self._loads
         return some
@@ -163,7 +163,7 @@ class Assigned:
         return Inputs(batches=tuple(self.contacts(k) for k in batches), P=self.loads)
 
     def contacts(self, k: int) -> ContactInputs:
-        """Batch ``k`` of all motions along one axis, elements of the first motion first; not to be written on."""
+        """Batch ``k`` of all motions along one axis, elements of the first motion first; must not be written."""
         if len(self.distinct) == 1:
             return self.distinct[0].batches[k].repeated(len(self.which))
         if k not in self._stacked:
@@ -179,7 +179,7 @@ class Assigned:
 
 
 def _side_by_side(inputs: Sequence[ContactInputs]) -> ContactInputs:
-    """Numbers of one batch of several in one: whose they are is the axis before that of the elements."""
+    """Numbers of one batch of several inputs, stacked on the axis before that of the elements."""
     return ContactInputs(
         values={name: np.array([one.values[name] for one in inputs], dtype=float) for name in inputs[0].values},
         velocity=np.stack([one.velocity for one in inputs], axis=1),

@@ -1,4 +1,4 @@
-"""Contacts made ready for the balance: all elements of one law in one batch, and where their ports stand."""
+"""Layout of the contacts: all elements of one law in one batch, and the places of their ports among the unknowns."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Places = slice | NDArray[np.intp]
 
 
 class Port(NamedTuple):
-    """Where one port of a batch's elements stands."""
+    """Places of one port of the elements of a batch."""
 
     rows: Places
     """Numbers of the ports among all ports of the balance."""
@@ -37,9 +37,9 @@ class PortPair(NamedTuple):
 
     members: IntArray
     felt: IntArray
-    """The port along which the force is."""
+    """The port of the force."""
     moving: IntArray
-    """The port along which the motion is."""
+    """The port of the motion."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +71,7 @@ class Batch:
 
     @cached_property
     def couplings(self) -> Mapping[tuple[int, int], PortPair]:
-        """For each pair of ports ``(i, j)``: where a force along i may depend on motion along j."""
+        """For each pair of ports ``(i, j)``: elements in which a force along i may depend on motion along j."""
         rows = np.full((len(self.ports), self.count), -1, dtype=np.int64)
         for numbers, port in zip(rows, self.ports, strict=True):
             numbers[port.members] = _indices(port.rows)
@@ -110,7 +110,7 @@ def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Di
 
 
 def places(indices: NDArray[np.intp]) -> Places:
-    """A slice where the indices follow one another, so that arrays are viewed and not copied."""
+    """A slice where the indices are consecutive, so that arrays are viewed and not copied."""
     if indices.size == 0:
         return slice(0, 0)
     if np.all(np.diff(indices) == 1):
@@ -129,7 +129,7 @@ Tangents = Sequence[Mapping[tuple[int, int], Array]]
 
 
 class PortLayout:
-    """Where the ports of a problem's contacts stand among the unknowns, at the problem's harmonics.
+    """Places of the ports of a problem's contacts among the unknowns, at the problem's harmonics.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class PortLayout:
     ) -> Motion:
         """Motion of batch ``k`` at unknowns (N,) or (n, N), the rubbing motion included.
 
-        With other ``harmonics`` that hold those of the balance, in these.
+        Other ``harmonics`` have to contain those of the balance.
         """
         batch, lead = self.batches[k], x.shape[:-1]
         X, moved = x.reshape(*lead, self.n_ports, self.L), []
@@ -223,7 +223,7 @@ class PortLayout:
 
 
 def _widened(narrow: Harmonics, wide: Harmonics, Q: Array) -> Array:
-    """Coefficients (k, L) in a set that holds their own."""
+    """Coefficients (k, L) in a set of harmonics that contains their own."""
     out = np.zeros((len(Q), wide.size))
     out[:, [wide.index(0), *(wide.index(m, part) for m in narrow.orders[1:] for part in ("c", "s"))]] = Q
     return out

@@ -48,11 +48,12 @@ if TYPE_CHECKING:
 
 
 MOST_OUTPUTS = 100
+"""Default number of outputs of a structure with more dofs."""
 
 DENSE_DIRECTIONS = 2**18
-"""Entries (2 MB) up to which a matrix of directions is a dense array, as one of few columns is."""
-
-_FEW = 64
+"""Entries (2 MB) up to which a matrix of directions is a dense array."""
+_FEW_COLUMNS = 64
+"""Columns up to which it is a dense array of any size."""
 
 
 @dataclass(frozen=True, init=False)
@@ -390,7 +391,7 @@ def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, flo
     """Direction cosines as columns, (n_dofs, n_directions): a scipy sparse array above ``DENSE_DIRECTIONS`` entries."""
     place = {name: i for i, name in enumerate(dofs)}
     shape = len(place), len(directions)
-    if shape[1] > _FEW and shape[0] * shape[1] > DENSE_DIRECTIONS:
+    if shape[1] > _FEW_COLUMNS and shape[0] * shape[1] > DENSE_DIRECTIONS:
         entries = [
             (place[name], column, cosine)
             for column, cosines in enumerate(directions)

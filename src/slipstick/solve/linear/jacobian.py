@@ -10,11 +10,11 @@ import numpy as np
 from slipstick.typing import Array, BoolArray
 
 OF_CORRECTIONS = 1e-6
-"""Relative error of a solution that is corrected again."""
+"""Relative error of a solution that the next Newton correction corrects again."""
 
 
 class Jacobian(ABC):
-    """A square matrix J (N, N) in whatever form serves it; it is not changed once made."""
+    """A square matrix J (N, N) in any form; it does not change."""
 
     __slots__ = ()
 
@@ -53,12 +53,12 @@ class Jacobian(ABC):
         return self.solve(right)
 
     def take_over(self, other: Jacobian) -> None:
-        """Keep what helps to solve with ``other``, a Jacobian of a state nearby: solutions stay as exact."""
+        """Reuse the preconditioner, or the like, of a neighbouring Jacobian: solutions are as exact as without."""
         del other
 
 
 class UndefinedJacobian(Jacobian):
-    """Singular, of any size, all of its answers nan.
+    """A singular Jacobian of any size, whose results are nan.
 
     >>> UndefinedJacobian(2).bordered(np.ones(2), np.ones(3)).solve(np.ones(3))
     array([nan, nan, nan])
@@ -93,7 +93,7 @@ class UndefinedJacobian(Jacobian):
         return np.full(np.shape(x), np.nan)
 
     def bordered(self, column: Array, row: Array) -> UndefinedJacobian:
-        """As undefined as before."""
+        """An undefined Jacobian."""
         return UndefinedJacobian(self.size + 1)
 
 
@@ -129,9 +129,9 @@ class Bordered(Jacobian):
 
 
 class Eliminated(Jacobian):
-    """J (N, N) with further ``columns`` (N, k) and then further ``rows`` (k, N + k), solved by eliminating these.
+    """J (N, N) with further ``columns`` (N, k) and then further ``rows`` (k, N + k), solved by block elimination.
 
-    J itself must not be singular. ``solved`` is ``J^-1 columns`` where that is known.
+    J itself must not be singular. ``solved`` is ``J^-1 columns`` where it is known.
 
     >>> from slipstick.solve.linear.dense import DenseJacobian
     >>> J = Eliminated(DenseJacobian([[2.0]]), np.array([[1.0]]), np.array([[3.0, 0.0]]))
@@ -159,12 +159,12 @@ class Eliminated(Jacobian):
 
     @cached_property
     def _corner(self) -> Array:
-        """What is left of the corner, (k, k)."""
+        """Schur complement of the corner, (k, k)."""
         return np.asarray(self._rows[:, self._n :] - self._rows[:, : self._n] @ self._solved)
 
     @property
     def singular(self) -> bool:
-        """Whether the inner one, or what is left of the corner, is exactly singular."""
+        """Whether the inner Jacobian, or the Schur complement of the corner, is exactly singular."""
         if self._inner.singular or not np.all(np.isfinite(self._corner)):
             return True
         return bool(np.linalg.det(self._corner) == 0.0)
@@ -264,9 +264,9 @@ class Scaled(Jacobian):
 
 
 class EmbeddedJacobian(Jacobian):
-    """Some of the unknowns, the others held at zero: ``inner`` on those that ``active`` (N,) marks, else ones.
+    """A Jacobian of which ``inner`` is the block of the unknowns that ``active`` (N,) marks; the others have ones.
 
-    ``beside`` is what the last row, an active one, has in the columns of the others; zero without it.
+    ``others`` are the entries of the last row, an active one, in the columns of the other unknowns; zero without it.
 
     >>> from slipstick.solve.linear.dense import DenseJacobian
     >>> J = EmbeddedJacobian(DenseJacobian(np.array([[2.0]])), np.array([True, False]))
@@ -274,11 +274,11 @@ class EmbeddedJacobian(Jacobian):
     array([2., 1., 2.])
     """
 
-    __slots__ = ("_active", "_beside", "_inner")
+    __slots__ = ("_active", "_inner", "_others")
 
-    def __init__(self, inner: Jacobian, active: BoolArray, beside: Array | None = None) -> None:
+    def __init__(self, inner: Jacobian, active: BoolArray, others: Array | None = None) -> None:
         self._inner, self._active = inner, active
-        self._beside = np.zeros(active.size - inner.size) if beside is None else beside
+        self._others = np.zeros(active.size - inner.size) if others is None else others
 
     @property
     def size(self) -> int:
@@ -295,20 +295,20 @@ class EmbeddedJacobian(Jacobian):
         out, others = np.array(x, dtype=float), ~self._active
         out[self._active] = self._inner.multiply(x[self._active], transposed=transposed)
         if transposed:
-            out[others] += np.multiply.outer(self._beside, x[-1])
+            out[others] += np.multiply.outer(self._others, x[-1])
         else:
-            out[-1] += self._beside @ x[others]
+            out[-1] += self._others @ x[others]
         return out
 
     def take_over(self, other: Jacobian) -> None:
-        """What the inner one has use for, of one with the same unknowns, where they help."""
+        """Reuse the inner Jacobian of another one with the same active unknowns."""
         if isinstance(other, EmbeddedJacobian) and np.array_equal(other._active, self._active):
             self._inner.take_over(other._inner)
 
     def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
         """Solution to fewer digits, where that costs the inner one less."""
         out = np.array(right, dtype=float)
-        out[-1] -= self._beside @ right[~self._active]
+        out[-1] -= self._others @ right[~self._active]
         out[self._active] = self._inner.solve_correction(out[self._active], to)
         return out
 
@@ -316,10 +316,10 @@ class EmbeddedJacobian(Jacobian):
         """Solution of ``J @ x = right``, or of the transpose."""
         out, others = np.array(right, dtype=float), ~self._active
         if not transposed:
-            out[-1] -= self._beside @ right[others]
+            out[-1] -= self._others @ right[others]
         out[self._active] = self._inner.solve(out[self._active], transposed=transposed)
         if transposed:
-            out[others] -= np.multiply.outer(self._beside, out[-1])
+            out[others] -= np.multiply.outer(self._others, out[-1])
         return out
 
     def sign(self) -> int:
@@ -330,7 +330,7 @@ class EmbeddedJacobian(Jacobian):
         """``|J| @ |x|``."""
         out, others = np.abs(x), ~self._active
         out[self._active] = self._inner.bound(x[self._active])
-        out[-1] += np.abs(self._beside) @ np.abs(x[others])
+        out[-1] += np.abs(self._others) @ np.abs(x[others])
         return out
 
     def bordered(self, column: Array, row: Array) -> EmbeddedJacobian:
