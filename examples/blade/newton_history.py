@@ -12,8 +12,8 @@ from shrouded_blade import DEFAULT_CACHE, OUTPUT, RANGE, reduced_blade, rubbed
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.compliance import Compliance
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.states import power_rows, state_columns
-from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import NewtonOptions, newton_at
 

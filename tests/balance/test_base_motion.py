@@ -11,9 +11,9 @@ from helpers.faults import raises_fault
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.base_motion import BaseReceptance
+from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
 from slipstick.balance.jacobian_backends import BACKENDS
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.cli.examples import example
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh

@@ -4,7 +4,7 @@ import numpy as np
 from helpers.problems import random_problem
 
 import slipstick as ss
-from slipstick.balance.batches import batches_of, places
+from slipstick.balance.layout import batches_of, places
 
 
 def cubic(name, dof):

@@ -51,7 +51,7 @@ def test_answer_and_reach_are_sums_over_columns():
     np.testing.assert_array_equal(rate, found.rate(G) + found.answer(G[:2] + 1.0))
     np.testing.assert_array_equal(found.answer_with_rate(G)[1], found.rate(G))
     sizes = rng.uniform(size=columns)
-    np.testing.assert_allclose(found.reach(sizes), np.einsum("crn,c->rn", np.abs(found.value), sizes), atol=1e-14)
+    np.testing.assert_allclose(found.bound(sizes), np.einsum("crn,c->rn", np.abs(found.value), sizes), atol=1e-14)
 
 
 def test_the_anchored_form_has_the_same_solutions():

@@ -8,9 +8,9 @@ import pytest
 import slipstick as ss
 from slipstick.balance import contact_jacobian
 from slipstick.balance.balance import Balance
+from slipstick.balance.compliance import FactoredCompliance
 from slipstick.balance.contact_jacobian import ContactJacobian
 from slipstick.balance.evaluation import balanced, detail
-from slipstick.balance.factored import FactoredCompliance
 from slipstick.solve.linear.jacobian import Jacobian
 
 OMEGA = 7.3
@@ -130,7 +130,7 @@ def test_what_stands_for_it_transposed_is_its_transpose(both):
 @pytest.mark.parametrize("pairs", [grid(4), mixture()])
 def test_what_stands_for_it_is_all_of_it_where_every_mode_is_held(pairs, monkeypatch):
     """Nothing but modes carries from one contact to another: one product, and the sign of the determinant, exactly."""
-    monkeypatch.setattr(contact_jacobian, "_MATTERS", 0.0)
+    monkeypatch.setattr(contact_jacobian, "_MIN_GAIN", 0.0)
     dense, own = jacobians(pairs, rest=0.0, second=False)
     for v in np.random.default_rng(8).standard_normal((3, own.size)):
         np.testing.assert_allclose(own.precondition(dense.multiply(v)), v, rtol=0, atol=1e-8)
@@ -147,11 +147,11 @@ def test_modes_that_are_left_out_cost_products_and_no_digits(monkeypatch):
     products = []
     monkeypatch.setattr(ContactJacobian, "has_nearby", False)
     for most in (0, 20, 264):
-        monkeypatch.setattr(contact_jacobian, "MOST_APART", most)
+        monkeypatch.setattr(contact_jacobian, "MAX_EXACT", most)
         dense, own = jacobians(grid(4))
         v = np.random.default_rng(9).standard_normal(own.size)
         np.testing.assert_allclose(own.solve(v), dense.solve(v), rtol=0, atol=1e-6)
-        assert own._standing_in._size <= most
+        assert own._preconditioner._size <= most
         products.append(own.products)
     assert products[0] > products[1] > products[2]
 

@@ -6,10 +6,9 @@ from helpers.problems import random_problem
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import Together, evaluated_together, respond
+from slipstick.balance.evaluation import FrequencySystem, Together, evaluated_together, respond
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.norm import norm
 from slipstick.trig.harmonics import Harmonics
 

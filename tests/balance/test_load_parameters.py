@@ -11,8 +11,8 @@ from helpers.results import corrected
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.structure.modal import LoadShape
 
 KEPT = ss.Harmonics(range(8))

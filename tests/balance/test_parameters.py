@@ -11,8 +11,8 @@ from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.structure.modal import LoadShape
 
 CHAIN = np.array([[60.0, -20.0, 0.0], [-20.0, 50.0, -30.0], [0.0, -30.0, 45.0]])

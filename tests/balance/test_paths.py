@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
-from slipstick.balance.paths import Line, LoadPhase, StructureValue
+from slipstick.balance.inputs import Line, LoadPhase, StructureValue
 
 BASE = random_problem(0).inputs
 

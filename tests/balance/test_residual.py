@@ -10,7 +10,7 @@ from helpers.problems import port_forces, random_problem
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.systems import FrequencySystem
+from slipstick.balance.evaluation import FrequencySystem
 
 
 def test_residual_is_the_balance_of_the_full_matrices() -> None:

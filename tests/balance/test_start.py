@@ -9,8 +9,8 @@ from helpers.problems import first_point
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.start import FirstPoint, StrategyTried
-from slipstick.balance.systems import FrequencySystem
 
 
 def oscillator(velocity: float = 0.0, a: float = 0.0, p: float = 100.0) -> ss.Problem:

@@ -14,11 +14,11 @@ from helpers.problems import first_point
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.contacts import ContactPair
+from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
 from slipstick.balance.loads import Load
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
 from slipstick.balance.states import pairs_at_start, state_faults
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError

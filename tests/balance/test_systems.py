@@ -7,8 +7,8 @@ import pytest
 from helpers.problems import CASES, Array, difference, random_problem
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 
 
 @pytest.mark.parametrize("seed, harmonics, ratio", CASES)

@@ -8,7 +8,7 @@ from partnered_systems import partnered_system
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.systems import FrequencySystem
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.results.record import Outputs
 from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.solve.norm import relative

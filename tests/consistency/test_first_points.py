@@ -13,7 +13,7 @@ import pytest
 from helpers.benchmarks import benchmark
 
 import slipstick as ss
-from slipstick.balance import start, systems
+from slipstick.balance import evaluation, start
 from slipstick.balance.balance import Balance
 from slipstick.balance.start import FirstPoint, Searching
 from slipstick.interrupts import held
@@ -52,7 +52,7 @@ def work(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
 
         return run
 
-    for system in (systems.FrequencySystem, systems.ParameterSystem):
+    for system in (evaluation.FrequencySystem, evaluation.ParameterSystem):
         monkeypatch.setattr(system, "evaluate", counted(system.evaluate, "evaluations"))
     monkeypatch.setattr(FullModel, "solutions", counted(FullModel.solutions, "solutions"))
     return counts

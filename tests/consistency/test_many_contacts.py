@@ -107,7 +107,7 @@ def test_what_is_spared_changes_no_number(n, residuals, span, monkeypatch):
         )
 
     spared = curve()
-    for module, name in ((newton, "_ROUGHLY"), (corrector, "_OFF")):
+    for module, name in ((newton, "_SIZE_ERROR"), (corrector, "_DISTANCE_ERROR")):
         monkeypatch.setattr(module, name, OF_CORRECTIONS)
     monkeypatch.setattr(ContactJacobian, "take_over", lambda self, other: None)
     whole = curve()

@@ -9,8 +9,8 @@ from scipy.linalg import eigh
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.start import FirstPoint, StrategyTried
-from slipstick.balance.systems import FrequencySystem
 
 SIDE = 4
 

@@ -6,7 +6,7 @@ import numpy as np
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.systems import FrequencySystem
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Point, Recorder, contact_states
 from slipstick.solve.newton import NewtonOptions, newton

@@ -5,7 +5,7 @@ import pytest
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.systems import FrequencySystem
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.results.record import Outputs, Point, Recorder
 
 OMEGA = 3.0

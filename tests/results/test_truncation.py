@@ -11,7 +11,7 @@ import pytest
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.base_motion import BaseReceptance
-from slipstick.balance.systems import FrequencySystem
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.io.loading import load
 from slipstick.results import truncation as truncation_module

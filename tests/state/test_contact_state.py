@@ -17,8 +17,8 @@ from scipy.integrate import solve_ivp
 import slipstick as ss
 from slipstick.analysis.curve.state_continuation import SlowRates, relaxed
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.record import contact_states
 from slipstick.solve.newton import newton
 from slipstick.state.contact_state import ContactState, Rate, Sampled, StateModel, StateVariable

@@ -13,7 +13,7 @@ import pytest
 from numba.core import caching
 from numba.core.base import BaseContext
 
-from slipstick.trig import compile_cache
+from slipstick.trig import compiled as compilation
 from slipstick.trig.compiled import compiled
 
 posix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes are those of POSIX")
@@ -21,7 +21,7 @@ posix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes a
 
 @posix
 def test_a_new_folder_is_private(tmp_path: Path) -> None:
-    folder = compile_cache._private(tmp_path / "slipstick" / "key")
+    folder = compilation._private(tmp_path / "slipstick" / "key")
     assert folder is not None
     assert (folder.stat().st_mode & 0o777, folder.parent.stat().st_mode & 0o777) == (0o700, 0o700)
     assert list(folder.iterdir()) == []
@@ -32,7 +32,7 @@ def test_a_folder_of_ours_that_others_can_read_becomes_private(tmp_path: Path) -
     (tmp_path / "slipstick" / "key").mkdir(parents=True)
     for path in (tmp_path / "slipstick", tmp_path / "slipstick" / "key"):
         path.chmod(0o755)
-    folder = compile_cache._private(tmp_path / "slipstick" / "key")
+    folder = compilation._private(tmp_path / "slipstick" / "key")
     assert folder is not None
     assert folder.stat().st_mode & 0o777 == 0o700
 
@@ -53,18 +53,18 @@ def test_a_folder_others_can_write_is_not_used(
         folder.parent.chmod(0o700)
         spoilt.chmod(0o777 if how == "writable" else 0o700)
     if how == "foreign":
-        monkeypatch.setattr(compile_cache.os, "getuid", lambda: tmp_path.stat().st_uid + 1)
-    assert compile_cache._private(folder) is None
+        monkeypatch.setattr(compilation.os, "getuid", lambda: tmp_path.stat().st_uid + 1)
+    assert compilation._private(folder) is None
 
 
 @posix
 def test_a_known_name_in_a_shared_folder_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where only the temporary folder is left and its known name is taken, a new one is made."""
-    monkeypatch.setattr(compile_cache, "_roots", lambda: [tmp_path / "slipstick"])
-    monkeypatch.setattr(compile_cache.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(compilation, "_roots", lambda: [tmp_path / "slipstick"])
+    monkeypatch.setattr(compilation.tempfile, "tempdir", str(tmp_path))
     (tmp_path / "slipstick").mkdir()
     (tmp_path / "slipstick").chmod(0o777)
-    folder = compile_cache.cache_folder.__wrapped__()
+    folder = compilation.cache_folder.__wrapped__()
     assert folder.parent == tmp_path
     assert folder.name.startswith("slipstick-")
     assert folder.stat().st_mode & 0o777 == 0o700
@@ -76,7 +76,7 @@ def double(x: float) -> float:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(compile_cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(compilation, "cache_folder", lambda: tmp_path)
     return tmp_path
 
 
@@ -90,7 +90,7 @@ def test_a_function_is_kept_and_found_until_any_compiled_code_changes(
 
     assert (hits(), hits()) == (0, 1)
     assert {path.suffix for path in folder.iterdir()} == {".nbi", ".nbc"}
-    monkeypatch.setattr(compile_cache, "code_key", lambda: "other")
+    monkeypatch.setattr(compilation, "code_key", lambda: "other")
     assert (hits(), hits()) == (0, 1)
 
 
@@ -102,9 +102,9 @@ def test_a_kept_function_is_found_without_the_rules_of_compilation(monkeypatch: 
 
 
 def test_the_key_is_that_of_the_compiled_rooms() -> None:
-    package = Path(compile_cache.__file__).parents[1]
+    package = Path(compilation.__file__).parents[1]
     users = {path.parent for path in package.rglob("*.py") if "import compiled" in path.read_text(encoding="utf-8")}
-    assert users == {package / room for room in compile_cache.ROOMS}
+    assert users == {package / room for room in compilation.ROOMS}
 
 
 @pytest.fixture
@@ -131,7 +131,7 @@ def test_other_users_of_numba_in_the_process_notice_nothing(tmp_path: Path) -> N
 @pytest.mark.usefixtures("folder")
 def test_a_numba_that_keeps_functions_in_another_way_is_slow_and_not_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(caching, "FunctionCache")
-    compile_cache._warn.cache_clear()
+    compilation._warn.cache_clear()
     with pytest.warns(RuntimeWarning, match="compiled in each process"):
         dispatcher = compiled(double, allocates=True)
     assert dispatcher(4.0) == 8.0

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numba.core.cpu import CPUTargetOptions
 
-from slipstick.trig import compile_cache
+from slipstick.trig import compiled as compilation
 from slipstick.trig.compiled import compiled, uncounted
 
 BATCH = """
@@ -45,7 +45,7 @@ def other_numba(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for kind in CPUTargetOptions.__mro__:
         if "_nrt" in vars(kind):
             monkeypatch.delattr(kind, "_nrt")
-    monkeypatch.setattr(compile_cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(compilation, "cache_folder", lambda: tmp_path)
     with pytest.raises(KeyError, match="Unrecognized options"):
         numba.njit(_nrt=False)(first_half)(np.ones(4))
 

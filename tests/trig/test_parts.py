@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numba.core.codegen import CPUCodeLibrary, JITCPUCodegen
 
-from slipstick.trig.compiled import compiled, part
-from slipstick.trig.parts import PartCode, as_part
+from slipstick.trig.compiled import PartCode, as_part, compiled, part
 
 
 def chosen(way, x):

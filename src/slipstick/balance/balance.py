@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.compliance import Compliance, lossless
-from slipstick.balance.evaluation import Forces, PortLayout, Tangents
 from slipstick.balance.jacobian_backends import BACKENDS, MOST_UNKNOWNS, AnyCompliance, JacobianBackend, backend_of
+from slipstick.balance.layout import Forces, PortLayout, Tangents
 from slipstick.balance.problem import Problem
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.state.contact_state import Carried
@@ -20,14 +20,14 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
 
 _UNDAMPED = 1e-5
-"""Imaginary part of a receptance over itself, below which there is as good as no damping."""
+"""Imaginary part of a receptance over its magnitude, below which the structure counts as undamped."""
 
 _UNSUPPORTED = 1e12
-"""Condition number of harmonic 0 above which nothing holds the structure."""
+"""Condition number of harmonic 0 above which the structure is not supported."""
 
 
 class Pulse:
-    """Felt at every evaluation by whoever computes with a balance: ``felt`` is called, where it is set."""
+    """Calls ``felt``, where it is set, at every evaluation of a balance."""
 
     felt: Callable[[], None] | None = None
 
@@ -45,18 +45,18 @@ class Balance:
     Attributes
     ----------
     layout
-        Where its ports stand; its numbers (``batches``, ``harmonics``, ``orders``, ``n_ports``, ``n_contacts``, ``L``,
+        Places of the ports; its numbers (``batches``, ``harmonics``, ``orders``, ``n_ports``, ``n_contacts``, ``L``,
         ``size``) are those of the balance.
     receptance
         From the contact forces and loads to the contact ports.
     pulse
-        Of it and of those made from it.
+        Of this balance and of those made from it.
     springs
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
     support_springs
-        Reference springs in harmonic 0 of a structure that its contacts alone hold (n_ports,), or None.
+        Reference springs in harmonic 0 of a structure that only its contacts hold (n_ports,), or None.
     linear_known
-        The linear motions asked for last, see ``balance.scaling.motions_at``.
+        The latest linear motions, see ``balance.scaling.motions_at``.
     """
 
     def __init__(self, problem: Problem, *, backend: JacobianBackend | str = "auto") -> None:
@@ -77,7 +77,7 @@ class Balance:
         self.L, self.size = self.layout.L, self.layout.size
 
     def narrowed(self, harmonics: Harmonics) -> Balance:
-        """The same with some of the harmonics; the structure is not projected again."""
+        """The balance with some of the harmonics; the structure is not projected again."""
         narrow = copy(self)
         narrow.linear_known = None
         narrow._take(self.problem.narrowed(harmonics))
@@ -86,7 +86,7 @@ class Balance:
         return narrow
 
     def nearly(self) -> Balance | None:
-        """The same without what residuals that are solved for carry far; None where none are."""
+        """The balance without the far coupling by residuals that are solved for; None where there are none."""
         receptance = self.receptance.nearly()
         if receptance is self.receptance:
             return None
@@ -95,7 +95,7 @@ class Balance:
         return near
 
     def holding(self) -> Balance:
-        """The same with every contact state held where it is handed on."""
+        """The balance with every contact state held at the value that is passed on."""
         held = copy(self)
         held.linear_known = None
         held.states = tuple(state.held() for state in self.states)
@@ -103,11 +103,11 @@ class Balance:
 
     @property
     def n_states(self) -> int:
-        """How many values the contact states have together."""
+        """Number of values of all contact states."""
         return sum(len(state.names) for state in self.states)
 
     def by_state(self, values: Array | None) -> list[Array | None]:
-        """Values (n_states,) of all contact states for each; None where there are none."""
+        """Values of each contact state from those of all (n_states,); None where there are none."""
         if values is None or len(self.states) == 1:
             return [values] * len(self.states)
         ends = np.cumsum([len(state.names) for state in self.states])
@@ -118,9 +118,9 @@ class Balance:
         return self.problem.load_columns.receptance(self.problem.supported_structure, rows, self.directions)
 
     def anchor_if_undamped(self, omega: float) -> None:
-        """Write the balance with springs ``i k`` on both sides where the structure has next to no damping.
+        """Write the balance with springs ``i k`` on both sides where the structure has hardly any damping.
 
-        There is no such form of an iterative Jacobian: where the choice is free the dense one is taken.
+        An iterative Jacobian has no such form: the dense one is used where the choice is free.
 
         ``R = X + B (F - i k X - P)`` with ``B = A (1 + i k A)^-1`` has the same solutions as ``X + A (F - P)`` and goes
         smoothly through the resonances at which an undamped ``A`` is infinite.
@@ -154,24 +154,24 @@ class Balance:
         return compliance
 
     def anchoring(self, x: Array, G: ComplexArray) -> None:
-        """Take the force of the springs at unknowns (N,) off the forces on all columns."""
+        """Subtract the force of all springs at unknowns (N,) from the forces on all columns."""
         self.subtract_support(x, G)
         self.anchor(x, G)
 
     def anchor(self, x: Array, G: ComplexArray) -> None:
-        """The same of the springs ``i k`` alone."""
+        """Subtract the force of the springs ``i k`` alone."""
         if self.springs is not None:
             X = np.zeros((self.n_ports, 2 * self.orders.size + 2))
             X[:, 2:] = x.reshape(self.n_ports, -1)[:, 1:]
             G[: self.n_ports] += 1j * self.springs[:, None] * X.view(complex)
 
     def subtract_support(self, x: Array, G: ComplexArray) -> None:
-        """Take the force of the reference springs in harmonic 0 at unknowns (N,) off the forces on all columns."""
+        """Subtract the force of the reference springs in harmonic 0 from the forces on all columns."""
         if self.support_springs is not None:
             G[: self.n_ports, 0] -= self.support_springs * x.reshape(self.n_ports, self.L)[:, 0]
 
     def is_unsupported(self, tangents: Tangents | Array) -> bool:
-        """Whether contacts leave the structure without hold in harmonic 0, though nothing else holds it.
+        """Whether a structure that only its contacts hold is not supported in harmonic 0.
 
         By their tangents by batch, or their stiffness (n_ports, n_ports).
         """

@@ -1,9 +1,9 @@
-"""``I + A dF/dX`` of many contacts, never written out, and what stands for it while it is solved.
+"""The matrix-free Jacobian ``I + A dF/dX`` of many contacts, and its preconditioner.
 
-The forces of an element answer to its own motion only, so ``dF/dX`` is a block for each element, and ``A`` is a few
-modes and residuals. The preconditioner is ``P = D + U W``: ``D = I + A_own dF/dX`` of the single elements, as blocks,
-and, exactly, the modes that carry most from one element to another: ``U`` their motion at the ports, ``W`` what moves
-them (inverted by Woodbury's formula).
+The forces of an element depend on its own motion only, so ``dF/dX`` has a block for each element, and ``A`` consists of
+a few modes and residuals. The preconditioner is ``P = D + U W``. ``D = I + A_own dF/dX`` of the single elements has
+blocks. ``U W`` holds, exactly, the modes that couple the elements most: ``U`` is their motion at the ports, ``W`` their
+excitation by it. P is inverted by Woodbury's formula.
 """
 
 from __future__ import annotations
@@ -17,28 +17,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from slipstick.balance.factored import FactoredCompliance, coefficients
+from slipstick.balance.compliance import FactoredCompliance, coefficients
 from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.evaluation import Tangents
+    from slipstick.balance.layout import Tangents
     from slipstick.state.contact_state import Carried
 
-MOST_APART = 264
+# Preconditioner.
+MAX_EXACT = 264
 """Coefficients of modes that are held exactly: 24 modes with the harmonics 0 to 5."""
-
-_TOGETHER = 256
-"""Elements whose answers to all modes are held together."""
-
-_MATTERS = 0.03
-"""A mode with less gain through all contacts is left out: it hardly moves an eigenvalue from 1."""
-
-
-_WORTH = 10.0
-"""Products that cost as much as making a preconditioner (measured at 300 and 1000 contacts: 11)."""
+_MIN_GAIN = 0.03
+"""Gain of a mode through all contacts below which it is left out: it hardly moves an eigenvalue from 1."""
+_COST = 10.0
+"""Cost of making a preconditioner in products (measured at 300 and 1000 contacts: 11)."""
+_CHUNK = 256
+"""Elements whose forces by all modes are computed together: bounds the memory."""
 
 
 class Elements:
@@ -55,14 +52,14 @@ class Elements:
         for (i, j), part in tangents.items():
             tangent[:, i, :, j, :] = part * self._here(i, j)
         self.tangent = tangent.reshape(n, p * L, p * L)
-        self.local = self.tangent  # as far as an element answers to its own motion
+        self.local = self.tangent  # by the element's own motion, contact states included
         self.fed_back: tuple[Array, Array, Array] | None = None
 
     def _here(self, *ports: int) -> Array:
         return np.asarray(np.all(self.rows[:, list(ports)] >= 0, axis=1), dtype=float)[:, None, None]
 
     def feed_back(self, carried: Carried) -> None:
-        """Add what a state does: powers by motion (n, p L), gain (n, n), forces by the state (n, p L)."""
+        """Add the effect of a state: powers by motion (n, p L), gain (n, n), forces by the state (n, p L)."""
         n, p, L = self.shape
         power, force = np.zeros((n, p, L)), np.zeros((n, p, L))
         for j, part in carried.power.by_motion.items():
@@ -102,8 +99,8 @@ class Elements:
         return forces
 
 
-class _Apart(NamedTuple):
-    """Modes held exactly at one coefficient of the motion: where they stand among all of them, and their shapes."""
+class _ExactModes(NamedTuple):
+    """Modes held exactly at one coefficient of the motion: their places among all of them, and their shapes."""
 
     coefficient: int
     at: slice
@@ -112,7 +109,7 @@ class _Apart(NamedTuple):
 
 
 class Preconditioner:
-    """Made once for a Jacobian; numpy's LinAlgError where it is singular.
+    """The preconditioner of one Jacobian; raises numpy's LinAlgError where it is singular.
 
     Parameters
     ----------
@@ -122,21 +119,21 @@ class Preconditioner:
     Attributes
     ----------
     by_digit
-        Most products by digit that a solution took with the Jacobian that it was made for.
+        Most products per digit of a solution with the Jacobian that it was made for.
     """
 
     def __init__(self, elements: Sequence[Elements], compliance: FactoredCompliance) -> None:
         self._elements, self.by_digit = elements, 0.0
-        apart = _modes_apart(elements, compliance)
-        self._set_apart(apart, compliance)
+        exact = _exact_modes(elements, compliance)
+        self._set_modes(exact, compliance)
         self._inverse, sign = [], 1
         C = np.zeros((self._size, self._size))
         for batch in elements:
-            D = _answered(compliance.local(batch.rows, apart), batch.local)
+            D = _own_blocks(compliance.local(batch.rows, exact), batch.local)
             sign *= int(np.prod(np.linalg.slogdet(D)[0]))
             inverse = np.asarray(np.linalg.inv(D), dtype=float)
             self._inverse.append(inverse)
-            self._add_answer(batch, batch.local @ inverse, C)
+            self._add_modal_forces(batch, batch.local @ inverse, C)
         C = self._weighted(C)
         C.reshape(-1)[:: len(C) + 1] += 1.0
         self._lu = lu_factor(C, check_finite=False)
@@ -144,37 +141,37 @@ class Preconditioner:
         negative = np.count_nonzero(self._lu[0].diagonal() < 0.0)
         self.sign: int = 0 if np.any(self._lu[0].diagonal() == 0.0) else (-sign if (swaps + negative) % 2 else sign)
 
-    def see(self, by_digit: float) -> None:
-        """Take note of the products by digit of a solution with the Jacobian that it was made for."""
+    def record(self, by_digit: float) -> None:
+        """Record the products per digit of a solution with the Jacobian that it was made for."""
         self.by_digit = max(self.by_digit, by_digit)
 
-    def _set_apart(self, apart: NDArray[np.bool_], compliance: FactoredCompliance) -> None:
+    def _set_modes(self, exact: NDArray[np.bool_], compliance: FactoredCompliance) -> None:
         """Order by order: the cosines of its modes, then their sines; harmonic 0 has one coefficient."""
         f, n = compliance.factors, compliance.n_rows
-        self._apart: list[_Apart] = []
+        self._modes: list[_ExactModes] = []
         self._weights: list[tuple[tuple[slice, ...], ComplexArray]] = []
         end = 0
-        for order, chosen in enumerate(apart):
+        for order, chosen in enumerate(exact):
             count, places = int(np.count_nonzero(chosen)), []
             left, right = (np.ascontiguousarray(shapes[:, chosen]) for shapes in (f.left, f.right[:n]))
             for coefficient in (2 * order - 1, 2 * order) if order else (0,):
                 places.append(slice(end, end + count))
-                self._apart.append(_Apart(coefficient, places[-1], left, right))
+                self._modes.append(_ExactModes(coefficient, places[-1], left, right))
                 end += count
             self._weights.append((tuple(places), f.weight[order, chosen].conj()))
         self._size = end
 
-    def _add_answer(self, elements: Elements, forces: Array, out: Array) -> None:
-        """Add the modal forces (q, q) that forces (n, p L, p L) of the elements answer to the motion of the modes."""
+    def _add_modal_forces(self, elements: Elements, forces: Array, out: Array) -> None:
+        """Add the modal forces (q, q) by the motion of the modes, from forces (n, p L, p L) of the elements."""
         n, p, L = elements.shape
-        for first in range(0, n, _TOGETHER):
-            rows, part = elements.rows[first : first + _TOGETHER], forces[first : first + _TOGETHER]
+        for first in range(0, n, _CHUNK):
+            rows, part = elements.rows[first : first + _CHUNK], forces[first : first + _CHUNK]
             m, here = len(rows), rows >= 0
             columns, answered = part.reshape(m, p * L, p, L), np.empty((m, p * L, self._size))
-            for coefficient, at, left, _ in self._apart:
+            for coefficient, at, left, _ in self._modes:
                 answered[:, :, at] = columns[:, :, :, coefficient] @ (left[rows] * here[:, :, None])
             by_coefficient = answered.reshape(m, p, L, -1)
-            for coefficient, at, _, right in self._apart:
+            for coefficient, at, _, right in self._modes:
                 shapes = (right[rows] * here[:, :, None]).reshape(m * p, -1)
                 out[at] += shapes.T @ by_coefficient[:, :, coefficient].reshape(m * p, -1)
 
@@ -182,21 +179,21 @@ class Preconditioner:
         """``U a``: motion (n, p L) of the elements along the modes (q,)."""
         n, p, L = elements.shape
         out = np.zeros((n, p, L))
-        for coefficient, at, left, _ in self._apart:
+        for coefficient, at, left, _ in self._modes:
             out[:, :, coefficient] = elements.at_ports((left @ a[at])[:, None])[:, :, 0]
         return out.reshape(n, -1)
 
     def _on_modes(self, elements: Elements, motion: Array) -> Array:
         """``U^T`` times numbers (n, p L) of the elements, (q,)."""
-        X = np.zeros((len(self._apart[0].left) + 1 if self._apart else 1, elements.shape[2]))
+        X = np.zeros((len(self._modes[0].left) + 1 if self._modes else 1, elements.shape[2]))
         elements.scatter(motion, X)
         out = np.empty(self._size)
-        for coefficient, at, left, _ in self._apart:
+        for coefficient, at, left, _ in self._modes:
             out[at] = X[: len(left), coefficient] @ left
         return out
 
     def _weighted(self, f: Array, *, transposed: bool = False) -> Array:
-        """What modal forces (q, ...) move the modes by, or with the transpose."""
+        """Motion of the modes by modal forces (q, ...), or with the transpose."""
         out = np.empty_like(f)
         for places, weight in self._weights:
             w = weight.reshape(-1, *(1,) * (f.ndim - 1))
@@ -215,7 +212,7 @@ class Preconditioner:
             moved.append((inverse @ elements.gather(X)[:, :, None])[:, :, 0])
             elements.scatter((elements.local @ moved[-1][:, :, None])[:, :, 0], forces)
         f = np.empty(self._size)
-        for coefficient, at, _, right in self._apart:
+        for coefficient, at, _, right in self._modes:
             f[at] = forces[:-1, coefficient] @ right
         a = lu_solve(self._lu, self._weighted(f), check_finite=False)
         for elements, inverse, y in zip(self._elements, self._inverse, moved, strict=True):
@@ -231,7 +228,7 @@ class Preconditioner:
             along = (inverse.transpose(0, 2, 1) @ elements.gather(X)[:, :, None])[:, :, 0]
             t += self._on_modes(elements, along)
         g = self._weighted(lu_solve(self._lu, t, trans=1, check_finite=False), transposed=True)
-        for coefficient, at, _, right in self._apart:
+        for coefficient, at, _, right in self._modes:
             forces[:-1, coefficient] = right @ g[at]
         for elements, inverse in zip(self._elements, self._inverse, strict=True):
             pulled = (elements.local.transpose(0, 2, 1) @ elements.gather(forces)[:, :, None])[:, :, 0]
@@ -239,8 +236,8 @@ class Preconditioner:
         return out
 
 
-def _modes_apart(elements: Sequence[Elements], compliance: FactoredCompliance) -> NDArray[np.bool_]:
-    """Which modes of which orders carry most between the ports, (n + 1, n_modes)."""
+def _exact_modes(elements: Sequence[Elements], compliance: FactoredCompliance) -> NDArray[np.bool_]:
+    """Modes of each order that couple the ports most, (n + 1, n_modes)."""
     f, n = compliance.factors, compliance.n_rows
     stiffness = np.zeros(n + 1)
     for batch in elements:
@@ -249,13 +246,13 @@ def _modes_apart(elements: Sequence[Elements], compliance: FactoredCompliance) -
     gain = np.abs(f.weight) * through
     likeliest = np.argsort(-gain, axis=None, kind="stable")
     places = np.where(likeliest >= gain.shape[1], 2, 1)  # harmonic 0 has no sine
-    chosen = likeliest[(np.cumsum(places) <= MOST_APART) & (gain.ravel()[likeliest] > _MATTERS)]
-    apart = np.zeros(gain.shape, dtype=bool)
-    apart.reshape(-1)[chosen] = True
-    return apart
+    chosen = likeliest[(np.cumsum(places) <= MAX_EXACT) & (gain.ravel()[likeliest] > _MIN_GAIN)]
+    exact = np.zeros(gain.shape, dtype=bool)
+    exact.reshape(-1)[chosen] = True
+    return exact
 
 
-def _answered(local: ComplexArray, tangent: Array) -> Array:
+def _own_blocks(local: ComplexArray, tangent: Array) -> Array:
     """``I + A_own dF/dX`` (n, p L, p L) of single elements."""
     n, p, _, orders = local.shape
     L = 2 * orders - 1
@@ -281,7 +278,7 @@ class ContactJacobian(IterativeJacobian):
 
     has_nearby = True
     _wasted: float | None = None
-    """Products that were needed because what stands for it was made for another one; None: it is its own."""
+    """Extra products because the preconditioner was made for another Jacobian; None: it is its own."""
 
     def __init__(
         self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, states: Sequence[Carried] = ()
@@ -323,7 +320,7 @@ class ContactJacobian(IterativeJacobian):
         return x + self._compliance.answer(_complex(self._forces(x), self._L))
 
     def nearby(self, x: Array) -> Array:
-        """``J @ x`` without what residuals carry from one element to another: it falls off fast."""
+        """``J @ x`` without the coupling of elements by residuals, which decays fast with distance."""
         F = self._forces(x)
         out = x.reshape(F.shape) + coefficients(self._compliance.by_modes(_complex(F, self._L))).reshape(F.shape)
         by_port, own = _complex(np.vstack([F, np.zeros(self._L)]), self._L), self._rows(None)
@@ -334,7 +331,7 @@ class ContactJacobian(IterativeJacobian):
 
     @cached_property
     def _own_residuals(self) -> list[ComplexArray]:
-        """What the residuals make each element answer to itself, (n, p, p, n + 1)."""
+        """Compliance of the residuals of each element to itself, (n, p, p, n + 1)."""
         return [self._compliance.local_residual(elements.rows) for elements in self._elements]
 
     def bound(self, x: Array) -> Array:
@@ -347,33 +344,33 @@ class ContactJacobian(IterativeJacobian):
                 moved += (gain @ np.einsum("nk,nk->n", rows, elements.gather(X)))[:, None] * columns
             elements.scatter(moved, sizes)
         G = _complex(sizes[:-1], self._L).real + _complex(sizes[:-1], self._L).imag
-        by_order = self._compliance.reach_by_order(G)
+        by_order = self._compliance.bound_by_order(G)
         return np.abs(x) + np.hstack([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)]).ravel()
 
     def take_over(self, other: Jacobian) -> None:
-        """What stands for one nearby stands for this one too."""
+        """Use the preconditioner of a neighbouring Jacobian."""
         super().take_over(other)
-        if isinstance(other, ContactJacobian) and other.__dict__.get("_standing_in") is not None:
-            self._standing_in, self._wasted = other._standing_in, other._wasted or 0.0
+        if isinstance(other, ContactJacobian) and other.__dict__.get("_preconditioner") is not None:
+            self._preconditioner, self._wasted = other._preconditioner, other._wasted or 0.0
 
     def took(self, products: int, tolerance: float) -> bool:
-        """One of its own stands for it once one that was taken over has cost as many products as making it costs."""
-        if self._standing_in is None:
+        """Make its own preconditioner once one taken over has cost as many extra products as making it."""
+        if self._preconditioner is None:
             return False
         digits = -log10(tolerance)
         if self._wasted is None:
-            self._standing_in.see(products / digits)
+            self._preconditioner.record(products / digits)
             return False
-        self._wasted += products - self._standing_in.by_digit * digits
-        if self._wasted <= _WORTH:
+        self._wasted += products - self._preconditioner.by_digit * digits
+        if self._wasted <= _COST:
             return False
-        del self._standing_in
+        del self._preconditioner
         self._wasted = None
         return True
 
     @cached_property
-    def _standing_in(self) -> Preconditioner | None:
-        """What stands for the whole while it is solved, unless it is singular."""
+    def _preconditioner(self) -> Preconditioner | None:
+        """The preconditioner; None where it is singular."""
         try:
             return Preconditioner(self._elements, self._compliance)
         except np.linalg.LinAlgError:
@@ -382,13 +379,13 @@ class ContactJacobian(IterativeJacobian):
     @property
     def preconditioner_sign(self) -> int:
         """Sign of the determinant of P; 0 where it is singular."""
-        return 0 if self._standing_in is None else self._standing_in.sign
+        return 0 if self._preconditioner is None else self._preconditioner.sign
 
     def precondition(self, x: Array, *, transposed: bool = False) -> Array:
         """``P^-1 @ x`` (N,), or with the transpose."""
-        if self._standing_in is None:
+        if self._preconditioner is None:
             return np.full(x.shape, np.nan)
-        solve = self._standing_in.solve_transposed if transposed else self._standing_in.solve
+        solve = self._preconditioner.solve_transposed if transposed else self._preconditioner.solve
         return solve(self._rows(x))[:-1].ravel()
 
     def __repr__(self) -> str:

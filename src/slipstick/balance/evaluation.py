@@ -8,20 +8,24 @@ which makes ``x = conj(A) f``; harmonic 0 is one more such number with a real, s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.factored import FactoredCompliance
-from slipstick.balance.inputs import Assigned, ContactInputs, Inputs
+from slipstick.balance.balance import Balance
+from slipstick.balance.compliance import FactoredCompliance
+from slipstick.balance.inputs import Assigned, ContactInputs, Inputs, Path
 from slipstick.balance.jacobian_backends import AnyCompliance
-from slipstick.balance.states import add_force_changes, power_rows
+from slipstick.balance.layout import Forces, Tangents
+from slipstick.balance.states import add_force_changes, answer_to_powers, at_states, power_along, power_rows
 from slipstick.contact.law import Motion, Response, add_to
 from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.newton import Evaluation
 from slipstick.state.contact_state import Carried
 from slipstick.state.contact_state import respond as respond_with_states
 from slipstick.structure.receptance import Receptance, mapped
@@ -30,154 +34,48 @@ from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.problem import Problem
-
-Forces = Sequence[Mapping[int, Array]]
-"""For each batch, coefficients (n * count, L) by port; ports left out are zero."""
-Tangents = Sequence[Mapping[tuple[int, int], Array]]
-"""For each batch, ``(i, j) -> dF_i/dQ_j`` (n * count, L, L)."""
-
-_MANY = 2**18
-"""Entries of a receptance from which on its size is that of its factors."""
 
 
-class PortLayout:
-    """Where the ports of a problem's contacts stand among the unknowns, at the problem's harmonics.
-
-    Attributes
-    ----------
-    batches
-        The contacts, one ``Batch`` for each kind of law.
-    orders
-        Harmonics above 0, as floats.
-    n_ports, n_contacts, L, size
-        Numbers of ports, of contacts, of coefficients of each port, and of unknowns ``N = n_ports L``.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        self.harmonics, self.batches = problem.harmonics, problem.batches
-        self.orders, self.L = self.harmonics.m.astype(float), self.harmonics.size
-        self.n_ports, self.n_contacts = len(problem.port_directions), len(problem.elements)
-        self.size = self.n_ports * self.L
-
-    def motion(
-        self,
-        k: int,
-        x: Array,
-        omega: float | Array,
-        contact_inputs: ContactInputs,
-        harmonics: Harmonics | None = None,
-    ) -> Motion:
-        """Motion of batch ``k`` at unknowns (N,) or (n, N), the rubbing motion included.
-
-        With other ``harmonics`` that hold those of the balance, in these.
-        """
-        batch, lead = self.batches[k], x.shape[:-1]
-        X, moved = x.reshape(*lead, self.n_ports, self.L), []
-        for port, Q in zip(batch.ports, contact_inputs.motion, strict=True):
-            if port.size == batch.count:
-                Q = X[..., port.rows, :].reshape(-1, self.L) + Q if lead else X[port.rows] + Q
-            elif port.size:
-                Q = Q.copy()
-                Q.reshape(*lead, batch.count, self.L)[..., port.members, :] += X[..., port.rows, :]
-            moved.append(Q if harmonics is None else _widened(self.harmonics, harmonics, Q))
-        each = np.repeat(omega, batch.count) if lead else omega
-        return Motion(
-            harmonics or self.harmonics, each, tuple(moved), contact_inputs.drift(each),
-            contact_inputs.velocity_per_omega,
-        )  # fmt: skip
-
-    def spread(self, dx: Array) -> list[dict[int, Array]]:
-        """Changes of the motion by batch and port, of changes (N,) or (n, N) of the unknowns."""
-        lead = dx.shape[:-1]
-        dX = dx.reshape(*lead, self.n_ports, self.L)
-        by_batch: list[dict[int, Array]] = []
-        for batch in self.batches:
-            moved: dict[int, Array] = {}
-            for i, port in enumerate(batch.ports):
-                if port.size == batch.count:
-                    moved[i] = dX[..., port.rows, :].reshape(-1, self.L)
-                elif port.size:
-                    dQ = np.zeros((*lead, batch.count, self.L))
-                    dQ[..., port.members, :] = dX[..., port.rows, :]
-                    moved[i] = dQ.reshape(-1, self.L)
-            by_batch.append(moved)
-        return by_batch
-
-    def gathered(self, forces: Forces, out: Array) -> Array:
-        """Write forces on their ports in ``out`` (..., n_ports or more, L), which is zero before; returned."""
-        lead = out.shape[:-2]
-        for batch, by_port in zip(self.batches, forces, strict=True):
-            for i, force in by_port.items():
-                port = batch.ports[i]
-                if port.size:
-                    F = force.reshape(*lead, batch.count, self.L) if lead else force
-                    out[..., port.rows, :] = F if port.size == batch.count else F[..., port.members, :]
-        return out
-
-    def excitation(self, forces: Forces, P: Array | None = None, n: tuple[int, ...] = ()) -> ComplexArray:
-        """``F - P`` on all columns as complex numbers (..., n_columns, n + 1); without loads, on the ports alone.
-
-        ``n`` is () of one motion, (n,) of n motions.
-        """
-        G = np.zeros((*n, self.n_ports + (0 if P is None else P.shape[-2]), self.L + 1))
-        self.gathered(forces, G[..., 1:])
-        if P is not None:
-            np.negative(P, out=G[..., self.n_ports :, 1:])
-        G[..., 0], G[..., 1] = G[..., 1], 0.0
-        return G.view(complex)
-
-    def real(self, z: ComplexArray) -> Array:
-        """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
-        pairs = z.view(float)
-        out = np.empty((len(z), self.L))
-        out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
-        return out.reshape(-1)
-
-
-def _widened(narrow: Harmonics, wide: Harmonics, Q: Array) -> Array:
-    """Coefficients (k, L) in a set that holds their own."""
-    out = np.zeros((len(Q), wide.size))
-    out[:, [wide.index(0), *(wide.index(m, part) for m in narrow.orders[1:] for part in ("c", "s"))]] = Q
-    return out
+_MODAL_BOUND_FROM = 2**18
+"""Entries of a receptance (2 MB) from which its bound is computed by modes, in place of all entries."""
 
 
 class Adapted(Protocol):
-    """What is known of a solution with some of the harmonics."""
+    """Properties of a solution with some of the harmonics."""
 
     @property
     def in_use(self) -> int:
-        """How many, 0 included."""
+        """Number of harmonics in use, 0 included."""
         ...
 
     @property
     def truncation(self) -> float:
-        """What those left out would add, relative to the largest amplitude."""
+        """Contribution of the harmonics left out, relative to the largest amplitude."""
         ...
 
     @property
     def context(self) -> Array:
-        """The context with which the same harmonics are in use, near the same contact states."""
+        """The context that gives the same harmonics and contact states."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Detail:
-    """What a solution keeps of its evaluation."""
+    """Data of an evaluation that a solution keeps."""
 
     responses: tuple[Response, ...]
-    """One for each batch; none where they are still to be had (``Together``)."""
+    """One for each batch; none where they are computed later (``Together``)."""
     inputs: Inputs
     omega: Any
     """Fundamental frequency, rad/s: a float; (n,) of n motions."""
     states: tuple[Carried, ...] = ()
-    """What the contacts carry beside motion, in the order of the balance."""
+    """Contact states, in the order of the balance."""
     adapted: Adapted | None = None
     """Which harmonics are in use; None: all."""
 
     @property
     def asked(self) -> Inputs:
-        """The inputs with the parameters that the laws were asked with: at the contact states."""
+        """The inputs with the parameters of the laws at the contact states."""
         if not self.states:
             return self.inputs
         pairs = zip(self.inputs.batches, self.responses, strict=True)
@@ -187,19 +85,19 @@ class Detail:
 
     @property
     def carried(self) -> Array | None:
-        """Values of the contact states (n_states,), near which those of the next points are sought."""
+        """Values of the contact states (n_states,), from which those of the next points start."""
         if len(self.states) == 1:
             return self.states[0].values
         return np.concatenate([state.values for state in self.states]) if self.states else None
 
     @property
     def fast(self) -> tuple[Carried, ...]:
-        """The states that follow the motion; a slow one is held and adds nothing to a derivative."""
+        """The states that follow the motion; a slow one is held and contributes no derivative."""
         return self.states and tuple(carried for carried in self.states if not carried.state.slow)
 
     @property
     def lost(self) -> bool:
-        """Whether the equilibrium of some state near the values handed on has vanished."""
+        """Whether the equilibrium of some state near the values passed on has vanished."""
         return bool(self.states) and any(state.lost for state in self.states)
 
     @property
@@ -214,7 +112,7 @@ class Detail:
 
 
 class Balanced(NamedTuple):
-    """One evaluation: residual (N,), Jacobian, forces on all columns, what they came from, slope of the residual."""
+    """One evaluation: residual (N,), Jacobian, forces on all columns, their origin, derivative of the residual."""
 
     residual: Array
     jacobian: Jacobian
@@ -225,10 +123,10 @@ class Balanced(NamedTuple):
 
 
 def detail(balance: Balance, x: Array, omega: float | Array, inputs: Inputs, near: Array | None = None) -> Detail:
-    """Forces, and contact states if any, at unknowns (N,): the one place where laws meet the motion.
+    """Forces, and contact states if any, at unknowns (N,): the only place where the laws are evaluated.
 
-    ``near`` (n_states,) are the states of the neighbouring solution, near which these are sought; from their start
-    without it. Without states also at n motions, of ``Assigned.joined`` inputs.
+    ``near`` (n_states,) are the states of the neighbouring solution, from which these are found; without it they start
+    from their initial values. Without states also at n motions, of ``Assigned.joined`` inputs.
     """
     if (felt := balance.pulse.felt) is not None:
         felt()
@@ -255,16 +153,16 @@ def detail(balance: Balance, x: Array, omega: float | Array, inputs: Inputs, nea
 
 
 def unanswered(inputs: Inputs, omega: float) -> Detail:
-    """Of a state whose forces are asked for later, together with those of others."""
+    """The detail of a solution whose forces are computed later, together with those of others."""
     return Detail(responses=(), inputs=inputs, omega=omega)
 
 
 def balanced(
     balance: Balance, x: Array, solution: Detail, compliance: AnyCompliance, slopes: Forces | None = None
 ) -> Balanced:
-    """Residual and Jacobian from the forces at unknowns (N,); its slope where the ``slopes`` of the forces are given.
+    """Residual and Jacobian from the forces at unknowns (N,), and its derivative from that of the forces, ``slopes``.
 
-    That is along omega, or along what else the compliance has its derivative by.
+    The derivative is by omega, or by the parameter that the compliance is differentiated by.
     """
     G = balance.layout.excitation(solution.forces, solution.inputs.P)
     balance.anchoring(x, G)
@@ -280,14 +178,14 @@ def balanced(
 def terms(balance: Balance, x: Array, at: Balanced) -> Array:
     """Sizes (N,) of the terms whose sum each residual is: the motion, and ``|A| k`` times all motion at the ports.
 
-    ``k`` are the contact springs as far as they act. The stiffer they are, the more the forces cancel, and the more is
-    seen of the rounding of the motion.
+    ``k`` are the acting contact springs. The stiffer they are, the more the forces cancel, and the larger the rounding
+    error of the residual is.
     """
-    return _terms(balance, x, at.detail, lambda stiffness: _by_coefficient(at.compliance.reach(stiffness))).reshape(-1)
+    return _terms(balance, x, at.detail, lambda stiffness: _by_coefficient(at.compliance.bound(stiffness))).reshape(-1)
 
 
-def _terms(balance: Balance, x: Array, solution: Detail, reach: Callable[[Array], Array]) -> Array:
-    """The same of one motion or of n, (..., n_ports, L), by the ``reach`` of stiffnesses (..., n_ports)."""
+def _terms(balance: Balance, x: Array, solution: Detail, bound: Callable[[Array], Array]) -> Array:
+    """Sizes (..., n_ports, L) at one motion or at n; ``bound`` gives ``|A|`` times stiffnesses (..., n_ports)."""
     lead = x.shape[:-1]
     stiffness, prescribed = np.zeros((*lead, balance.n_ports)), np.zeros(lead)
     for batch, here, response in zip(balance.batches, solution.inputs.batches, solution.responses, strict=True):
@@ -297,18 +195,18 @@ def _terms(balance: Balance, x: Array, solution: Detail, reach: Callable[[Array]
             port = batch.ports[i]
             stiffness[..., port.rows] += springs.reshape(*lead, batch.count)[..., port.members]
     motion = np.sqrt(np.vecdot(x, x))[..., None, None]
-    return np.asarray(motion + reach(stiffness) * (motion + np.sqrt(prescribed)[..., None, None]))
+    return np.asarray(motion + bound(stiffness) * (motion + np.sqrt(prescribed)[..., None, None]))
 
 
-def _by_coefficient(reach: Array) -> Array:
+def _by_coefficient(by_order: Array) -> Array:
     """Numbers (..., n + 1) by order for each coefficient (..., L)."""
-    return np.concatenate([reach[..., :1], np.repeat(reach[..., 1:], 2, axis=-1)], axis=-1)
+    return np.concatenate([by_order[..., :1], np.repeat(by_order[..., 1:], 2, axis=-1)], axis=-1)
 
 
 def force_rates(
     balance: Balance, solution: Detail, dx: Array, fixed: Forces, dpowers: Iterable[Array] = ()
 ) -> Forces:  # fmt: skip
-    """Change of the forces for a change ``dx`` (N,) of the motion, with changes ``fixed`` at fixed motion besides.
+    """Change of the forces for a change ``dx`` (N,) of the motion, plus changes ``fixed`` at fixed motion.
 
     ``dpowers`` (n,) are changes of the powers that drive each contact state, at fixed motion and states.
     """
@@ -329,7 +227,7 @@ def force_rates(
 
 
 def by_omega(solution: Detail) -> list[dict[int, Array]]:
-    """Derivatives of the forces by omega at fixed motion; velocities that grow with omega leave the drift alone."""
+    """Derivatives of the forces by omega at fixed motion; velocities that grow with omega do not change the drift."""
     slopes = []
     for response, contact_inputs in zip(solution.responses, solution.inputs.batches, strict=True):
         slope = dict(response.by_omega)
@@ -426,15 +324,15 @@ class Together:
 
     def relative_residuals(self) -> Array:
         """Norms (n,) of the residuals, each entry over the sizes of its ``terms``."""
-        sizes = _terms(self._balance, self._x, self._detail, self._reach)
+        sizes = _terms(self._balance, self._x, self._detail, self._bound)
         residual = self.residuals().reshape(sizes.shape)
         return np.sqrt(np.sum((residual / np.where(sizes > 0, sizes, 1.0)) ** 2, axis=(1, 2)))
 
-    def _reach(self, stiffness: Array) -> Array:
-        reach = np.empty_like(self.forces)
+    def _bound(self, stiffness: Array) -> Array:
+        bound = np.empty_like(self.forces)
         for receptance, at in self._receptances():
-            reach[at] = _reach(receptance, self._balance.orders, self._omega[at], stiffness[at])
-        return reach
+            bound[at] = _bound(receptance, self._balance.orders, self._omega[at], stiffness[at])
+        return bound
 
     def _answer(self) -> Array:
         """``A (F - P)`` (n, n_ports, L)."""
@@ -445,7 +343,7 @@ class Together:
         return out
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
-        """The receptance of each structure, and the motions that it answers."""
+        """The receptance of each structure, and its motions."""
         first = 0
         for structure, same in groupby(self._inputs.structures):
             at = slice(first, first + len(list(same)))
@@ -453,12 +351,12 @@ class Together:
             first = at.stop
 
 
-def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
+def _bound(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
     """``|A|`` times stiffnesses (n, n_ports), for each coefficient (n, n_ports, L)."""
     n, ports = stiffness.shape
-    if receptance.static.size > _MANY and receptance.summed:
+    if receptance.static.size > _MODAL_BOUND_FROM and receptance.summed:
         by_modes = [
-            FactoredCompliance(receptance.factors(orders, float(w))).reach(k)
+            FactoredCompliance(receptance.factors(orders, float(w))).bound(k)
             for w, k in zip(omega, stiffness, strict=True)
         ]
         return _by_coefficient(np.array(by_modes).reshape(n, -1, 1 + orders.size))
@@ -470,3 +368,98 @@ def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array
         size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)
         out[..., 1::2] = out[..., 2::2] = size
     return out
+
+
+class FrequencySystem:
+    """The balance as a system in omega."""
+
+    def __init__(self, balance: Balance, inputs: Inputs) -> None:
+        self.balance, self.inputs = balance, inputs
+
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.inputs, parameter
+
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
+        """Residual, Jacobian and derivative by omega at ``parameter`` = omega.
+
+        All nan where the motion is not finite, where the structure is not supported, and where the equilibrium of a
+        contact state near that of ``context`` has vanished.
+
+        ``context`` holds the contact states (n_states,) of the last accepted point, from which these are found.
+        """
+        if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
+            return Evaluation.undefined(x.size)
+        balance = self.balance
+        solution = detail(balance, x, parameter, self.inputs, context)
+        if solution.lost or balance.is_unsupported(solution.tangents):
+            return Evaluation.undefined(x.size)
+        compliance = balance.compliance(parameter, self.inputs.structure)
+        at = balanced(balance, x, solution, compliance, by_omega(solution))
+        slope = at.slope
+        assert slope is not None
+        if fast := solution.fast:
+            slope += answer_to_powers(balance, fast, (state.power.omega for state in fast), at.compliance)
+        return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
+
+    def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
+        slopes_here = [{i: rate * part for i, part in slopes.items()} for slopes in by_omega(solution)]
+        dpowers = (rate * carried.power.omega for carried in solution.states)
+        return force_rates(self.balance, solution, dx, slopes_here, dpowers), np.zeros_like(solution.inputs.P)
+
+
+class ParameterSystem:
+    """The balance at a fixed frequency as a system in a parameter, on whose path the inputs lie."""
+
+    def __init__(self, balance: Balance, path: Path, omega: float) -> None:
+        self.balance, self.path, self.omega = balance, path, omega
+        self._fixed_compliance = balance.compliance(omega)
+        self._loads_known: tuple[Array, AnyCompliance, Array] | None = None
+
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.path.at(parameter)[0], self.omega
+
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
+        """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
+        if not (isfinite(x.dot(x)) and isfinite(parameter)):
+            return Evaluation.undefined(x.size)
+        balance = self.balance
+        inputs, direction = self.path.at(parameter)
+        solution = detail(balance, x, self.omega, inputs, context)
+        if solution.lost or balance.is_unsupported(solution.tangents):
+            return Evaluation.undefined(x.size)
+        at = balanced(balance, x, solution, self._compliance(inputs, direction))
+        direction = at_states(solution.states, direction)
+        slope = self._moved_by(by_inputs(solution, direction), direction.P, at.compliance)
+        if direction.structure:
+            slope += at.compliance.rate(at.G)
+        if fast := solution.fast:
+            dpowers = (power_along(state, direction) for state in fast)
+            slope += answer_to_powers(balance, fast, dpowers, at.compliance)
+        return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
+
+    def rates(self, solution: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
+        direction = at_states(solution.states, self.path.at(parameter)[1])
+        slopes_here = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(solution, direction)]
+        dpowers = (rate * power_along(carried, direction) for carried in solution.states)
+        return force_rates(self.balance, solution, dx, slopes_here, dpowers), rate * direction.P
+
+    def _moved_by(self, slopes: Forces, P: Array, compliance: AnyCompliance) -> Array:
+        """Derivative of the residual (N,) by forces and loads; it is constant, and cached, where only loads change."""
+        if any(slopes):
+            return self.balance.moved_by(slopes, P, compliance)
+        known = self._loads_known
+        if known is None or known[0] is not P or known[1] is not compliance:
+            self._loads_known = known = P, compliance, self.balance.moved_by(slopes, P, compliance)
+        return known[2].copy()
+
+    def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
+        if not (inputs.structure or direction.structure):
+            return self._fixed_compliance
+        return self.balance.compliance(self.omega, inputs.structure, direction.structure)
+
+
+AnySystem = FrequencySystem | ParameterSystem

@@ -1,11 +1,12 @@
-"""What is given to the balance besides motion and frequency: a point, or a direction, in one vector space."""
+"""What is given to the balance besides motion and frequency, and how it moves with a parameter."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from math import cos, sin
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 from slipstick.typing import Array
 
 SURFACE = ("velocity", "velocity_per_omega", "motion")
-_REMEMBERED = 8
-"""Numbers of motions for which repeated inputs are kept: a curve asks for a few again and again."""
+_CACHED = 8
+"""Numbers of motions for which repeated inputs are cached: a curve uses the same few many times."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +27,7 @@ class ContactInputs:
     velocity: Array
     """Constant velocity of the rubbing motion along each port, (n_ports, n), length/time."""
     velocity_per_omega: Array
-    """What is added to it for each rad/s of the fundamental frequency, (n_ports, n), length."""
+    """Increase of that velocity for each rad/s of the fundamental frequency, (n_ports, n), length."""
     motion: Array
     """Periodic part of the rubbing motion along each port, (n_ports, n, L)."""
 
@@ -44,7 +45,7 @@ class ContactInputs:
 
     @cached_property
     def at_speed(self) -> bool:
-        """Whether there is any that does not grow with the frequency alone."""
+        """Whether some velocity is not proportional to the frequency."""
         return bool(self.velocity.any())
 
     def speed(self, omega: float | Array) -> Array:
@@ -52,15 +53,15 @@ class ContactInputs:
         return self.velocity + omega * self.velocity_per_omega
 
     def drift(self, omega: float | Array) -> Array:
-        """That velocity over omega, (n_ports, n), length per rad; not to be written on."""
+        """That velocity over omega, (n_ports, n), length per rad; must not be written."""
         return self.velocity / omega + self.velocity_per_omega if self.at_speed else self.velocity_per_omega
 
     def repeated(self, n: int) -> ContactInputs:
-        """The same elements n times over, arrays not to be written on; those asked for are remembered."""
+        """The same elements n times over, cached: the arrays must not be written."""
         if n == 1:
             return self
         if n not in self._repeated:
-            if len(self._repeated) >= _REMEMBERED:
+            if len(self._repeated) >= _CACHED:
                 self._repeated.clear()
             self._repeated[n] = self.map(
                 lambda name, array: np.tile(array, n if name in self.values else (1, n, 1)[: array.ndim])
@@ -81,7 +82,7 @@ class ContactInputs:
 class Inputs:
     """Contacts by batch, load coefficients ``P`` (n_loads, L), and parameters of the structure that are not its own.
 
-    The latter are carried along; only paths in them have any (``slipstick.balance.paths``).
+    The latter are empty except on a path ``StructureValue``.
     """
 
     batches: tuple[ContactInputs, ...]
@@ -128,7 +129,7 @@ class Assigned:
 
     @classmethod
     def of(cls, inputs: Sequence[Inputs]) -> Assigned:
-        """Of each motion; along a curve over the frequency they are all the same."""
+        """From the inputs of each motion; along a curve over the frequency these are all the same."""
         numbers: dict[int, int] = {}
         which = [numbers.setdefault(id(one), len(numbers)) for one in inputs]
         return cls(tuple({id(one): one for one in inputs}.values()), np.array(which, dtype=np.intp))
@@ -137,7 +138,7 @@ class Assigned:
         return len(self.which)
 
     def at(self, which: Any) -> Assigned:
-        """Those of some of the motions."""
+        """The inputs of some of the motions."""
         some = Assigned(self.distinct, self.which[which])
         some._stacked, some._loads = self._stacked, self._loads
         return some
@@ -162,7 +163,7 @@ class Assigned:
         return Inputs(batches=tuple(self.contacts(k) for k in batches), P=self.loads)
 
     def contacts(self, k: int) -> ContactInputs:
-        """Batch ``k`` of all motions along one axis, elements of the first motion first; not to be written on."""
+        """Batch ``k`` of all motions along one axis, elements of the first motion first; must not be written."""
         if len(self.distinct) == 1:
             return self.distinct[0].batches[k].repeated(len(self.which))
         if k not in self._stacked:
@@ -178,10 +179,63 @@ class Assigned:
 
 
 def _side_by_side(inputs: Sequence[ContactInputs]) -> ContactInputs:
-    """Numbers of one batch of several in one: whose they are is the axis before that of the elements."""
+    """Numbers of one batch of several inputs, stacked on the axis before that of the elements."""
     return ContactInputs(
         values={name: np.array([one.values[name] for one in inputs], dtype=float) for name in inputs[0].values},
         velocity=np.stack([one.velocity for one in inputs], axis=1),
         velocity_per_omega=np.stack([one.velocity_per_omega for one in inputs], axis=1),
         motion=np.stack([one.motion for one in inputs], axis=1),
     )
+
+
+class Path(Protocol):
+    """Inputs over one parameter."""
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Line:
+    """``base + value * direction``."""
+
+    base: Inputs
+    direction: Inputs
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        return self.base.moved(self.direction, value), self.direction
+
+
+@dataclass(frozen=True)
+class LoadPhase:
+    """A load ``amplitude cos(m tau + value)`` at ``P[row, column]`` (its cosine) and the next (its sine)."""
+
+    base: Inputs
+    amplitude: float
+    row: int
+    column: int
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        c, s = self.amplitude * cos(value), self.amplitude * sin(value)
+        return self._with(self.base, c, -s), self._with(self.base.scaled(0.0), -s, -c)
+
+    def _with(self, inputs: Inputs, cosine: float, sine: float) -> Inputs:
+        P = inputs.P.copy()
+        P[self.row, self.column : self.column + 2] = cosine, sine
+        return replace(inputs, P=P)
+
+
+@dataclass(frozen=True)
+class StructureValue:
+    """A named parameter of the structure."""
+
+    base: Inputs
+    name: str
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        zero = self.base.scaled(0.0)
+        return replace(self.base, structure={self.name: value}), replace(zero, structure={self.name: 1.0})

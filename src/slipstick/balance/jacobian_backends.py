@@ -1,4 +1,4 @@
-"""Jacobian backends: in which form the Jacobian of the balance is made, and the receptances it is made of."""
+"""Jacobian backends: the forms of the Jacobian of the balance and of its receptances, dense or iterative."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from slipstick.balance.compliance import Compliance, sums
+from slipstick.balance.compliance import Compliance, FactoredCompliance, sums
 from slipstick.balance.contact_jacobian import ContactJacobian
-from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.states import power_rows, state_columns
 from slipstick.contact.law import add_to
 from slipstick.errors import Fault, InputError
@@ -21,10 +20,10 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.evaluation import Tangents
+    from slipstick.balance.layout import Tangents
 
 DENSE_UP_TO = 500
-"""Unknowns up to which a dense Jacobian costs less than an iterative one, as far as it can be had (measured)."""
+"""Unknowns up to which a dense Jacobian costs less than an iterative one (measured)."""
 
 MOST_UNKNOWNS = {"dense": 12_000, "iterative": 500_000}
 """Unknowns that fit into memory: a matrix of 1.2 GB, or the modes of that many ports."""
@@ -34,11 +33,11 @@ AnyCompliance = Compliance | FactoredCompliance
 
 @runtime_checkable
 class JacobianBackend(Protocol):
-    """Makes Jacobians, and what they are made of; ``options={"jacobian": ...}`` takes one of a user's own."""
+    """Makes Jacobians and their receptances; ``options={"jacobian": ...}`` takes one of a user's own."""
 
     @property
     def name(self) -> str:
-        """What results call it."""
+        """Its name in results."""
         ...
 
     def compliance(
@@ -50,7 +49,7 @@ class JacobianBackend(Protocol):
     def jacobian(
         self, balance: Balance, tangents: Tangents, compliance: AnyCompliance, states: Sequence[Carried] = ()
     ) -> Jacobian:
-        """``I + A dF/dX`` of tangents by batch, with what contact states add."""
+        """``I + A dF/dX`` of tangents by batch, with the terms of contact states."""
         ...
 
 
@@ -68,7 +67,7 @@ class DenseBackend:
     def jacobian(
         self, balance: Balance, tangents: Tangents, compliance: Any, states: Sequence[Carried] = ()
     ) -> Jacobian:
-        """With all entries, written when and where they are asked for."""
+        """With all entries, written at their first use."""
         return DenseJacobian(lambda out: _write(balance, tangents, compliance, states, out), balance.size)
 
 
@@ -106,30 +105,30 @@ def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states:
 def _anchored(
     balance: Balance, number: int, tangents: Mapping[tuple[int, int], Array]
 ) -> Mapping[tuple[int, int], Array]:
-    """Tangents of one batch less the springs of the balance: ``i k``, and those that hold it in harmonic 0."""
+    """Tangents of one batch minus the springs of the balance: ``i k``, and those that support it in harmonic 0."""
     k, support_springs = balance.springs, balance.support_springs
     if k is None and support_springs is None:
         return tangents
     batch, anchored = balance.batches[number], dict(tangents)
     sine, cosine = np.arange(2, balance.L, 2), np.arange(1, balance.L, 2)
     for i, port in enumerate(batch.ports):
-        turned = np.zeros((batch.count, balance.L, balance.L))
+        anchor = np.zeros((batch.count, balance.L, balance.L))
         members = np.arange(batch.count)[port.members]
         if support_springs is not None:
-            turned[members, 0, 0] = -support_springs[port.rows]
+            anchor[members, 0, 0] = -support_springs[port.rows]
         if k is not None:
             springs = k[port.rows]
-            turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
-            turned[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
-        add_to(anchored, (i, i), turned)
+            anchor[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
+            anchor[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
+        add_to(anchored, (i, i), anchor)
     return anchored
 
 
 BACKENDS: Mapping[str, JacobianBackend] = {backend.name: backend for backend in (DenseBackend(), IterativeBackend())}
 
 
-def backend_of(asked: JacobianBackend | str, receptance: Receptance, unknowns: int) -> JacobianBackend:
-    """The backend asked for; with "auto" the one that costs least.
+def backend_of(choice: JacobianBackend | str, receptance: Receptance, unknowns: int) -> JacobianBackend:
+    """The backend chosen; with "auto" the one that costs least.
 
     Raises
     ------
@@ -137,20 +136,20 @@ def backend_of(asked: JacobianBackend | str, receptance: Receptance, unknowns: i
         If modes are needed and the structure is not known by them, or there are more unknowns than memory holds.
     """
     modal = receptance.summed
-    if asked == "iterative" and not modal:
+    if choice == "iterative" and not modal:
         raise InputError(
             'options, jacobian: found "iterative", but the structure is not known by its modes; give "dense", or the '
             "structure as modes (ss.ModalStructure, ss.reduce)"
         )
-    if asked == "auto":
-        asked = "iterative" if modal and unknowns > DENSE_UP_TO else "dense"
-    if isinstance(asked, str) and unknowns > MOST_UNKNOWNS[asked]:
-        raise InputError(size_fault(unknowns, asked))
-    return BACKENDS[asked] if isinstance(asked, str) else asked
+    if choice == "auto":
+        choice = "iterative" if modal and unknowns > DENSE_UP_TO else "dense"
+    if isinstance(choice, str) and unknowns > MOST_UNKNOWNS[choice]:
+        raise InputError(size_fault(unknowns, choice))
+    return BACKENDS[choice] if isinstance(choice, str) else choice
 
 
 def size_fault(unknowns: int, backend: str) -> Fault:
-    """What is said of too many unknowns."""
+    """The fault of too many unknowns."""
     modes = ", or give the structure as modes (reduce it)" if backend == "dense" else ""
     return Fault(
         ("harmonics",), f"contacts and harmonics make {unknowns} unknowns",

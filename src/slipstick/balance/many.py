@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.batches import Batch, Places
+from slipstick.balance.compliance import sums
 from slipstick.balance.evaluation import by_omega, detail, evaluated_together
 from slipstick.balance.inputs import Assigned, Inputs
+from slipstick.balance.layout import Batch, Places
 from slipstick.structure.receptance import Receptance
 from slipstick.typing import Array, ComplexArray
 
 Numbers = NDArray[np.intp]
-
-
-@cache
-def _compiled() -> ModuleType:
-    from slipstick.balance.kernel import many
-
-    return many
 
 
 def same_form(first: Balance, other: Balance) -> bool:
@@ -103,7 +95,7 @@ class ManyBalances:
             for pair, tangent in response.by_motion.items():
                 if pair in batch.coupled:
                     each = np.ascontiguousarray(tangent).reshape(k, batch.count, b.L, b.L)
-                    _compiled().products_of_many(value, each, *batch.coupled[pair], jacobian)
+                    sums().products_of_many(value, each, *batch.coupled[pair], jacobian)
         by_state = np.empty((k, N, N + 1))
         by_state[:, :, :N] = jacobian.transpose(0, 2, 1)
         by_state[:, :, N] = self._times(slope, G)
@@ -115,7 +107,7 @@ class ManyBalances:
     def _times(self, value: ComplexArray, G: ComplexArray) -> Array:
         """``conj(A) G`` of each as coefficients (k, N)."""
         out = np.empty((len(G), self._balance.n_ports, self._balance.L))
-        _compiled().times_of_many(value, G, out)
+        sums().times_of_many(value, G, out)
         return out.reshape(len(G), -1)
 
     def _compliance(self, branches: Numbers, omega: Array) -> ComplexArray:

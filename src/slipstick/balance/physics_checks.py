@@ -25,14 +25,20 @@ if TYPE_CHECKING:
 
 
 FEW_CONTACTS = 16
-"""Up to that many, the static compliance at the contacts is worth its time before a curve asks for it anyway."""
-
+"""Contacts up to which the static compliance, which a curve needs anyway, is computed for these checks."""
 INSIDE = 0.6180339887
-"""Where in the range of a parameter it is looked at: inside, because an end such as mu = 0 is often meant."""
+"""Place in the range of a parameter at which it is checked: inside, because an end such as mu = 0 is often intended."""
 
 _STIFFNESS_RATIO = 1e6
+"""Contact stiffness over that of the structure above which it is suspicious: a slip of units, and lost digits."""
 _UNDAMPED = 1e-14
+"""Imaginary part of a receptance over its magnitude that is rounding: no damping at all."""
 _WIDE_GAP = 100.0
+"""Gap over the static deflection above which the contact is unlikely to close."""
+_HEAVY_DAMPING = 0.5
+"""Damping ratio above which there is hardly a resonance."""
+_UNEQUAL = 1e-3
+"""Relative difference of lengths of directions up to which it comes from the digits they are given with."""
 
 
 def problem_warnings(
@@ -135,10 +141,6 @@ def _fed_warnings(problem: Problem) -> Iterator[str]:
         )
 
 
-_HEAVY = 0.5
-"""Damping ratio above which there is next to no resonance."""
-
-
 def _ratio_warnings(problem: Problem, natural: Array, low: float, high: float) -> Iterator[str]:
     """Modes met over the range, else the first one, that are damped as no structure is."""
     ratios = problem.structure.damping_ratios
@@ -148,7 +150,7 @@ def _ratio_warnings(problem: Problem, natural: Array, low: float, high: float) -
     met = np.flatnonzero((natural >= 0.5 * low * factor) & (natural <= 2.0 * high * factor))
     met = met if met.size else np.array([0])
     worst = int(met[np.argmax(np.asarray(ratios)[met])])
-    if ratios[worst] > _HEAVY:
+    if ratios[worst] > _HEAVY_DAMPING:
         yield (
             f"mode {worst + 1} at {natural[worst]:.5g} rad/s has a damping ratio of {ratios[worst]:.3g} (1 is critical "
             "damping, machines have 0.0001 to 0.05): check the damping, its units, and whether it was meant in percent"
@@ -185,10 +187,6 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
             f"harmonics {list(orders)}: friction forces are far from sinusoidal; the highest harmonic kept is "
             f"{orders[-1]}, keep at least 0..{5 * base} and compare with more"
         )
-
-
-_UNEQUAL = 1e-3
-"""Lengths of directions differ by less because of the digits they are given with."""
 
 
 def _contact_warnings(problem: Problem) -> Iterator[str]:

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType, SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 
 from slipstick.balance.base_motion import LoadColumns, load_columns
-from slipstick.balance.batches import Batch, batches_of
 from slipstick.balance.checks import problem_faults
 from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
+from slipstick.balance.layout import Batch, batches_of
 from slipstick.balance.loads import Load
-from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Parts, Target, changed, parameter_target
 from slipstick.balance.states import pairs_at_start
 from slipstick.balance.support import Support, support_of
@@ -36,6 +35,7 @@ from slipstick.faults import (
     whole,
     wrong,
 )
+from slipstick.html import html_table, some
 from slipstick.state.contact_state import ContactState, StateModel
 from slipstick.state.thermal.model import ThermalModel
 from slipstick.structure.protocol import Structure
@@ -43,12 +43,17 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Matrix, Orders, Real
 from slipstick.units import Units
 
+if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
+
+
 MOST_OUTPUTS = 100
+"""Default number of outputs of a structure with more dofs."""
 
 DENSE_DIRECTIONS = 2**18
-"""Entries (2 MB) up to which a matrix of directions is a dense array, as one of few columns is."""
-
-_FEW = 64
+"""Entries (2 MB) up to which a matrix of directions is a dense array."""
+_FEW_COLUMNS = 64
+"""Columns up to which it is a dense array of any size."""
 
 
 @dataclass(frozen=True, init=False)
@@ -386,7 +391,7 @@ def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, flo
     """Direction cosines as columns, (n_dofs, n_directions): a scipy sparse array above ``DENSE_DIRECTIONS`` entries."""
     place = {name: i for i, name in enumerate(dofs)}
     shape = len(place), len(directions)
-    if shape[1] > _FEW and shape[0] * shape[1] > DENSE_DIRECTIONS:
+    if shape[1] > _FEW_COLUMNS and shape[0] * shape[1] > DENSE_DIRECTIONS:
         entries = [
             (place[name], column, cosine)
             for column, cosines in enumerate(directions)
@@ -399,3 +404,34 @@ def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, flo
         for name, cosine in cosines.items():
             columns[place[name], column] += cosine
     return columns
+
+
+def problem_html(problem: Problem) -> str:
+    """A small table of what is to be computed."""
+    return html_table(f"Problem{': ' if problem.title else ''}{problem.title}", _rows(problem))
+
+
+def _rows(problem: Problem) -> Iterator[tuple[str, object]]:
+    structure, units = problem.structure, problem.units
+    yield "structure", f"{type(structure).__name__}, {len(structure.dofs)} dofs: {some(structure.dofs)}"
+    natural = np.asarray(structure.natural_frequencies, dtype=float)
+    if natural.size:
+        yield "undamped natural frequencies", f"{some((f'{w:.5g}' for w in natural), 4)} {units.angular}"
+    for pair in problem.contacts[:1]:
+        kinds = dict.fromkeys(type(each.contact).__name__ for each in problem.contacts)
+        yield "contacts", f"{some(problem.elements)} ({some(kinds)}); first: {_numbers(pair)}"
+    for state in problem.contact_states:
+        yield state.has, some(state.names)
+    if problem.loads:
+        yield "loads", some((f"{load.target} (harmonic {load.harmonic})" for load in problem.loads), 4)
+    if problem.relative:
+        yield "motion", "relative to the moving support"
+    unknowns = sum(pair.n_ports for pair in problem.contacts) * problem.harmonics.size
+    yield "harmonics", f"{some(problem.harmonics.orders, 14)}; {unknowns} unknowns"
+    yield "outputs", some(problem.outputs or ())
+
+
+def _numbers(pair: ContactPair) -> str:
+    """The parameters of a contact, those of its rubbing motion included."""
+    values = {name: float(np.asarray(pair.values(name))[0]) for name in pair.quantities}
+    return ", ".join(f"{name} {value:g}" for name, value in values.items())

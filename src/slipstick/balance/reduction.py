@@ -1,8 +1,9 @@
-"""What the modes left out of a structure do to a problem: over its range, at the harmonics that matter.
+"""Effect of the modes left out of a structure on a problem, over its range and at its harmonics.
 
 A harmonic that is excited (by a load, by the rubbing motion) counts in full. Friction makes the others: its force is
-continuous with kinks, so its harmonics fall with the square of their order. What is left out of the receptance at order
-m moves the structure by ``(e / m)^2 |dA(m w)| / |A(e w)|`` relative to the motion at e, the next excited order below.
+continuous with kinks, so its harmonics fall with the square of their order. The part left out of the receptance at
+order m moves the structure by ``(e / m)^2 |dA(m w)| / |A(e w)|`` relative to the motion at e, the next lower excited
+order.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 
 _FREQUENCIES = 9
+"""Frequencies of the range at which the error is computed: it changes slowly below the modes left out."""
 
 
 def worst_error(problem: Problem, omega: Sequence[float]) -> WorstError | None:
@@ -33,7 +35,7 @@ def worst_error(problem: Problem, omega: Sequence[float]) -> WorstError | None:
     orders = [m for m in problem.harmonics.orders if m > 0]
     grid, (bases, weights) = np.linspace(min(omega), max(omega), _FREQUENCIES), harmonic_weights(problem)
     worst: WorstError | None = None
-    reach = 0.0
+    needed = 0.0
     for m, base, weight in zip(orders, bases, weights, strict=True):
         pairs = zip(problem.structure.truncations(m) or (), problem.structure.truncations(int(base)) or (), strict=True)
         for left_out, of_base in pairs:
@@ -42,18 +44,18 @@ def worst_error(problem: Problem, omega: Sequence[float]) -> WorstError | None:
             known = (relative > 0.0) & np.isfinite(relative)
             part = np.divide(counted, relative, out=np.ones_like(relative), where=known)
             # a fifth power: see WorstError.needed
-            reach = max(reach, float(np.max(m * grid * np.minimum(part, 1.0) ** 0.2)))
+            needed = max(needed, float(np.max(m * grid * np.minimum(part, 1.0) ** 0.2)))
             at = int(np.argmax(counted))
             if worst is None or counted[at] > worst.value:
                 worst = WorstError(
-                    value=float(counted[at]), relative=float(relative[at]), omega=float(grid[at]), reach=reach,
+                    value=float(counted[at]), relative=float(relative[at]), omega=float(grid[at]), reach=needed,
                     order=m, last_mode=left_out.last, kind=left_out.kind,
                 )  # fmt: skip
-    return None if worst is None else replace(worst, reach=reach)
+    return None if worst is None else replace(worst, reach=needed)
 
 
 def harmonic_weights(problem: Problem) -> tuple[Array, Array]:
-    """For each harmonic kept but 0 the excited one it is measured by, and how much it counts."""
+    """For each harmonic above 0 the excited one that it is relative to, and its weight."""
     orders = [m for m in problem.harmonics.orders if m > 0]
     excited = excited_orders(problem) or orders[:1]
     below = [max((e for e in excited if e <= m), default=m) for m in orders]

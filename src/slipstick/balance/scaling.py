@@ -16,16 +16,16 @@ from slipstick.typing import Array
 
 @dataclass(frozen=True, kw_only=True)
 class Scales:
-    """What counts as one: nothing in the solution depends on it but what is called small.
+    """Typical sizes by which motions and velocities count as small; the solution does not depend on them otherwise.
 
     Parameters
     ----------
     displacement
         Typical relative motion at the contacts, length, > 0.
     velocity
-        Rubbing velocity at which contacts of that motion slip without end, length/time, > 0.
+        Rubbing velocity at which contacts with that motion are in full slip, length/time, > 0.
     ports, coefficients
-        How many directions move at the contacts, and coefficients of each, ``N = ports coefficients``.
+        Numbers of contact ports, and of coefficients of each: ``N = ports coefficients``.
     """
 
     displacement: float
@@ -34,7 +34,7 @@ class Scales:
     coefficients: int
 
     def arclength(self, *, weight: float = 0.1) -> ArclengthScaling:
-        """Corrections and steps are measured against the present solution, and against this while it is zero."""
+        """Scaling by the present solution, and by the typical displacement while that is zero."""
         judged = np.arange(self.coefficients) > 0 if self.coefficients > 1 else None
         return ArclengthScaling(x=self.displacement, weight=weight, rows=self.ports, judged=judged)
 
@@ -63,7 +63,7 @@ def _norm(x: Array) -> float:
 
 
 def motions_at(balance: Balance, inputs: Inputs, omega: float) -> dict[str, Array]:
-    """``linear_motions`` at a frequency; the balance remembers the last ones, which several ask for in turn."""
+    """``linear_motions`` at a frequency; the balance caches the latest, which are needed several times in a row."""
     key = inputs, balance.backend, balance.springs
     known = balance.linear_known
     if known is None or known[1] != omega or any(a is not b for a, b in zip(known[0], key, strict=True)):
@@ -77,7 +77,9 @@ def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, 
     names = dict.fromkeys(name for batch in balance.batches for name in batch.law.linear_states)
     motions = {name: _linear(balance, inputs, compliance, omega, name) for name in names}
     found = {name: x for name, x in motions.items() if x is not None}
-    if not found and balance.support_springs is not None:  # what contacts alone hold lies on some that are open at rest
+    if (
+        not found and balance.support_springs is not None
+    ):  # a structure that only contacts hold rests on some that are open at first
         x = _linear(balance, inputs, compliance, omega, "pressed")
         found = {} if x is None else {"pressed": x}
     return found
@@ -85,14 +87,14 @@ def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, 
 
 def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float, state: str) -> Array | None:
     """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the rubbing motion."""
-    unit, tangents, constants, any_own = np.eye(balance.L), [], [], False
+    unit, tangents, constants, any_linear = np.eye(balance.L), [], [], False
     for batch, contact_inputs in zip(balance.batches, inputs.batches, strict=True):
         held = batch.law.linear(state, contact_inputs.values, contact_inputs.drift(omega))
-        any_own = any_own or held is not None
+        any_linear = any_linear or held is not None
         held = held or Linear({}, {})
         tangents.append({key: k[:, None, None] * unit for key, k in held.stiffness.items()})
         constants.append(_constant(held, contact_inputs.motion))
-    if not any_own:
+    if not any_linear:
         return None
     jacobian = balance.jacobian(tangents, compliance)
     if jacobian.singular:
@@ -104,7 +106,7 @@ def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: 
 
 
 def _constant(held: Linear, motion: Array) -> dict[int, Array]:
-    """Forces (n, L) by port while the structure stands still."""
+    """Forces (n, L) by port while the structure is at rest."""
     forces: dict[int, Array] = {}
     for (i, j), k in held.stiffness.items():
         part = k[:, None] * motion[j]

@@ -1,4 +1,4 @@
-"""The first point of a branch, found without help: a ladder of strategies, each attempt told to the caller."""
+"""The first point of a branch without an initial guess: strategies in order of cost, each reported to the caller."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from math import isfinite, nan
 import numpy as np
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.inputs import Inputs
-from slipstick.balance.paths import Line
+from slipstick.balance.evaluation import AnySystem, FrequencySystem, ParameterSystem
+from slipstick.balance.inputs import Inputs, Line
 from slipstick.balance.scaling import Scales, motions_at, scales
-from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import Reason
 from slipstick.interrupts import pass_on
@@ -26,22 +25,35 @@ from slipstick.typing import Array
 
 Strategy = tuple[str, Callable[[], "Array | None"]]
 
+# Newton's method: cheap attempts first; only when all have failed, the same starts with more iterations.
 _NEWTON = NewtonOptions(max_iterations=40)
 _QUICK = NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2, patience=3)
-"""Given up early: what is cheap is tried first, and everything again with patience when nothing cheap helped."""
 _FROM_NEAR = replace(_QUICK, max_iterations=20, patience=5)
+"""From the solution of a similar problem, where a few more iterations are worth while."""
+
+# Ramps: long steps, roughly corrected, because only their end is used.
 _RAMP = ContinuationOptions(
     first_step=0.05, max_step=0.3, min_step=1e-5, max_points=400, locate_turning_points=False,
     aimed_angle=0.8, max_angle=1.5, max_correction=10.0, contraction=0.5, target_iterations=8, kink_step=1e-3,
     newton=NewtonOptions(max_iterations=8, min_damping=0.4, non_monotone=1, tolerance=1e-4),
 )  # fmt: skip
-"""Long steps, roughly corrected: only the end counts, not which way leads there."""
 _LOAD_RAMP = replace(_RAMP, max_step=0.6)
-_SLOW, _DECADE, _LEAST_CHANGE = 0.1, 10.0, 0.9
-"""Of friction that reverses over a velocity: part of that of the vibration to begin with, and how fast it is left."""
-_ROUND = 2.0
-"""Weight of the motion along a load ramp: where contacts lift off together the load turns back while the motion grows
-by a few per cent, and that fold is a corner to steps measured by the load alone."""
+_LOAD_RAMP_WEIGHT = 2.0
+"""Weight of the motion in the arclength of a load ramp. Where contacts lift off together the load turns back while the
+motion grows by a few per cent: measured by the load alone this fold is a corner."""
+
+# Friction that reverses over a velocity: first over a large one, then over ever smaller ones.
+_SMOOTH_VELOCITY = 0.1
+"""First velocity of reversal, over that of the vibration."""
+_DECADE = 10.0
+"""Largest ratio of successive velocities."""
+_SLOWEST_CHANGE = 0.9
+"""Ratio of successive velocities, towards 1, at which the search ends."""
+
+_MIN_SCALE = 1e-6
+"""Scale of a start, over the typical displacement, where it is almost zero."""
+_PAUSE = 1.0
+"""Seconds between two ``Searching`` events."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,30 +65,30 @@ class StrategyTried:
     omega: float
     seconds: float
     reason: Reason | None = None
-    """Why it failed; None where it did not, or where nobody can tell."""
+    """Why it failed; None where it did not, or where the reason is unknown."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Searching:
-    """How far the search for a first point is, told now and then where it takes long."""
+    """Progress of a long search for a first point, reported at intervals."""
 
     name: str
-    """The strategy that is tried, with those within it."""
+    """The present strategy, with those nested in it."""
     omega: float
     evaluations: int
     """Of the balance, in this search so far."""
     residual: float
-    """What is left of the balance, relative to the motion; nan where it is sought by other means."""
+    """Residual of the balance, relative to the motion; nan where the strategy has none."""
     share: float | None
-    """Part of the way that a ramp has made; None where it is none."""
+    """Fraction of a ramp; None of other strategies."""
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """What it says: the innermost strategy, evaluations, and what is left of the balance.
+        """Texts of the innermost strategy, the evaluations and the residual.
 
         >>> name = "fewer harmonics first: load ramp"
-        >>> told = Searching(name=name, omega=1.0, evaluations=9, residual=0.02, share=0.5)
-        >>> told.parts
+        >>> event = Searching(name=name, omega=1.0, evaluations=9, residual=0.02, share=0.5)
+        >>> event.parts
         ('load ramp at 50 %', 'evaluation 9', 'residual 2.0e-02')
         """
         way = self.name.rpartition(": ")[2]
@@ -95,39 +107,35 @@ class NoStart(Reason):
     NEAR_FIELD = "no solution with the near field of the residuals"
 
 
-_PAUSE = 1.0
-"""Seconds between two ``Searching``."""
-
-
 class _Watch:
-    """Counts the evaluations of a search and tells of them now and then."""
+    """Counts the evaluations of a search and reports them at intervals."""
 
-    def __init__(self, tell: Callable[[Searching], None] | None) -> None:
-        self._tell, self._evaluations, self._last = tell, 0, time.monotonic()
+    def __init__(self, report: Callable[[Searching], None] | None) -> None:
+        self._report, self._evaluations, self._last = report, 0, time.monotonic()
 
-    def see(self, name: str, omega: float, x: Array, value: Evaluation, share: float | None) -> None:
-        """An evaluation; a place where whoever interrupts is let in."""
+    def count(self, name: str, omega: float, x: Array, value: Evaluation, share: float | None) -> None:
+        """Count an evaluation, and let a pending interrupt through."""
         pass_on()
         self._evaluations += 1
         if time.monotonic() - self._last >= _PAUSE:
-            self.tell(name, omega, norm(value.residual) / (norm(x) or 1.0), share)
+            self.report(name, omega, norm(value.residual) / (norm(x) or 1.0), share)
 
-    def tell(self, name: str, omega: float, residual: float = nan, share: float | None = None) -> None:
-        """Tell at once."""
+    def report(self, name: str, omega: float, residual: float = nan, share: float | None = None) -> None:
+        """Report now."""
         self._last = time.monotonic()
-        if self._tell is None:
+        if self._report is None:
             return
-        self._tell(Searching(name=name, omega=omega, evaluations=self._evaluations, residual=residual, share=share))
+        self._report(Searching(name=name, omega=omega, evaluations=self._evaluations, residual=residual, share=share))
 
 
 class _Watched:
-    """A system, each evaluation of which is told of: state, evaluation, parameter."""
+    """A system that calls ``see(state, evaluation, parameter)`` at each evaluation."""
 
     def __init__(self, system: AnySystem, see: Callable[[Array, Evaluation, float], None]) -> None:
         self._system, self._see = system, see
 
     def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
-        """As the system's own."""
+        """See ``FrequencySystem.evaluate``."""
         value = self._system.evaluate(x, parameter, context)
         self._see(x, value, parameter)
         return value
@@ -139,15 +147,15 @@ class FirstPoint:
     Parameters
     ----------
     balance, inputs, omega
-        The problem made ready, its numbers, the frequency.
+        The balance, its inputs, the frequency.
     guess
         Unknowns (N,) to try first.
     report
         Called with every ``StrategyTried``.
     last_resort
-        A motion (N,) found by other means, or None: asked for when all else failed.
+        Returns a motion (N,) found by other means, or None: called when all else failed.
     searching
-        Called now and then with how far it is.
+        Called at intervals with the progress.
     """
 
     def __init__(
@@ -211,13 +219,13 @@ class FirstPoint:
         start = next(iter(motions.values()), np.zeros(self.balance.size))
         yield "Newton homotopy", lambda: self._homotopy(start)
         if self.last_resort is not None:
-            yield "time integration", self._from_outside
+            yield "time integration", self._from_last_resort
 
     def _ramps(self) -> Iterator[Strategy]:
-        """Continuations of a parameter from a problem that is easily solved."""
+        """Continuations in a parameter from a problem that is easily solved."""
         still = self.inputs.only("load", "motion")
         if still.any("load") or still.any("motion"):
-            yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still, _LOAD_RAMP, _ROUND)
+            yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still, _LOAD_RAMP, _LOAD_RAMP_WEIGHT)
         speeds = self._speeds()
         if speeds.size:
             fast = self.inputs.only(*VELOCITIES).scaled(max(2.0 * self.scales.velocity / float(speeds.min()), 1.0))
@@ -230,7 +238,7 @@ class FirstPoint:
             yield name, lambda missing=missing: self._ramp(self.inputs.moved(missing, -1.0), missing)  # type: ignore[misc]
 
     def _law_ramps(self) -> dict[tuple[str, str, float], None]:
-        """Ramps the laws offer, each once."""
+        """Ramps of the laws, each once."""
         pairs = zip(self.balance.batches, self.inputs.batches, strict=True)
         return dict.fromkeys(ramp for batch, contact_inputs in pairs for ramp in batch.law.ramps(contact_inputs.values))
 
@@ -241,7 +249,7 @@ class FirstPoint:
         return result.x if result.converged else None
 
     def _homotopy(self, x: Array) -> Array | None:
-        """Take the residual of a first guess away bit by bit."""
+        """Reduce the residual of a first guess to zero by continuation."""
         from slipstick.solve.homotopy import homotopy
 
         system = self._watched(FrequencySystem(self.balance, self.inputs))
@@ -250,27 +258,27 @@ class FirstPoint:
         return result.x if result.converged else None
 
     def _watched(self, system: AnySystem, *, ramp: bool = False) -> _Watched:
-        """The system, each evaluation of which is told of; along a ramp its parameter is the part of the way made."""
+        """The system with evaluations counted; along a ramp its parameter is the fraction of the ramp."""
 
         def see(x: Array, value: Evaluation, parameter: float) -> None:
-            self._watch.see(self._name, self.omega, x, value, parameter if ramp else None)
+            self._watch.count(self._name, self.omega, x, value, parameter if ramp else None)
 
         return _Watched(system, see)
 
     def _part(self, balance: Balance, inputs: Inputs) -> FirstPoint:
-        """A search that is part of this one."""
+        """A search nested in this one."""
         part = FirstPoint(balance, inputs, self.omega)
         part._watch, part._name = self._watch, self._name
         return part
 
     def _scale(self, x: Array) -> float:
         size = float(np.linalg.norm(x))
-        return max(size, 1e-6 * self.scales.displacement)
+        return max(size, _MIN_SCALE * self.scales.displacement)
 
     def _ramp(
         self, base: Inputs, direction: Inputs, options: ContinuationOptions = _RAMP, weight: float = 0.1
     ) -> Array | None:
-        """Follow ``base + s direction`` from s = 0 to 1, where it is the problem itself."""
+        """Follow ``base + s direction`` from s = 0 to 1, the problem itself."""
         first = self._part(self.balance, base)
         for _, attempt in first._simple():
             x = attempt()
@@ -293,14 +301,14 @@ class FirstPoint:
             yield name, lambda x=x: self._solve(x)  # type: ignore[misc]
 
     def _speeds(self) -> Array:
-        """Rubbing velocities other than zero, of all ports, > 0, length/time."""
+        """Magnitudes of the nonzero rubbing velocities of all ports, length/time."""
         speeds = np.concatenate(
             [np.abs(contact_inputs.speed(self.omega)).reshape(-1) for contact_inputs in self.inputs.batches]
         )
         return speeds[speeds > 0]
 
     def _fewer_harmonics(self) -> Array | None:
-        """Solve with the driven harmonics and the lower half, found in the same way, then take in the others."""
+        """Solve with the driven harmonics and the lower half, by the same strategies, then with all."""
         kept = self._essential()
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
         balance = self.balance.narrowed(kept)
@@ -314,22 +322,22 @@ class FirstPoint:
         return self._solve(full.reshape(-1), _FROM_NEAR)
 
     def _smoother_ones(self) -> Iterator[tuple[str, float]]:
-        """Velocities over which friction reverses, with the factor to what counts as slow beside the vibration."""
+        """Parameters of the velocity over which friction reverses, with the factor to the first, large velocity."""
         for batch, contact_inputs in zip(self.balance.batches, self.inputs.batches, strict=True):
             parameter = batch.law.slow
             least = 0.0 if parameter is None else float(np.min(contact_inputs.values[parameter], initial=np.inf))
-            if parameter is not None and 0.0 < least < _SLOW / _DECADE * self.scales.velocity:
-                yield parameter, _SLOW * self.scales.velocity / least
+            if parameter is not None and 0.0 < least < _SMOOTH_VELOCITY / _DECADE * self.scales.velocity:
+                yield parameter, _SMOOTH_VELOCITY * self.scales.velocity / least
 
     def _smoother_first(self, parameter: str, factor: float) -> Array | None:
-        """Solve where friction reverses gently, found in the same way, then by and by as fast as it does."""
+        """Solve with friction that reverses over a large velocity, by the same strategies, then reduce the velocity."""
         extra = self.inputs.only(parameter)
         x = self._part(self.balance, self.inputs.moved(extra, factor - 1.0)).find()
         if x is None:
             self._reason = NoStart.SMOOTHER
             return None
         share = 1.0 / _DECADE
-        while factor > 1.0 and share < _LEAST_CHANGE:
+        while factor > 1.0 and share < _SLOWEST_CHANGE:
             smaller = max(share * factor, 1.0)
             found = self._part(self.balance, self.inputs.moved(extra, smaller - 1.0))._solve(x, _FROM_NEAR)
             if found is None:
@@ -340,7 +348,7 @@ class FirstPoint:
         return x if factor == 1.0 else None
 
     def _near_field_first(self, near: Balance) -> Array | None:
-        """Solve without solutions of the full model, found in the same way, then with them."""
+        """Solve without the far coupling by residuals, by the same strategies, then with it."""
         x = self._part(near, self.inputs).find()
         if x is None:
             self._reason = NoStart.NEAR_FIELD
@@ -356,8 +364,8 @@ class FirstPoint:
         orders |= {m for i, m in enumerate(harmonics.orders[1:]) if driven[2 * i + 1 : 2 * i + 3].any()}
         return Harmonics(sorted(orders))
 
-    def _from_outside(self) -> Array | None:
+    def _from_last_resort(self) -> Array | None:
         assert self.last_resort is not None
-        self._watch.tell(self._name, self.omega)
+        self._watch.report(self._name, self.omega)
         x = self.last_resort()
         return None if x is None else self._solve(x)

@@ -1,4 +1,4 @@
-"""What contact states add to the balance: one term in each derivative, and the contacts as they are at the start.
+"""Contact states in the balance: their term in each derivative, and the contacts at their initial values.
 
 With a fast state z eliminated, every derivative of the residual gains ``C dP``, where ``C = A F_z G`` (N, n), ``G`` is
 the state's gain and ``dP`` the derivative of the powers at fixed z (``state/contact_state.py``, THEORY.md (8.2)). A
@@ -22,10 +22,10 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.batches import Batch
     from slipstick.balance.compliance import Compliance
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.jacobian_backends import AnyCompliance
+    from slipstick.balance.layout import Batch
 
 
 def state_columns(balance: Balance, carried: Carried, compliance: Compliance) -> Array:
@@ -74,7 +74,7 @@ def answer_to_powers(
 
 
 def add_force_changes(states: Sequence[Carried], dpowers: Iterable[Array], forces: list[dict[int, Array]]) -> None:
-    """Add what the states do to changes of the forces, for changes (n,) of the powers at fixed states."""
+    """Add the effect of the states to changes of the forces, for changes (n,) of the powers at fixed states."""
     for carried, dpower in zip(states, dpowers, strict=True):
         dz = carried.gain @ dpower
         for i, force in carried.force_by_value.items():
@@ -82,7 +82,7 @@ def add_force_changes(states: Sequence[Carried], dpowers: Iterable[Array], force
 
 
 def at_states(states: Sequence[Carried], direction: Inputs) -> Inputs:
-    """A direction in the problem's parameters as one in those that the laws were asked with."""
+    """A direction in the problem's parameters as one in the parameters of the laws at the contact states."""
     for carried in states:
         rates = direction.batches[carried.batch]
         direction = direction.with_batch(
@@ -108,7 +108,7 @@ def power_along(powered: Powered, direction: Inputs) -> Array:
 
 
 def pairs_at_start(pairs: Sequence[ContactPair], batch: Batch, state: ContactState) -> tuple[ContactPair, ...]:
-    """The contacts with the parameters that they have at the start of a state."""
+    """The contacts with their parameters at the initial value of a state."""
     changed = list(pairs)
     for e, (p, k) in enumerate(batch.members):
         for name, value in state.at_start().items():
@@ -120,7 +120,7 @@ def pairs_at_start(pairs: Sequence[ContactPair], batch: Batch, state: ContactSta
 def state_faults(
     pairs: Sequence[ContactPair], batches: Sequence[Batch], states: Sequence[ContactState]
 ) -> Iterator[Fault]:
-    """Contacts that cannot have their states."""
+    """Faults of contacts that cannot have their states."""
     for s, state in enumerate(states):
         if not batches:
             continue

@@ -1,11 +1,11 @@
-"""Structures that nothing but their contacts holds: springs in harmonic 0 that are taken off the contact forces again.
+"""Structures that only their contacts hold: reference springs in harmonic 0, subtracted from the contact forces again.
 
 A singular stiffness K has no static compliance. With reference springs k along the contact ports, ``K + B k B^T`` has,
 and ``X + A (F - k X - P)`` has the same solutions as ``K u + B (F - P) = 0``, whatever k is. Harmonics above 0 need
 none.
 
-Friction alone fixes no mean position: its force does not change with it. Where nothing but friction holds a rigid-body
-motion, the mean displacement is that without it, and what pushes along it has to be in balance by itself.
+Friction alone fixes no mean position: its force does not change with it. Where only friction holds a rigid-body motion,
+the mean displacement is computed without it, and the mean loads along it have to be in balance by themselves.
 """
 
 from __future__ import annotations
@@ -24,28 +24,29 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.balance.batches import Batch
+    from slipstick.balance.layout import Batch
     from slipstick.balance.problem import Problem
 
 _BALANCED = 1e-8
-"""Mean force along a rigid-body motion over the forces that make it, up to which it is in balance."""
-
+"""Mean force along a rigid-body motion, over the forces it consists of, that counts as zero: rounding of the modes."""
 _SLIDING = 10.0
-"""Vibration over the motion up to slip at which contacts are asked: at the edge of slip rounding would decide."""
-_ROUNDING = 1e-6
-"""Derivative by the mean displacement over the largest one, up to which it is zero."""
+"""Amplitude, over the motion up to slip, at which laws are evaluated: at the onset of slip rounding would decide."""
+_NO_STIFFNESS = 1e-6
+"""Derivative by the mean displacement, over the largest derivative, that counts as zero."""
+_NNLS_RESIDUAL = 1e-6
+"""Residual of non-negative least squares, over the right-hand side, above which there is no solution."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Support:
-    """How a structure that is not held is held in harmonic 0.
+    """Support in harmonic 0 of a structure that is not held by itself.
 
     Attributes
     ----------
     structure
         The structure with the reference springs in its static compliance.
     springs
-        Reference stiffness of each port (n_ports,), to be taken off the contact forces.
+        Reference stiffness of each port (n_ports,), to be subtracted from the contact forces.
     held_by_friction
         Rigid-body motions of the ports that friction alone holds, (n_ports, k); mass-normalised.
     """
@@ -56,7 +57,7 @@ class Support:
 
 
 def support_of(problem: Problem) -> Support | None:
-    """What holds the structure in harmonic 0; None where it is held by itself. InputError where nothing holds it."""
+    """Support of the structure in harmonic 0; None where it is held by itself. InputError where nothing holds it."""
     structure: Any = problem.structure
     if structure.held:
         return None
@@ -88,7 +89,7 @@ def _static_loads(problem: Problem) -> Array:
 
 
 def _fixing(problem: Problem) -> Array:
-    """Which ports (n_ports,) have a force that knows the mean position: along a surface friction does not."""
+    """Ports (n_ports,) whose force depends on the mean position: friction along a surface does not."""
     fixing = np.ones(len(problem.port_directions), dtype=bool)
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
         along = {port for name, port in batch.law.surface_ports.items() if name != "normal"}
@@ -109,7 +110,7 @@ def _answers_mean(batch: Batch, i: int, values: Mapping[str, Array]) -> Any:
     tangent = response.by_motion.get((i, i))
     if tangent is None:
         return np.zeros(n, dtype=bool)
-    return np.abs(tangent[:, 0, 0]) > _ROUNDING * np.abs(tangent).max(axis=(1, 2))
+    return np.abs(tangent[:, 0, 0]) > _NO_STIFFNESS * np.abs(tangent).max(axis=(1, 2))
 
 
 def pressing_warnings(problem: Problem) -> Iterator[str]:
@@ -123,22 +124,22 @@ def pressing_warnings(problem: Problem) -> Iterator[str]:
         return
     structure: Any = problem.structure
     R, forces = structure.rigid_motions, _static_loads(problem)
-    seen = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float).T @ R
-    pushing = np.zeros(len(seen), dtype=bool)
+    motions = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float).T @ R
+    pushing = np.zeros(len(motions), dtype=bool)
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
         normal = batch.law.surface_ports.get("normal")
         for name, port in zip(batch.law.ports, batch.ports, strict=True):
             if name == normal:
                 pushing[port.rows] = True
             elif not np.any(np.asarray(given.values.get("mu", 1.0))):
-                seen[port.rows] = 0.0  # without friction no force
-    if not pushing.any() or np.any(np.abs(seen[~pushing]) > _BALANCED * np.abs(R).max()):
+                motions[port.rows] = 0.0  # without friction no force
+    if not pushing.any() or np.any(np.abs(motions[~pushing]) > _BALANCED * np.abs(R).max()):
         return
     loads = (R.T @ forces).ravel()
-    wanted, columns = loads, seen[pushing].T
+    wanted, columns = loads, motions[pushing].T
     if not np.any(np.abs(loads) > _BALANCED * np.abs(R).max() * np.abs(forces).max(initial=0.0)):
-        wanted, columns = np.r_[loads, 1.0], np.vstack([columns, np.ones(columns.shape[1])])  # any that balance
-    if nnls(columns, wanted)[1] > 1e-6 * np.linalg.norm(wanted):
+        wanted, columns = np.r_[loads, 1.0], np.vstack([columns, np.ones(columns.shape[1])])  # any forces in balance
+    if nnls(columns, wanted)[1] > _NNLS_RESIDUAL * np.linalg.norm(wanted):
         yield (
             "no load of harmonic 0 presses the structure on the contacts, which can only push and alone hold it: it "
             "leaves them, and no steady motion touches them; give the load that presses it, such as its weight"

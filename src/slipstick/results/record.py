@@ -14,10 +14,9 @@ from scipy.sparse import csc_array
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.evaluation import Adapted, Detail, Together
+from slipstick.balance.evaluation import Adapted, Detail, FrequencySystem, ParameterSystem, Together
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.problem import Problem
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.law import Response
 from slipstick.results.measures import amplitude
 from slipstick.results.postprocessing import Postprocessing

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.load_parameters import load_names
-from slipstick.balance.parameters import parameter_path, parameter_units
+from slipstick.balance.parameters import load_names, parameter_path, parameter_units
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names
 from slipstick.results.schema import VARIABLES, state_names

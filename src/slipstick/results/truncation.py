@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from slipstick.balance.compliance import FactoredCompliance
 from slipstick.balance.evaluation import respond
-from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.inputs import Assigned
 from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
@@ -28,8 +28,7 @@ from slipstick.typing import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.batches import Batch
-    from slipstick.balance.evaluation import Tangents
+    from slipstick.balance.layout import Batch, Tangents
     from slipstick.results.record import Outputs
 
 Structures = Sequence[Mapping[str, float]]

@@ -1,4 +1,4 @@
-"""Solutions from far away: the Newton homotopy, followed round its turning points and corners."""
+"""Newton homotopy, followed around its turning points and corners, for starts far from a solution."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 from slipstick.solve.continuation import ArclengthScaling, ContinuationOptions, continuation
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
 from slipstick.typing import Array
+
+_FIRST_STEP, _MAX_STEP = 0.05, 0.3
+"""Steps of the homotopy, in its whole length: long ones, because only the end is used."""
 
 
 class _Shifted:
@@ -32,11 +35,11 @@ def homotopy(
     options: NewtonOptions | None = None,
     max_points: int = 400,
 ) -> NewtonResult:
-    """Solve ``system(x).residual = 0`` where ``newton`` fails from ``x0``: slower by far, and much surer.
+    """Solve ``system(x).residual = 0`` where ``newton`` fails from ``x0``; it is much slower and much more robust.
 
-    The residual of the first guess is taken away bit by bit (H. B. Keller, Global homotopies and Newton methods, 1978),
-    by arclength, so that the path may turn back. ``scale`` as for ``newton``: a change of the unknowns of that size
-    counts as much as the whole way.
+    The residual of the first guess is reduced to zero (H. B. Keller, Global homotopies and Newton methods, 1978) by
+    arclength continuation, so that the path may turn back. ``scale`` is as for ``newton``: a change of the unknowns of
+    that size counts as much as the whole homotopy.
 
     Examples
     --------
@@ -47,7 +50,9 @@ def homotopy(
     (True, True)
     """
     start = np.array(x0, dtype=float)
-    settings = ContinuationOptions(first_step=0.05, max_step=0.3, locate_turning_points=False, max_points=max_points)
+    settings = ContinuationOptions(
+        first_step=_FIRST_STEP, max_step=_MAX_STEP, locate_turning_points=False, max_points=max_points
+    )
     scaling = ArclengthScaling(x=scale, adaptive=False, weight=1.0)
     last = start
     path = continuation(_Shifted(system, start), start, 0.0, 1.0, options=settings, scaling=scaling)

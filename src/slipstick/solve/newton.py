@@ -22,15 +22,47 @@ from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Jacobian, UndefinedJ
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
+# Gain of a correction: norm of the simplified correction over that of the Newton correction.
+_CLEAR_GAIN = 0.5
+"""Ratio up to which a whole correction is taken without a search: Newton's method contracts much faster than that."""
+_WORST_LOSS = 10.0
+"""Ratio up to which a whole correction may be taken although it does not help: across a kink the ratio says little."""
+_SUFFICIENT_GAIN = 0.1
+"""Part of its damping by which a damped correction has to reduce the ratio below 1, as in Armijo's rule."""
+_DAMPING_RATIO = 0.5
+"""Ratio of a damping to the one tried before it."""
+
+# Stagnation and rounding.
+_NO_CONTRACTION, _CONTRACTION = 0.5, 0.1
+"""A correction that is more than the first factor of the one before has stalled, unless that one had fallen below the
+second factor of its predecessor: the next correction then shows whether rounding is reached."""
+_ROUNDING_CORRECTION = 1e-3
+"""Largest scaled correction of a state that may be a solution to rounding: with a larger one it is not near any."""
+_ROUNDING_ERROR = 16.0 * float(np.finfo(float).eps)
+"""Largest residual that is rounding, over the norm of its terms: a few unit roundoffs for each sum."""
+
+# Accuracy of linear solves by iteration; direct ones are exact.
+_CORRECTION_ERROR = 0.1
+"""Largest error of a correction, over the tolerance of the iteration."""
+_SIZE_ERROR = 0.03
+"""Relative error of a simplified correction, of which only the norm is used, and largest one of any correction."""
+
 
 class Evaluation(NamedTuple):
     """Residual (N,), Jacobian and derivative of the residual by the parameter (N,) of a system at one state.
 
-    ``detail`` is handed through untouched: whatever the system wants to find again at a converged point. ``terms``
-    gives the sizes (N,) of the largest terms each residual is the sum of, which says what its rounding is; without it
-    they are taken from the Jacobian. ``context`` is what the next points of a branch are to be told where this one is
-    accepted (None: nothing). ``again`` says with which context a solution found has to be sought once more, of a system
-    that makes itself finer where it must; None where it is good as it is.
+    Attributes
+    ----------
+    detail
+        Any data that the system needs at a converged point; passed through unchanged.
+    terms
+        Returns the sizes (N,) of the largest terms that each residual is the sum of, which bound its rounding error.
+        Without it they are taken from the Jacobian.
+    context
+        Passed to the evaluations of the next points of a branch where this point is accepted; None: nothing.
+    again
+        Returns the context with which a solution has to be solved again, of a system that refines itself where it
+        must; None where the solution is final.
     """
 
     residual: Array
@@ -43,7 +75,7 @@ class Evaluation(NamedTuple):
 
     @classmethod
     def undefined(cls, size: int) -> Evaluation:
-        """Of a state at which the system has no value: all nan."""
+        """The evaluation of a state at which the system has no value: all nan."""
         return cls(np.full(size, np.nan), UndefinedJacobian(size), np.full(size, np.nan))
 
 
@@ -51,7 +83,7 @@ class System(Protocol):
     """``residual(x, parameter) = 0``, N equations for N unknowns.
 
     The same arguments give the same answer. A system whose answer depends on the branch it is followed along returns a
-    ``context`` with each evaluation and takes that of the point accepted last as a third argument.
+    ``context`` with each evaluation and takes the context of the last accepted point as a third argument.
     """
 
     def evaluate(self, x: Array, parameter: float) -> Evaluation:
@@ -71,11 +103,11 @@ class NewtonOptions:
     min_damping
         Smallest fraction of a correction tried.
     non_monotone
-        How many whole corrections may be taken although no fraction of them helps.
+        Largest number of whole corrections that are taken although no fraction of them helps.
     patience
-        How many corrections in a row may fail to be half the smallest before them; None: any number.
+        Largest number of consecutive corrections that are not half the smallest one before them; None: any number.
     stagnation
-        Corrections below this which no longer shrink are rounding: accepted, and marked ``stagnated``.
+        Corrections below this that no longer shrink are rounding: the state is accepted and marked ``stagnated``.
 
     Raises
     ------
@@ -108,14 +140,6 @@ class NewtonOptions:
             raise InputError(faults)
 
 
-_EPSILON = float(np.finfo(float).eps)
-_STILL_A_SOLUTION = 1e-3
-_SMALL = 0.1
-"""Part of the tolerance that the error of a correction may be."""
-_ROUGHLY = 0.03
-"""Relative error of what is asked for its size."""
-
-
 class NewtonStop(Reason):
     """Why an iteration stopped."""
 
@@ -130,6 +154,10 @@ class NewtonStop(Reason):
 
 
 Trial = tuple[Array, Array, Jacobian, Any, float]
+"""State, residual, Jacobian, evaluation and residual norm."""
+
+Evaluate = Callable[[Array], tuple[Array, Jacobian, Any]]
+"""Residual, Jacobian and any further data, of unknowns (N,)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -173,7 +201,7 @@ class NewtonResult:
 
     @property
     def converged(self) -> bool:
-        """Whether the tolerance was met, or all but the rounding of the residual's own terms is gone."""
+        """Whether the tolerance was met, or the residual is no more than rounding."""
         return self.reason is NewtonStop.CONVERGED or self.stagnated
 
     @property
@@ -182,17 +210,17 @@ class NewtonResult:
         return self.reason is NewtonStop.ROUNDING
 
     def is_rounding(self) -> bool:
-        """Whether the residual is nothing but the rounding of its own terms."""
-        if not self.correction_norm < _STILL_A_SOLUTION:
+        """Whether the residual is no larger than the rounding error of its own terms."""
+        if not self.correction_norm < _ROUNDING_CORRECTION:
             return False
         size = norm(self.jacobian.bound(self.x))
         terms = self.evaluation.terms if isinstance(self.evaluation, Evaluation) else None
         if terms is not None:
             size = max(size, norm(terms()))
-        return self.residual_norm <= 16.0 * _EPSILON * size
+        return self.residual_norm <= _ROUNDING_ERROR * size
 
     def accept(self, trial: Trial, expected: float) -> None:
-        """Move to a trial state: x, residual, Jacobian, evaluation, residual norm; and the next correction expected."""
+        """Move to a trial state; ``expected`` is the scaled norm of the next correction."""
         self._expected, before = expected, self.jacobian
         self.x, self.residual, self.jacobian, self.evaluation, self.residual_norm = trial
         self.jacobian.take_over(before)
@@ -223,7 +251,7 @@ def newton(
     Returns
     -------
     NewtonResult
-        Look at ``converged``; nothing is raised when the iteration fails.
+        With ``converged``; nothing is raised when the iteration fails.
 
     Examples
     --------
@@ -257,17 +285,18 @@ def iterate(
     x: Array,
     inverse_scale: Array,
     options: NewtonOptions,
-    too_far: Callable[[Array], bool] | None = None,
-    beside: Jacobian | None = None,
+    is_too_far: Callable[[Array], bool] | None = None,
+    neighbour: Jacobian | None = None,
 ) -> NewtonResult:
-    """The iteration behind ``newton``: ``evaluate(x)`` returns residual, Jacobian and anything to keep with them.
+    """The iteration of ``newton``.
 
-    Where the first correction is ``too_far`` it is given up. ``beside`` is the Jacobian of a state nearby.
+    It stops where ``is_too_far`` of the first correction is true. ``neighbour`` is the Jacobian of a neighbouring
+    state, whose preconditioner may serve.
     """
     result = NewtonResult(x)
     result.residual, result.jacobian, result.evaluation = evaluate(x)
-    if beside is not None:
-        result.jacobian.take_over(beside)
+    if neighbour is not None:
+        result.jacobian.take_over(neighbour)
     result.evaluations = 1
     result.residual_norm = norm(result.residual)
     allowance = options.non_monotone
@@ -276,7 +305,7 @@ def iterate(
         step = _correction(result, inverse_scale, options)
         if step is None or _finished(result, options):
             return result if result.converged else _at_rounding_level(result)
-        if too_far is not None and result.iterations == 0 and too_far(step):
+        if is_too_far is not None and result.iterations == 0 and is_too_far(step):
             result.reason = NewtonStop.TOO_FAR
             return result
         allowance = line_search(evaluate, result, step, inverse_scale, options, allowance)
@@ -286,7 +315,7 @@ def iterate(
 
 
 def _correction(result: NewtonResult, inverse_scale: Array, options: NewtonOptions) -> Array | None:
-    """Newton correction at the current state; None (with the reason) when it cannot be had."""
+    """Newton correction at the current state; None, with the reason set, where there is none."""
     result.history.append(result.residual_norm)
     if not isfinite(result.residual_norm):
         result.reason = NewtonStop.NOT_FINITE
@@ -294,7 +323,7 @@ def _correction(result: NewtonResult, inverse_scale: Array, options: NewtonOptio
     if result.jacobian.singular:
         result.correction_norm, result.reason = np.inf, NewtonStop.SINGULAR
         return None
-    step = result.jacobian.solve_correction(result.residual, _needed(result, options))
+    step = result.jacobian.solve_correction(result.residual, _correction_error(result, options))
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
@@ -304,10 +333,10 @@ def _correction(result: NewtonResult, inverse_scale: Array, options: NewtonOptio
     return step
 
 
-def _needed(result: NewtonResult, options: NewtonOptions) -> float:
-    """Relative error of the next correction that leaves next to nothing of the tolerance."""
-    most = _SMALL * options.tolerance / max(result._expected, options.tolerance)
-    return min(max(most, OF_CORRECTIONS), _ROUGHLY)
+def _correction_error(result: NewtonResult, options: NewtonOptions) -> float:
+    """Relative error of the next correction that is small against the tolerance."""
+    largest = _CORRECTION_ERROR * options.tolerance / max(result._expected, options.tolerance)
+    return min(max(largest, OF_CORRECTIONS), _SIZE_ERROR)
 
 
 def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
@@ -328,49 +357,42 @@ def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
 
 
 def _at_rounding_level(result: NewtonResult) -> NewtonResult:
-    """Accept a failed iteration after all when its residual is nothing but the rounding of its own terms."""
+    """Accept a failed iteration whose residual is no larger than the rounding error of its own terms."""
     if result.is_rounding():
         result.reason = NewtonStop.ROUNDING
     return result
 
 
 def _since_best(sizes: list[float]) -> int:
-    """How many corrections ago one was last half the smallest before it."""
+    """Number of corrections since one was half the smallest before it."""
     best, at = sizes[0], 0
     for i, size in enumerate(sizes):
-        if size <= 0.5 * best:
+        if size <= _NO_CONTRACTION * best:
             best, at = size, i
     return len(sizes) - 1 - at
 
 
-# Formulas of the iteration: of one, or of arrays of many.
+# Criteria of the iteration, for floats or for arrays of many iterations
 
 
 def stalls(size: Any, before: Any, earlier: Any) -> Any:
-    """Whether corrections of a ``size`` no longer shrink, seen from the two before."""
-    return (size > 0.5 * before) & (before > 0.1 * earlier)
+    """Whether corrections no longer shrink, from the last size and the two before it."""
+    return (size > _NO_CONTRACTION * before) & (before > _CONTRACTION * earlier)
 
 
 def is_clear_gain(natural: Any, size: Any, options: NewtonOptions) -> Any:
-    """Whether a whole correction is taken at once: by its natural measure, or as it is no more than rounding."""
+    """Whether a whole correction is taken without a search: by its gain, or because it is no more than rounding."""
     return (natural <= _CLEAR_GAIN) | ((size <= options.stagnation) & (natural < inf))
 
 
 def may_be_taken_whole(natural: Any) -> Any:
-    """Whether a whole correction may be taken though it helps nothing: across a kink the measure says little."""
+    """Whether a whole correction may be taken although it does not help."""
     return natural < _WORST_LOSS
 
 
 def gains(natural: Any, damping: float) -> Any:
-    """Whether a correction of which a fraction was taken brings the solution nearer by its share."""
-    return natural < 1.0 - 0.1 * damping
-
-
-_CLEAR_GAIN = 0.5
-_WORST_LOSS = 10.0
-
-Evaluate = Callable[[Array], tuple[Array, Jacobian, Any]]
-"""Residual, Jacobian and anything to keep with them, of unknowns (N,)."""
+    """Whether a damped correction brings the solution nearer in proportion to its damping."""
+    return natural < 1.0 - _SUFFICIENT_GAIN * damping
 
 
 def line_search(
@@ -383,8 +405,8 @@ def line_search(
 ) -> int:
     """Take the whole correction if it brings the solution nearer, else the best fraction; return the allowance left.
 
-    The search does not stop at the first fraction that helps: between kinks the measure falls and rises by pieces, and
-    the first gain found from above is often a tiny one beyond the kink that matters.
+    The search does not stop at the first fraction that helps. Between kinks the ratio falls and rises piecewise, and
+    the first gain from above is often a tiny one, beyond the kink that matters.
     """
     size, damping = result.correction_norm, 1.0
     best, level, full = None, np.inf, None
@@ -393,7 +415,7 @@ def line_search(
         result.evaluations += 1
         natural = np.inf
         if isfinite(trial[4]):
-            simplified = result.jacobian.solve_correction(trial[1], _ROUGHLY)
+            simplified = result.jacobian.solve_correction(trial[1], _SIZE_ERROR)
             natural = norm(simplified * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:
@@ -407,7 +429,7 @@ def line_search(
             best, level = trial, natural
         elif gains(level, damping):
             break
-        damping *= 0.5
+        damping *= _DAMPING_RATIO
     if not gains(level, options.min_damping) and full is not None and allowance > 0:
         best, level, allowance = full, -1.0, allowance - 1
     if best is None or level >= 1.0:

@@ -1,4 +1,4 @@
-"""The norm that all numerics measure with."""
+"""Norms of vectors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slipstick.typing import Array
 
 
 def norm(vector: Array) -> float:
-    """Euclidean norm, quick for short vectors; inf if not finite."""
+    """Euclidean norm, fast for short vectors; inf if not finite."""
     square = vector.dot(vector)
     return sqrt(square) if isfinite(square) else inf
 

@@ -1,6 +1,6 @@
 """Single steps of Runge-Kutta methods for ``dz/dt = f(z)``: explicit ones, and a linearly implicit one.
 
-A right-hand side may have no value (None), as where a solution it stands on has vanished: then the step has none.
+A right-hand side may have no value (None), as where a solution that it depends on has vanished; nor has the step then.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import numpy as np
 from slipstick.typing import Array
 
 V = TypeVar("V")
-"""What an evaluation yields besides the rate: it is handed back with the end of a step."""
+"""Further result of an evaluation, returned with the end of a step."""
 
 RightHandSide = Callable[[Array, float], tuple[Array, V] | None]
-"""Rate (n,) and anything besides at a state (n,), and at which part of the step it lies."""
+"""Rate (n,) and a further result, from a state (n,) and its part of the step."""
 
 
 class Method(NamedTuple):
-    """An explicit method: stages ``a``, their nodes, weights, and what is taken from these for the error estimate."""
+    """An explicit method: coefficients ``a`` of the stages, weights ``b``, and weights of the error estimate."""
 
     order: int
     a: tuple[tuple[float, ...], ...]
@@ -49,7 +49,7 @@ DORMAND_PRINCE = Method(
 
 
 class StepEnd(NamedTuple):
-    """Where a step leads."""
+    """End of a step."""
 
     state: Array
     rate: Array
@@ -87,6 +87,7 @@ def _sum(weights: tuple[float, ...], rates: list[Array]) -> Array:
     return total
 
 
+# Coefficients of RODAS in the transformed form of Hairer and Wanner, which needs no products with the matrix.
 _GAMMA = 0.25
 _A = (
     (),
@@ -109,7 +110,7 @@ ROSENBROCK_ORDER = 4
 
 
 def rosenbrock_step(f: RightHandSide[V], z: Array, rate: Array, h: float, slopes: Array) -> StepEnd | None:
-    """One step of RODAS, which damps what is stiff: order 4 with an estimate of order 3, for exact ``slopes`` df/dz.
+    """One step of RODAS, L-stable: order 4 with an estimate of order 3, for exact ``slopes`` df/dz.
 
     E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VI.4.
 

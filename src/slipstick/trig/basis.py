@@ -1,6 +1,6 @@
 """Values of trigonometric polynomials at one time: tables, ``cos k t`` and ``sin k t`` of every order, sums.
 
-How far a value can be from the truth is proved in ``slipstick.trig.roots``.
+Bounds of the rounding errors are derived in ``slipstick.trig.roots``.
 """
 
 from __future__ import annotations
@@ -17,14 +17,16 @@ from slipstick.typing import Array, IntArray
 
 TWO_PI = 2.0 * pi
 CELLS_PER_ORDER = 10
+"""Cells of the root search for each order: ``m h <= pi / 10`` in ``slipstick.trig.roots``."""
 _PIECES = 256
+"""Entries of the table of ``circle``: the rest is below pi / 256, where series to order six are exact to rounding."""
 # 2 pi / 256 in two parts, the first short enough for exact products
 _STEP_HIGH = float(np.float32(TWO_PI / _PIECES))
 _STEP_LOW = TWO_PI / _PIECES - _STEP_HIGH + 2.4492935982947064e-16 / _PIECES
 
 
 def turns(part: int | IntArray, whole: int) -> tuple[Array, Array]:
-    """Cosine and sine of ``part / whole`` turns, ``part`` integers of any size, to rounding: no angle above pi/4."""
+    """Cosine and sine of ``part / whole`` turns, for integers of any size, to rounding: by angles up to pi/4."""
     quarter, rest = np.divmod(4 * np.mod(part, whole), whole)
     beyond = 2 * rest > whole
     angle = np.where(beyond, whole - rest, rest) / whole * (0.5 * pi)
@@ -61,7 +63,7 @@ class Polynomial(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for ``cos m_j t, sin m_j t``: at a time (n4,) each, and both at half and at the middle of a way (2, n4)."""
+    """Buffers for ``cos m_j t, sin m_j t``: at a time (n4,) each, and for ``rise`` (2, n4) each."""
 
     c: Array
     s: Array
@@ -95,7 +97,7 @@ def circle(t: float) -> tuple[float, float]:
 
 @inlined
 def powers(t: float, n: int, c: Array, s: Array) -> None:
-    """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have room for n rounded up to four."""
+    """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have n entries, rounded up to four."""
     c1, s1 = circle(t)
     c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
     c4, s4 = c2 * c2 - s2 * s2, 2.0 * c2 * s2
@@ -157,9 +159,9 @@ def third(p: Polynomial, m: Array, c: Array, s: Array) -> float:
 
 @inlined
 def rise(start: float, end: float, v: float, p: Polynomial, grid: Grid, scratch: Scratch) -> float:
-    """What ``v t + p(t)`` gains from ``start`` to ``end``, with all its digits however short the way.
+    """Change of ``v t + p(t)`` from ``start`` to ``end``, without cancellation however short the interval.
 
-    The rooms ``half`` and ``middle`` receive the bases of half the way and of its middle.
+    ``scratch.half`` and ``scratch.middle`` receive the bases of half the interval's length and of its middle.
     """
     half, middle = scratch.half, scratch.middle
     basis(0.5 * (end - start), grid, half[0], half[1])

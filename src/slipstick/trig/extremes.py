@@ -1,7 +1,7 @@
 """The largest deviation of a trigonometric polynomial from its mean, with its time: a grid, then Newton's method.
 
 Between two neighbouring times of a grid of step ``h`` the deviation rises above the nearer one by at most
-``B2 (h/2)^2 / 2``, ``B2 = sum m^2 (|c_m| + |s_m|)``: grid times further below the largest need no look.
+``B2 (h/2)^2 / 2``, ``B2 = sum m^2 (|c_m| + |s_m|)``: grid times further below the largest need no Newton iteration.
 """
 
 from __future__ import annotations
@@ -15,20 +15,22 @@ from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
-_UPHILL = 60
-"""Steps to the top at most."""
+_SUMMIT_STEPS, _SUMMIT_ERROR = 8, 1e-8
+"""Largest number of Newton steps from a grid time, and the step (rad) at which they end: the value is then exact."""
+_ASCENT_STEPS, _ASCENT_ERROR = 60, 1e-14
+"""The same from any time, where steps are limited; the time is then exact."""
 
 
 @inlined
-def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: Array, s: Array) -> tuple[float, float]:
-    """Time and value of the extreme next to ``t``, where the value is ``start``, at most ``reach`` away."""
+def summit(t: float, start: float, radius: float, p: Polynomial, grid: Grid, c: Array, s: Array) -> tuple[float, float]:
+    """Time and value of the extreme next to ``t``, where the value is ``start``, at most ``radius`` away."""
     first = t
-    for _ in range(8):
+    for _ in range(_SUMMIT_STEPS):
         basis(t, grid, c, s)
         _v, slope, curvature = values(p, grid.orders, c, s)
         moved = t - slope / curvature if curvature != 0.0 else t
-        moved = min(max(moved, first - reach), first + reach)
-        done = abs(moved - t) < 1e-8
+        moved = min(max(moved, first - radius), first + radius)
+        done = abs(moved - t) < _SUMMIT_ERROR
         t = moved
         if done:
             break
@@ -76,38 +78,38 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
 
 
 @compiled(allocates=True)
-def _uphill(X: Array, start: float, tables: Any, out: Array) -> None:
-    """Time, deviation and its second derivative (3,) of the extreme of a row ``X`` (L,) that a time lies below.
+def _ascend(X: Array, start: float, tables: Any, out: Array) -> None:
+    """Time, deviation and its second derivative (3,) of the extreme of a row ``X`` (L,) uphill of a time.
 
-    By Newton's method, in steps of half a radian of the highest order at most.
+    By Newton's method, in steps of at most half a radian of the highest order.
     """
     grid = Grid(*tables)
     pc, ps = np.zeros(grid.orders.size), np.zeros(grid.orders.size)
     c, s = np.empty(grid.orders.size), np.empty(grid.orders.size)
     for j in range(grid.n):
         pc[j], ps[j] = X[2 * j + 1], X[2 * j + 2]
-    p, reach, t = Polynomial(0.0, pc, ps), 1.0 / grid.top, start
+    p, longest, t = Polynomial(0.0, pc, ps), 1.0 / grid.top, start
     basis(t, grid, c, s)
     v, slope, curvature = values(p, grid.orders, c, s)
     side = 1.0 if v >= 0.0 else -1.0
-    for _ in range(_UPHILL):
-        rise, bent = side * slope, side * curvature
-        step = -rise / bent if bent < 0.0 else reach * np.sign(rise)
-        t += min(max(step, -reach), reach)
+    for _ in range(_ASCENT_STEPS):
+        up, bend = side * slope, side * curvature
+        step = -up / bend if bend < 0.0 else longest * np.sign(up)
+        t += min(max(step, -longest), longest)
         basis(t, grid, c, s)
         v, slope, curvature = values(p, grid.orders, c, s)
-        if abs(step) < 1e-14:
+        if abs(step) < _ASCENT_ERROR:
             break
     out[0], out[1], out[2] = t, v, curvature
 
 
 def extreme_above(harmonics: Harmonics, X: Array, time: float) -> tuple[float, float, float]:
-    """Time, deviation from the mean and its second derivative of the extreme of ``X`` (L,) that ``time`` lies below.
+    """Time, deviation from the mean and its second derivative of the extreme of ``X`` (L,) uphill of ``time``.
 
-    Where there is none, of where the way uphill ended.
+    Where there is none, of the last time of the iteration.
     """
     row, out = X if X.flags.carray else np.require(X, float, ["C", "W"]), np.empty(3)
-    _uphill(row, time, tuple(grid(harmonics)), out)
+    _ascend(row, time, tuple(grid(harmonics)), out)
     t, value, curvature = out.tolist()
     return t, value, curvature
 
@@ -128,7 +130,7 @@ def largest_with_changes(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Arr
 
 
 def _all_largest(harmonics: Harmonics, *motions: Array) -> Array:
-    """What is written into ``out``, of motions as the one compiled version takes them: writable and contiguous."""
+    """Results of ``_largest`` of motions in the form of its one compiled version: writable and contiguous."""
     X, dX = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in motions)
     out = np.empty((3, len(X)))
     _largest(X, dX, tuple(grid(harmonics)), out)

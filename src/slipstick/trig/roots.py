@@ -10,7 +10,7 @@ Only crossings are reported: a touching double root changes no sign.
 
 A root is reported between two neighbouring *certain* signs that differ; the times of certain signs ascend, so the roots
 ascend. A sign is certain where ``|p|`` computed exceeds a floor that is proved to be above its error. Then ``p`` itself
-alternates at these times, which it can do ``2 m_n`` times at most, and neither a duplicate nor a root too many can be.
+alternates at these times, which it can do ``2 m_n`` times at most: no root is a duplicate or spurious.
 
 **The floor.** ``u = 2^-53``, ``n`` orders, ``S = |p0| + sum |c_m|``, ``B1 = sum m |c_m|``; for a difference of two
 polynomials ``|c_m|`` is the sum of their amplitudes, before any cancellation. All bounds to first order in u.
@@ -45,15 +45,25 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
 STACK = 128
+"""Halved pieces of a cell that are stored: halving ends at the width of rounding, after some 50 times."""
 FULL = -1
-"""Number of roots returned when there is no room for another, or a cell has had ``MOST_PIECES``: neither can be."""
+"""Number of roots returned when the buffer is full, or a cell has ``MOST_PIECES``: neither can happen."""
 MOST_PIECES = 200_000
-"""Pieces that one cell is halved into at most: halving ends where values are numbers, after some hundreds."""
+"""Largest number of pieces of one cell: some hundreds, unless values are not numbers."""
 TOO_MANY = (
     "found more roots than the harmonics {orders} allow, or no end of them, which cannot be; this is a fault of "
     "slipstick: please report it with the coefficients"
 )
 _UNIT = 2.0**-53
+"""Unit roundoff u."""
+_POLISH_STEPS = 100
+"""Largest number of steps of ``polish``: bisection alone needs about 50."""
+_ROOT_ERROR, _NARROWEST = 1e-16, 1e-15
+"""Estimated error, and width of a bracket, at which a root is exact to rounding."""
+_SERIES_RANGE = 0.25
+"""Largest second and third term of the reverted series, over the first, for which it is used."""
+_ROUGH_THIRD = 0.1
+"""Relative error of a third derivative by differences between cells."""
 
 Slopes = tuple[float, float, float, float]
 """``p, p', p'', p'''`` at a time."""
@@ -71,20 +81,20 @@ class Cells(NamedTuple):
     skip: BoolArray
     """Cells whose roots do not matter."""
     margin: Array
-    """Room (cells,)."""
+    """Buffer (cells,)."""
     stack: Array
-    """Room for halved pieces (STACK, 2)."""
+    """Buffer for halved pieces (STACK, 2)."""
 
 
 class Roots(NamedTuple):
-    """Room for ascending roots, and whether the sign goes from minus to plus there."""
+    """Buffers for ascending roots, and whether the sign changes from minus to plus there."""
 
     times: Array
     rising: BoolArray
 
 
-class Sought(NamedTuple):
-    """A polynomial whose roots are sought, with bounds of its derivatives and the floor of its rounding."""
+class Search(NamedTuple):
+    """A polynomial whose roots are computed, with bounds of its derivatives and the floor of its rounding."""
 
     p: Polynomial
     grid: Grid
@@ -94,12 +104,12 @@ class Sought(NamedTuple):
     """``B4 = sum m^4 |c_m|``"""
     floor: float
     c: Array
-    """Room for a basis."""
+    """Buffers for a basis."""
     s: Array
 
 
 @inlined
-def look(f: Sought, t: float) -> Slopes:
+def derivatives_at(f: Search, t: float) -> Slopes:
     """``p, p', p'', p'''`` at a time."""
     basis(t, f.grid, f.c, f.s)
     v0, v1, v2 = values(f.p, f.grid.orders, f.c, f.s)
@@ -108,7 +118,7 @@ def look(f: Sought, t: float) -> Slopes:
 
 @inlined
 def rounding_floor(size: float, slope: float, n: int) -> float:
-    """What the computed ``|p|`` must exceed for its sign to be certain: ``size`` is S, ``slope`` is B1 (see above)."""
+    """Floor that the computed ``|p|`` must exceed for a certain sign: ``size`` is S, ``slope`` is B1 (see above)."""
     return _UNIT * ((2.0 * n + 20.0) * size + 24.0 * slope)
 
 
@@ -125,15 +135,15 @@ def bounds(p: Polynomial, m: Array) -> tuple[float, float]:
 
 
 @inlined
-def polish(left: float, right: float, rising: bool, t: float, start: Slopes, f: Sought) -> float:
+def polish(left: float, right: float, rising: bool, t: float, start: Slopes, f: Search) -> float:
     """The only root in ``[left, right]``: fourth-order steps (series reversion of the cubic Taylor polynomial), Newton
     steps where these are long, halving where a step would leave the bracket.
 
     ``start`` holds ``p, p', p'', p'''`` at the first guess ``t`` (the last may be rough).
     """
     v0, v1, v2, v3 = start
-    rough = 0.1
-    for _ in range(100):
+    rough = _ROUGH_THIRD
+    for _ in range(_POLISH_STEPS):
         if v0 == 0.0:
             return t
         if (v0 < 0.0) == rising:
@@ -147,7 +157,7 @@ def polish(left: float, right: float, rising: bool, t: float, start: Slopes, f: 
             q = 0.5 * v2 * r * u
             w = v3 * r * u * u / 6.0
             d = u
-            if abs(q) < 0.25 and abs(w) < 0.25:
+            if abs(q) < _SERIES_RANGE and abs(w) < _SERIES_RANGE:
                 d = u * (1.0 - q + 2.0 * q * q - w)
                 error = (
                     abs(u * q) * (q * q + abs(w)) * 5.0 + u * u * u * u * f.fourth * abs(r) / 24.0 + rough * abs(u * w)
@@ -156,24 +166,24 @@ def polish(left: float, right: float, rising: bool, t: float, start: Slopes, f: 
         if not inside:
             d, error = 0.5 * (left + right) - t, 1.0
         t = min(max(t + d, left), right)
-        if error < 1e-16 or right - left < 1e-15:
+        if error < _ROOT_ERROR or right - left < _NARROWEST:
             return t
-        v0, v1, v2, v3 = look(f, t)
+        v0, v1, v2, v3 = derivatives_at(f, t)
         rough = 0.0
     return t
 
 
 @compiled
-def between(left: float, right: float, sign: int, f: Sought) -> float:
+def between(left: float, right: float, sign: int, f: Search) -> float:
     """A crossing between two times with certain signs, ``sign`` at the right one."""
     t = 0.5 * (left + right)
-    return polish(left, right, sign > 0, t, look(f, t), f)
+    return polish(left, right, sign > 0, t, derivatives_at(f, t), f)
 
 
 @inlined
-def edge_sign(t: float, taylor: float, doubt: float, f: Sought) -> int:
-    """Sign of ``p`` at the edge of a piece, 0 where it is not certain; ``taylor`` is right within ``doubt``."""
-    if abs(taylor) <= doubt + f.floor:
+def edge_sign(t: float, taylor: float, error: float, f: Search) -> int:
+    """Sign of ``p`` at the edge of a piece, 0 where it is not certain; ``taylor`` has an ``error``."""
+    if abs(taylor) <= error + f.floor:
         basis(t, f.grid, f.c, f.s)
         taylor = value(f.p, f.c, f.s)
         if abs(taylor) <= f.floor:
@@ -187,37 +197,37 @@ def search_cell(
     right: float,
     middle: Slopes,
     before: tuple[int, float, float],
-    f: Sought,
+    f: Search,
     stack: Array,
     roots: Roots,
     count: int,
 ) -> tuple[int, int, float, int, float]:
     """Append the crossings in one cell, halving it until each piece is decided.
 
-    ``middle`` holds ``p, p', p''`` and, roughly, the third derivative at the cell's middle; ``before`` is the last
-    certain sign, its time, and whether the left edge has been looked at (an edge belongs to two pieces and is judged
-    once). Pieces that stay within rounding make no roots.
+    ``middle`` holds ``p, p', p''`` and, roughly, the third derivative at the cell's middle. ``before`` is the last
+    certain sign, its time, and whether the sign at the left edge is decided: an edge belongs to two pieces and is
+    decided once. Pieces within rounding have no roots.
     Returns the new count, or ``FULL``, the last certain sign and its time, and the first met here and its time.
     """
     sign, since, seen = before
     first, first_time = 0, 0.0
     top = 0
-    known = True
+    evaluated = True
     v0, v1, v2, v3 = middle
     floor = f.floor
     for _ in range(MOST_PIECES):
         t = 0.5 * (left + right)
         h = 0.5 * (right - left)
-        if not known:
-            v0, v1, v2, v3 = look(f, t)
-        known = False
+        if not evaluated:
+            v0, v1, v2, v3 = derivatives_at(f, t)
+        evaluated = False
         a1, a2 = abs(v1) * h, 0.5 * abs(v2) * h * h
         rest = f.third * h * h * h / 6.0
         none = abs(v0) > a1 + a2 + rest + floor
         monotone = a1 > 2.0 * a2 + 3.0 * rest + floor
-        # a little above the floor, lest a stretch of values that equal it be halved to the last digit
+        # above the floor, so that an interval of values equal to it is not halved to the last digit
         flat = abs(v0) + a1 + a2 <= 1.1 * floor and rest <= 1e3 * floor
-        if not (none or monotone or flat or h < 1e-15):
+        if not (none or monotone or flat or h < _NARROWEST):
             stack[top, 0], stack[top, 1] = t, right
             top += 1
             right = t
@@ -250,7 +260,7 @@ def search_cell(
 
 
 @compiled
-def close_period(count: int, last: tuple[int, float], first: tuple[int, float], f: Sought, roots: Roots) -> int:
+def close_period(count: int, last: tuple[int, float], first: tuple[int, float], f: Search, roots: Roots) -> int:
     """Add the crossing between the last certain sign of the period and the first one of the next, if they differ.
 
     ``last`` and ``first`` are a sign and its time.
@@ -280,7 +290,7 @@ def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scra
     bound, next_bound = bounds(p, grid.orders)
     if not next_bound > 0.0 or not next_bound < 1e300:  # also where it is not a number, or overflows
         return 0, 1 if p.mean > 0.0 else (-1 if p.mean < 0.0 else 0)
-    f = Sought(p, grid, bound, next_bound, floor, scratch.c, scratch.s)
+    f = Search(p, grid, bound, next_bound, floor, scratch.c, scratch.s)
     g0, g1, g2, skip, margin = cells.p, cells.slope, cells.curve, cells.skip, cells.margin
     number = g0.size
     h = 0.5 * TWO_PI / number
@@ -360,7 +370,7 @@ def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, BoolArr
     Raises
     ------
     SlipstickError
-        If more roots are found than there can be; the list is never cut short.
+        If more roots are found than there can be; the list is never truncated.
 
     Examples
     --------

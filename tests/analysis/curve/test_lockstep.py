@@ -14,9 +14,9 @@ from slipstick.analysis.curve import lockstep
 from slipstick.analysis.curve.follow import CurveRequest, frequency_request
 from slipstick.analysis.curve.lockstep import Lockstep, alike, in_lockstep
 from slipstick.analysis.curve.lockstep_events import Events
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.many import ManyBalances, same_form
-from slipstick.balance.systems import FrequencySystem
 from slipstick.results import record
 from slipstick.results.solutions import Solutions
 

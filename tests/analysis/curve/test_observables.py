@@ -6,7 +6,7 @@ import pytest
 import slipstick as ss
 from slipstick.analysis.curve.observables import OutputObservables
 from slipstick.balance.balance import Balance
-from slipstick.balance.systems import FrequencySystem
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import ContinuationOptions, continuation
 

@@ -12,7 +12,7 @@ from helpers.faults import raises_fault
 import slipstick as ss
 from slipstick.analysis.sensitivity.linearization import Linearization
 from slipstick.balance.balance import Balance
-from slipstick.balance.systems import FrequencySystem
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.results.record import Outputs
 from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.structure.modal import LoadShape

@@ -13,8 +13,8 @@ import slipstick as ss
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.wave_numbers import WaveDisturbances, wave_answers
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.physics_checks import problem_warnings
-from slipstick.balance.systems import FrequencySystem
 from slipstick.results.stability import WAVE_COUNT
 
 STUCK, SLIPPING, SEPARATING = 0.05 - 0.3j, 1 - 6j, 2 - 14j

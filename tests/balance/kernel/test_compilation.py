@@ -4,9 +4,9 @@ import numpy as np
 from helpers.problems import random_problem
 
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.balance.kernel.sums import add_products, compliance_times
-from slipstick.balance.systems import FrequencySystem
 from slipstick.structure.kernel.modal_sums import modal_sums
 
 

@@ -6,7 +6,7 @@ import pytest
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import BranchEvent, continuation
 from slipstick.solve.continuation.events import BracketedRoot, turning_points
-from slipstick.solve.continuation.options import StepOptions, next_step
+from slipstick.solve.continuation.step_control import StepOptions, next_step
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import Evaluation
 

@@ -7,7 +7,7 @@ from slipstick.errors import InputError, Outcome
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, ContinuationOptions, continuation
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.predictor import Span, predict
+from slipstick.solve.continuation.step_control import Span, predict
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import Evaluation, NewtonOptions
 

@@ -15,12 +15,24 @@ from slipstick.solve.continuation.brackets import (
     leads_on,
     share_of,
 )  # fmt: skip
+from slipstick.solve.continuation.corrector import is_near
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
+from slipstick.solve.continuation.lockstep import Table
 from slipstick.solve.continuation.metric import ArclengthScaling, Measure, Metric
-from slipstick.solve.continuation.options import StepOptions, next_step
-from slipstick.solve.continuation.predictor import Span, along_tangent, goes_on, place_ahead, shortened
-from slipstick.solve.continuation.step_acceptance import cubic_distance, is_far, is_kink, is_near, is_short, reach
-from slipstick.solve.continuation.tables import Table
+from slipstick.solve.continuation.step_control import (
+    Span,
+    StepOptions,
+    along_tangent,
+    cubic_distance,
+    is_cubic_valid,
+    is_far,
+    is_kink,
+    is_short,
+    max_distance,
+    next_step,
+    place_ahead,
+    shortened,
+)
 from slipstick.solve.newton import NewtonOptions, gains, is_clear_gain, may_be_taken_whole, stalls
 
 K, N = 40, 6
@@ -74,7 +86,7 @@ def predictions(p):
     guess, direction = along_tangent(p.metric, p.a, p.first, p.length)
     return (
         guess, direction, place_ahead(p.metric, p.segment, p.second, p.length),
-        goes_on(p.metric, p.segment.derivative(3.0 * p.u), p.first), shortened(p.a, guess, 0.2),
+        is_cubic_valid(p.metric, p.segment.derivative(3.0 * p.u), p.first), shortened(p.a, guess, 0.2),
     )  # fmt: skip
 
 
@@ -87,7 +99,7 @@ def acceptance(p):
     options = StepOptions()
     kink = is_kink(p.metric, *p.ends)
     return (
-        is_short(options, p.length), reach(options, p.length), kink,
+        is_short(options, p.length), max_distance(options, p.length), kink,
         is_far(p.metric, options, p.b, p.guess, 0.01 + 0.0 * p.length, kink),
         is_near(p.metric, p.b - p.guess, p.length),
         cubic_distance(p.metric, (p.b, p.second), (p.guess, p.first), p.length),
@@ -148,7 +160,7 @@ def test_k_states_are_k_times_one(formulas):
 def test_both_answers_occur():
     """Else the comparison above says nothing of decisions."""
     p = Points()
-    for marks in (goes_on(p.metric, p.segment.derivative(3.0 * p.u), p.first), *ranges(p), acceptance(p)[0]):
+    for marks in (is_cubic_valid(p.metric, p.segment.derivative(3.0 * p.u), p.first), *ranges(p), acceptance(p)[0]):
         assert 0 < np.sum(marks) < K
     plain, known, down, bottom, _, on = slopes(p)
     turns, *_, within = chords(p)

@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
-from slipstick.solve.continuation.predictor import Span, predict
+from slipstick.solve.continuation.step_control import Span, predict
 
 
 @pytest.mark.parametrize(("start", "stop"), [(1.0, 5.0), (5.0, 1.0)])

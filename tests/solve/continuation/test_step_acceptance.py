@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
-from slipstick.solve.continuation.step_acceptance import is_kink
+from slipstick.solve.continuation.step_control import is_kink
 
 N = 6
 

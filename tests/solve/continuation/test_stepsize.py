@@ -3,7 +3,7 @@
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.solve.continuation.options import StepOptions, next_step
+from slipstick.solve.continuation.step_control import StepOptions, next_step
 
 OPTIONS = StepOptions(max_step=1.0, contraction=0.1, aimed_angle=0.2)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slipstick.solve.linear.bordered import Eliminated, EmbeddedJacobian, Scaled
 from slipstick.solve.linear.dense import DenseJacobian
-from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.linear.jacobian import Eliminated, EmbeddedJacobian, Jacobian, Scaled
 
 
 def test_it_is_the_matrix_with_scaled_rows_and_columns():

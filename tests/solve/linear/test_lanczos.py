@@ -124,7 +124,7 @@ def lattice(shape: tuple[int, int, int]) -> tuple[sparse.csr_array, np.ndarray]:
 @pytest.fixture(params=["counted", "searched"])
 def _way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """How it is made sure that no mode is missing: small factors are made once more, large ones not."""
-    monkeypatch.setattr(lanczos, "_COUNTED", np.inf if request.param == "counted" else 0.0)
+    monkeypatch.setattr(lanczos, "_COUNT_MEMORY", np.inf if request.param == "counted" else 0.0)
 
 
 @pytest.mark.usefixtures("_way")

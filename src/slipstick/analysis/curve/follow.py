@@ -22,14 +22,13 @@ from slipstick.analysis.road.options import adapted_to
 from slipstick.analysis.road.request import Checks, Request
 from slipstick.analysis.road.run import Run
 from slipstick.analysis.road.work import NO_WORK, counted
-from slipstick.balance.evaluation import unanswered
+from slipstick.balance.evaluation import AnySystem, FrequencySystem, ParameterSystem, unanswered
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import frequency
 from slipstick.interrupts import pass_on

@@ -17,15 +17,14 @@ from math import ceil
 import numpy as np
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import Adapted, Detail
+from slipstick.balance.evaluation import Adapted, AnySystem, Detail, FrequencySystem, ParameterSystem
 from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
-from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.results.measures import largest_deviation
 from slipstick.results.record import Outputs
 from slipstick.results.truncation import EachReaction, Reaction, truncation
-from slipstick.solve.linear.bordered import EmbeddedJacobian
+from slipstick.solve.linear.jacobian import EmbeddedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray

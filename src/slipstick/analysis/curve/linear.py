@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.batches import Batch
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.layout import Batch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import SMALLEST, frequency, in_radians, numbers, wrong
 from slipstick.quantities import WithUnit

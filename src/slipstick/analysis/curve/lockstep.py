@@ -20,11 +20,10 @@ from slipstick.analysis.curve.lockstep_events import Events, Located
 from slipstick.analysis.curve.segments import Segment, joined
 from slipstick.analysis.curve.state_continuation import FOLDS, UNSOLVED
 from slipstick.analysis.road.options import adapted_to
-from slipstick.balance.evaluation import evaluated_together
+from slipstick.balance.evaluation import FrequencySystem, evaluated_together
 from slipstick.balance.many import ManyBalances, same_form
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.balance.systems import FrequencySystem
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Outcome
 from slipstick.results.record import Columns, Outputs

@@ -28,7 +28,7 @@ from slipstick.solve.continuation.brackets import (
     is_bottom,
     leads_on,
 )  # fmt: skip
-from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.corrector import Corrector, is_near
 from slipstick.solve.continuation.events import turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import _EXCEEDS, _NEARLY, _PLACES, BOTTOM_SECANTS, Locator, Minimum, shown
@@ -36,7 +36,6 @@ from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, S
 from slipstick.solve.continuation.lockstep_brackets import Brackets, Ends, Observed
 from slipstick.solve.continuation.lockstep_output import Outputs as DenseOutputs
 from slipstick.solve.continuation.metric import Measure, Metric
-from slipstick.solve.continuation.step_acceptance import is_near
 from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array, BoolArray
 
@@ -358,7 +357,7 @@ class Events:
     def _by_secants(self, i: int, which: Numbers, values: Array, found: Located) -> BoolArray:
         """Locate the peak of an output on segments where its slope falls through zero once; which were.
 
-        ``Maxima.quickly``, from slopes (n, 9) along each.
+        ``Maxima.by_secants``, from slopes (n, 9) along each.
         """
         nodes, tolerance = self._dense.nodes, self._first.options.event_tolerance
         metric, cubics = self._metric.at(which), self._cubics.at(which)

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.balance.evaluation import Together, forces_together
+from slipstick.balance.evaluation import AnySystem, ParameterSystem, Together, forces_together
 from slipstick.balance.inputs import Assigned, Inputs
-from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.dense_output import Between, Observables

@@ -16,9 +16,8 @@ import numpy as np
 from slipstick.analysis.curve.observables import context_between
 from slipstick.analysis.road.work import NO_WORK, Work
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import Detail, evaluated_together
+from slipstick.balance.evaluation import Detail, FrequencySystem, ParameterSystem, evaluated_together
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.results.schema import NEAR_FOLD
 from slipstick.solve.continuation import Continuation, RestartPoint, Step, continuation

@@ -16,9 +16,8 @@ from slipstick.analysis.peaks.gradient import Extreme
 from slipstick.analysis.road.run import stopped_too
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import Detail, by_inputs
+from slipstick.balance.evaluation import Detail, FrequencySystem, by_inputs
 from slipstick.balance.problem import Problem
-from slipstick.balance.systems import FrequencySystem
 from slipstick.contact.law import Motion
 from slipstick.errors import SlipstickError, SlipstickWarning
 from slipstick.results.record import Outputs, contact_states, unknowns

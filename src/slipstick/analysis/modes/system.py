@@ -25,7 +25,7 @@ from slipstick.balance.evaluation import Detail
 from slipstick.balance.inputs import Inputs
 from slipstick.errors import InputError
 from slipstick.results.record import Outputs
-from slipstick.solve.linear.bordered import Eliminated, Scaled
+from slipstick.solve.linear.jacobian import Eliminated, Scaled
 from slipstick.solve.norm import norm
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.prescribed_mode import XI, CoupledModes

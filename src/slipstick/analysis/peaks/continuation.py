@@ -25,8 +25,8 @@ from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
 from slipstick.analysis.road.checkpoint import Checkpoint
 from slipstick.analysis.road.work import NO_WORK, Work
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.scaling import scales
-from slipstick.balance.systems import FrequencySystem
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import (
     ArclengthScaling,

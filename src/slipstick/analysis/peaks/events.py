@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
 from slipstick.results.measures import amplitude, amplitude_with_slope
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Outputs

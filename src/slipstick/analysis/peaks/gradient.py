@@ -15,8 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
-from slipstick.balance.inputs import Inputs
-from slipstick.balance.paths import Path
+from slipstick.balance.inputs import Inputs, Path
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.trig.harmonics import Harmonics

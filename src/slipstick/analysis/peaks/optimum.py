@@ -24,7 +24,7 @@ from slipstick.branch import Branch
 from slipstick.errors import InputError, Outcome
 from slipstick.interrupts import pass_on
 from slipstick.results.record import Point
-from slipstick.solve.linear.bordered import Eliminated
+from slipstick.solve.linear.jacobian import Eliminated
 from slipstick.solve.newton import Evaluation, NewtonOptions, newton
 from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array, FrequencyRange, Real

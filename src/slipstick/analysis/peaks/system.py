@@ -16,7 +16,7 @@ from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, NOTHING, Linearization
 from slipstick.balance.evaluation import Detail
 from slipstick.balance.inputs import Inputs
-from slipstick.solve.linear.bordered import Eliminated
+from slipstick.solve.linear.jacobian import Eliminated
 from slipstick.typing import Array
 
 

@@ -18,10 +18,10 @@ from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.road.request import Checks, Request
 from slipstick.analysis.road.run import Run, stopped_too
 from slipstick.analysis.road.work import Work, counted
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.systems import FrequencySystem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import number, shown, suggestion, text

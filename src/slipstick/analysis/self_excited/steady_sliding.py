@@ -18,10 +18,9 @@ from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.refined_motion import Iteration
 from slipstick.analysis.stability.state_sequence import timeline
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import Detail
+from slipstick.balance.evaluation import Detail, ParameterSystem
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.start import FirstPoint
-from slipstick.balance.systems import ParameterSystem
 from slipstick.errors import InputError
 from slipstick.results.stability import EIGENVALUES, UNKNOWN, PointStability
 from slipstick.solve.newton import NewtonOptions, newton_at

@@ -16,9 +16,8 @@ import numpy as np
 
 from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
 from slipstick.analysis.stability.state_sequence import StateOrder, state_order_at
-from slipstick.balance.evaluation import Detail, unanswered
+from slipstick.balance.evaluation import Detail, FrequencySystem, ParameterSystem, unanswered
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
     BRANCH_POINT,
     NEIMARK_SACKER,

@@ -12,8 +12,8 @@ from slipstick.analysis.time_domain.initial_state import HarmonicStart
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, integration_faults, sticks_and_slips
 from slipstick.analysis.time_domain.transient import transient
 from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.reduction import worst_error
-from slipstick.balance.systems import FrequencySystem
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.results.contacts import FRICTION_VARIABLES

@@ -19,7 +19,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
-    from slipstick.balance.batches import Batch
+    from slipstick.balance.layout import Batch
     from slipstick.balance.problem import Problem
 
 

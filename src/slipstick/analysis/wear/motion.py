@@ -22,11 +22,10 @@ from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.analysis.peaks.tracking import highest_peak
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import Detail
+from slipstick.balance.evaluation import Detail, FrequencySystem
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.states import power_rows
-from slipstick.balance.systems import FrequencySystem
 from slipstick.results.record import Outputs
 from slipstick.solve.newton import Evaluation, NewtonOptions, newton
 from slipstick.solve.norm import norm, relative

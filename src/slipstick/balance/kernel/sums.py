@@ -60,3 +60,19 @@ def add_products(
                     z = value[i, p, m] * force[m]
                     column[p * L + 2 * m - 1] += z.real
                     column[p * L + 2 * m] += z.imag
+
+
+@compiled(allocates=True, nogil=True)
+def times_of_many(value: ComplexArray, G: ComplexArray, out: Array) -> None:
+    """``compliance_times`` of each, into ``out`` (k, n_rows, L)."""
+    for i in range(len(value)):
+        compliance_times(value[i], G[i], out[i])
+
+
+@compiled(allocates=True, nogil=True)
+def products_of_many(
+    value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
+) -> None:
+    """``add_products`` of each: ``tangent`` (k, count, L, L), transposed Jacobians ``out`` (k, N or more each way)."""
+    for i in range(len(value)):
+        add_products(value[i], tangent[i], members, felt, moving, out[i])

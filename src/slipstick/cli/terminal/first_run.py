@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from slipstick.cli.terminal import guard
 from slipstick.contact.kernel.compilation import INTERPRETED, is_compiled, is_interpreted
-from slipstick.trig.compile_cache import cache_folder
+from slipstick.trig.compiled import cache_folder
 
 if TYPE_CHECKING:
     from slipstick.case.case import Case

@@ -32,7 +32,7 @@ def info(answer: Answer) -> None:
     """Versions, platform, threads, and whether the contact kernel is compiled."""
     from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
     from slipstick.studies.workers import cores
-    from slipstick.trig.compile_cache import cache_folder
+    from slipstick.trig.compiled import cache_folder
 
     answer["versions"] = all_versions()
     answer |= {"platform": platform.platform(), "processors": cores()}

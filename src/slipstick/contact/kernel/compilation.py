@@ -20,7 +20,7 @@ def is_interpreted() -> bool:
 
 def is_compiled() -> bool:
     """Whether the compiled kernel lies in the cache, so that the first evaluation starts at once."""
-    from slipstick.trig.compile_cache import cache_folder
+    from slipstick.trig.compiled import cache_folder
 
     return any(cache_folder().glob("run_elements-slipstick.contact.kernel.batch-*.nbc"))
 

@@ -1,7 +1,7 @@
 """Extremes and roots between two solved points of a branch, on both sides of a corner where there is one.
 
-Formulas hold for one branch and for k; the drivers are ``narrowing`` here and ``lockstep_brackets.py``: on tables of
-one row a single curve would take six times as long for each trial.
+Formulas hold for one branch and for k. The iterations over them are ``narrowing`` here and ``lockstep_brackets.py`` for
+many branches: on tables of one row each trial of a single curve would take six times as long.
 """
 
 from __future__ import annotations
@@ -14,66 +14,76 @@ from math import copysign, inf
 
 import numpy as np
 
-from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.corrector import Corrector, Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Marks, Metric, Scalars, chosen, column, dots, larger, norms, smaller
-from slipstick.solve.continuation.step import Step
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
 
-TINY = float(np.finfo(float).tiny)
+# Numbers of trials.
 MOST = 100
-"""Trials by which a bracket is narrowed at most."""
-SHARES = (0.95, 0.5, 0.125, 0.03, 0.008, 0.002)
-"""Parts of the way to a corner, and of a bracket (but the first), by which steps from an end are tried."""
-_KNOWN = 1e-6
-"""Part of a height to which it must be known, however narrow the bracket is."""
-_ENOUGH = 100.0
-"""Tolerances to which a turning point must be known where no nearer solution is found."""
-_REVERSED = 1e-12
-"""Square of the sine of an angle below which two tangents are on one line."""
-_HIDDEN = 2e-4
-"""Part of a height that a maximum may stand out by unseen between two solutions."""
-_STEADY = 0.05
-"""Part of the gain that a monotone one may differ by from that of a parabola."""
-_STEEP = 6e-4
-"""Part of a height up to which that holds."""
-DIP = 2e-5
-"""Part of its height to which a minimum is known: it tells how far the maxima on both sides stand out."""
-DEEP = 1.1e-3
-"""Part of a height by which a minimum is deeper where more need not be known of it."""
-
+"""Largest number of trials to narrow a bracket."""
 SECANTS = 8
+"""Largest number of secant steps from the place where the segment has its sign change."""
 PARTINGS = 5
-"""Times that a segment which is not near the branch is halved to see maxima between its ends."""
-_TRIALS = 12
-"""Solutions that are sought for a minimum."""
-_BESIDE = 0.02
-"""Part of the way to a corner by which it is tried beside it; twice as much each time that this is the other side."""
-_FLAT = 10.0
-"""Times further than it is known that a minimum may be, by the slope at the side next to it."""
+"""Largest number of times that an inaccurate segment is halved to find maxima between its ends."""
+_MINIMUM_TRIALS = 12
+"""Largest number of trials for a minimum."""
+
+# Trials beside corners.
+SHARES = (0.95, 0.5, 0.125, 0.03, 0.008, 0.002)
+"""Steps from an end that are tried: parts of the distance to a corner and, but for the first, of a bracket."""
+_PARALLEL = 1e-12
+"""Square of the sine of an angle below which two tangents are parallel: a few digits above rounding."""
+_CORNER_OFFSET = 0.02
+"""Distance of a trial from the corner, over that of the end; doubled each time that it is on the other side."""
+
+# Accuracy of extremes, relative to their heights.
+_HEIGHT_ERROR = 1e-6
+"""Error of a maximum that is located, however narrow its bracket is."""
+_HIDDEN_HEIGHT = 2e-4
+"""Height over the ends of a maximum that may be missed between two solutions."""
+_STEEP_HEIGHT = 6e-4
+"""Height up to which ``_PARABOLA_ERROR`` decides."""
+_PARABOLA_ERROR = 0.05
+"""Difference of a monotone gain from that of a parabola, over the gain, up to which it hides no maximum."""
+DIP = 2e-5
+"""Error of a minimum: the heights of the maxima on both sides above it, their prominence, depend on it."""
+DEEP = 1.1e-3
+"""Depth of a minimum below which its exact value does not matter."""
+_FLAT_BOTTOM = 10.0
+"""Error of a minimum estimated by the slope at the side closer to it, over ``DIP``, at which the search ends."""
+
+# Accuracy of places, over the tolerance.
+_TURNING_POINT_ERROR = 100.0
+"""Error of a turning point where no closer solution is found."""
 _SAME = 10.0
-"""Tolerances apart that two locations of one maximum are at most."""
+"""Largest distance of two locations of one maximum."""
+
+TINY = float(np.finfo(float).tiny)
+"""Stands for a positive slope of unknown size, and for that of a plateau."""
 
 Guess = tuple[Array, Array]
-"""Where a solution may be, and the direction of the branch there."""
+"""Guess of a solution, and the direction of the branch there."""
 Both = tuple[float, float]
 Known = tuple[Step, float]
+"""A solution with the value of an event function."""
 Located = tuple[float, Step] | None
+"""Place ``u`` on the segment and the solution there."""
 
 
 class Chord:
-    """The line between two solutions, each a state and a tangent (..., N + 1), and what they tell of the branch.
+    """The line between two solutions, each a state and a tangent (..., N + 1).
 
     Attributes
     ----------
     turns
         Whether the branch turns by more than a right angle.
     before, after
-        Ways from both ends to where their tangents meet; 0 where it does not turn.
+        Distances from both ends to the intersection of their tangents; 0 where it does not turn.
     gap, room
-        Scaled length of the line, and of the branch: that, or more where it turns back.
+        Scaled length of the line, and of the branch between both, which is longer where it turns back.
     """
 
     def __init__(self, metric: Metric, low: tuple[Array, Array], high: tuple[Array, Array]) -> None:
@@ -84,14 +94,14 @@ class Chord:
         self._chord = (other - state) * metric.weights
         g, p, q = dots(self._a, self._b), dots(self._a, self._chord), dots(self._b, self._chord)
         square_of_sine = 1.0 - g * g
-        self.turns = (g < 0.0) & (square_of_sine >= _REVERSED)
+        self.turns = (g < 0.0) & (square_of_sine >= _PARALLEL)
         over = chosen(self.turns, square_of_sine, inf)
         self.before, self.after = abs(p - g * q) / over, abs(q - g * p) / over
         self.gap = norms(self._chord)
         self.room = larger(self.gap, self.before + self.after)
 
     def part(self, state: Array, tangent: Array) -> float:
-        """How far along one branch a solution between the ends is: larger the further."""
+        """Position along one branch of a solution between the ends, to order solutions by."""
         w = self._metric.weights
         after, before = (state - self._low[0]) * w, (self._high[0] - state) * w
         if not self.turns:
@@ -102,7 +112,7 @@ class Chord:
         return self.after - float(before.dot(self._b))
 
     def beside(self, part: float, *, nearer: bool) -> Guess:
-        """A guess at a part of the way from the end that is further from the corner, or from the ``nearer`` one."""
+        """A guess at a part of the distance from the end farther from the corner, or from the ``nearer`` one."""
         before, after = chosen(self.turns, self.before, self.gap), chosen(self.turns, self.after, self.gap)
         from_low = (after > before) == nearer
         state, tangent = (
@@ -113,37 +123,37 @@ class Chord:
 
 
 def leads_on(orientation: Scalars, before: Scalars, after: Scalars) -> Marks:
-    """Whether a solution between two others is of their branch, not of another or of the way back."""
+    """Whether a solution between two others is on their branch, neither on another nor on its way back."""
     return (orientation * before >= 0) | (orientation * after >= 0)
 
 
 def is_within(metric: Metric, state: Array, low: Array, high: Array, room: Scalars) -> Marks:
-    """Whether a state lies between two others with so much room between."""
+    """Whether a state lies between two others on a branch of length ``room`` between them."""
     before, after = metric.length(state - low), metric.length(state - high)
     return (before > 0.0) & (before < room) & (after > 0.0) & (after < room)
 
 
 def share_of(rising: Scalars, falling: Scalars, bisect: Marks, room: Scalars, tolerance: float) -> Scalars:
-    """The part of a bracket at which a function vanishes by its values at both ends; away from these."""
+    """The part of a bracket at which a function vanishes by a secant, or half; not within the tolerance of an end."""
     edge = smaller(0.5, 0.5 * tolerance / room)
     return smaller(1.0 - edge, larger(edge, chosen(bisect, 0.5, rising / (rising - falling))))
 
 
 def is_known(height: Scalars, rising: Scalars, falling: Scalars, room: Scalars, tolerance: float) -> Marks:
-    """Whether no maximum in a bracket, with those slopes at its ends, is higher than the higher of them."""
-    return (room <= tolerance) | (larger(rising, -falling) * room <= _KNOWN * height)
+    """Whether no maximum in a bracket, with these slopes at its ends, exceeds the higher end."""
+    return (room <= tolerance) | (larger(rising, -falling) * room <= _HEIGHT_ERROR * height)
 
 
 def crossing(before: Scalars, down: Scalars, after: Scalars, up: Scalars, length: Scalars) -> Scalars:
-    """The way from the first of two points, some ``length`` apart, to where their tangents cross."""
+    """Distance from the first of two points, ``length`` apart, to the crossing of their tangents."""
     return smaller(larger(0.0, (before - after + up * length) / (down + up)), length)
 
 
 def fall(before: Scalars, down: Scalars, after: Scalars, up: Scalars, length: Scalars) -> Scalars:
-    """How much lower than the lower of two points, some ``length`` apart, the branch is where their tangents cross.
+    """Depth of the crossing of the tangents of two points, ``length`` apart, below the lower point.
 
     No minimum between is deeper, smooth or at a corner, if the height falls from the one at a rate ``down`` at most and
-    rises to the other at a rate ``up`` at most. Infinite where such a rate is not known, beside a maximum.
+    rises to the other at a rate ``up`` at most. Infinite where such a rate is unknown, at a maximum.
     """
     known = smaller(down, up) > TINY
     way = crossing(before, chosen(known, down, inf), after, up, length)
@@ -162,8 +172,8 @@ def is_plain(before: Scalars, after: Scalars, low: Scalars, high: Scalars, lengt
     gain, height = high - low, larger(low, high)
     hidden = smaller(abs(gain - 0.5 * length * (before + after)), larger(abs(before), abs(after)) * length)
     steady = smaller(before * gain, after * gain) > 0.0
-    limit = chosen(steady, smaller(_STEADY * abs(gain), _STEEP * height), 0.0)
-    return hidden <= larger(_HIDDEN * height, limit)
+    limit = chosen(steady, smaller(_PARABOLA_ERROR * abs(gain), _STEEP_HEIGHT * height), 0.0)
+    return hidden <= larger(_HIDDEN_HEIGHT * height, limit)
 
 
 @dataclass(frozen=True)
@@ -192,7 +202,7 @@ class Bracket:
         return float(self.chord.room)
 
     def with_inside(self, step: Step, value: float) -> Bracket:
-        """The part of it that a solution between its ends leaves."""
+        """The part of the bracket that still holds the sign change, given a solution between its ends."""
         before, after = (self.metric.length(step.state - end.state) for end in (self.low, self.high))
         place = self.begin + (self.end - self.begin) * before / (before + after)
         if value > 0.0:
@@ -200,7 +210,7 @@ class Bracket:
         return replace(self, high=step, falling=value, end=place)
 
     def holds(self, step: Step) -> bool:
-        """Whether a solution lies between its ends, and on this branch."""
+        """Whether a solution lies between the ends on this branch."""
         low, high = self.low, self.high
         return bool(
             leads_on(step.orientation, low.orientation, high.orientation)
@@ -208,18 +218,18 @@ class Bracket:
         )
 
     def top(self, event: BranchEvent, tolerance: float) -> tuple[float, Step]:
-        """The place and the solution of its higher end; of kind "near ..." where the extreme may be higher."""
+        """The place and the solution of the higher end; of kind "near ..." where the extreme may be higher."""
         assert event.height is not None
         ends = [(event.height(step), place, step) for step, place in ((self.low, self.begin), (self.high, self.end))]
         height, place, step = max(ends, key=lambda end: end[0])
         if event.maximum:
             known = is_known(height, self.rising, self.falling, self.room, tolerance)
         else:
-            known = self.room <= _ENOUGH * tolerance
+            known = self.room <= _TURNING_POINT_ERROR * tolerance
         return place, step.named(event.kind if known else f"near {event.kind}", event.name)
 
     def root(self, event: BranchEvent, tolerance: float) -> tuple[float, Step] | None:
-        """The place and the solution of the end with the smaller value; None where that is not good enough."""
+        """The place and the solution of the end with the smaller value; None where an exact event is not exact."""
         if event.exact and self.room > tolerance:
             return None
         place, step = (self.begin, self.low) if self.rising < -self.falling else (self.end, self.high)
@@ -235,8 +245,8 @@ def narrowed(corrector: Corrector, event: BranchEvent, bracket: Bracket, toleran
 def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolerance: float) -> Iterator[Bracket]:
     """The bracket, then narrower ones, to the scaled ``tolerance`` if there are solutions between the ends.
 
-    Every trial lies on a cubic between the present ends: each is nearer to the branch than the one before, on both
-    sides of a corner. Where no solution is near it, shorter and shorter steps are taken from the ends.
+    Every trial lies on a cubic between the present ends: each is closer to the branch than the one before, on both
+    sides of a corner. Where there is no solution close to it, ever shorter steps are taken from the ends.
     """
     bisect = False
     yield bracket
@@ -250,25 +260,25 @@ def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolera
             return
         bracket = narrower
         yield bracket
-        # secants approach a smooth maximum from one side; a second slow one in a row is a corner
+        # secants approach a smooth maximum from one side; two slow ones in a row indicate a corner
         bisect = not bisect and bracket.room > 0.5 * room
 
 
 def with_inside(
     corrector: Corrector, event: BranchEvent, bracket: Bracket, guesses: Iterable[Guess], options: NewtonOptions
 ) -> Bracket | None:
-    """The part of a bracket that a solution between its ends leaves; None where there is none near any guess."""
+    """The bracket narrowed by a solution between its ends; None where there is none close to any guess."""
     for guess, normal in guesses:
         step, _ = corrector.correct(guess.copy(), normal, event.kind, name=event.name, options=options)
         near = step is not None and corrector.near(step.state - guess, bracket.room)
         if step is not None and near and bracket.holds(step):
-            value = float(event.function(step)) or TINY  # a plateau goes on as what comes before
+            value = float(event.function(step)) or TINY  # a plateau continues the slope before it
             return bracket.with_inside(step, value)
     return None
 
 
 def guesses_of(corrector: Corrector, bracket: Bracket, share: float) -> Iterator[Guess]:
-    """Where solutions may be, at a ``share`` of a bracket first."""
+    """Guesses of solutions in a bracket, first at a ``share`` of it."""
     segment, chord = corrector.segment(bracket.low, bracket.high), bracket.chord
     yield segment.point(share), segment.derivative(share)
     for part in SHARES if chord.turns else SHARES[1:]:
@@ -285,12 +295,12 @@ class Maxima:
         self._orientations: tuple[int, int] = (0, 0)
 
     def begin(self, first: Step, second: Step) -> None:
-        """Take two other neighbours."""
+        """Set the two neighbours."""
         self._middles.clear()
         self._orientations = first.orientation, second.orientation
 
     def elsewhere(self, step: Step) -> bool:
-        """Whether a solution is of another branch, or of the way back of this one."""
+        """Whether a solution is on another branch, or on the way back of this one."""
         return not leads_on(step.orientation, *self._orientations)
 
     def near(
@@ -303,11 +313,11 @@ class Maxima:
         second: Known,
         between: Callable[[BranchEvent, Both, Known | None, Known | None], Located],
     ) -> Located:
-        """A sign change near where the segment has one: by secants, else ``between`` solutions on both sides of it."""
+        """A sign change close to that of the segment: by secants, else ``between`` solutions on both sides of it."""
         margin = at[1] - at[0]
         room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
         expected = event.along is not None or event.maximum
-        located = self.quickly(event, segment, at, of, room) if expected and second[0].smooth else None
+        located = self.by_secants(event, segment, at, of, room) if expected and second[0].smooth else None
         if located is None and (margin < 1.0 or event.maximum):
             ends = ({0.0: first, 1.0: second}.get(u) or self.solved(event, segment, u, 0.0) for u in room)
             located = between(event, room, *ends)
@@ -321,9 +331,9 @@ class Maxima:
         off: Array | float,
         options: NewtonOptions | None = None,
     ) -> tuple[Step, float] | None:
-        """The solution on the plane across the segment at ``u``, expected ``off`` it, and the event function there.
+        """The solution on the plane across the segment at ``u``, expected ``off`` it, and its event function.
 
-        As exactly as a located point is known unless there are other ``options``.
+        With the ``exact`` options of the corrector unless others are given.
         """
         guess, options = segment.point(u) + off, options or self.corrector.exact
         step, _ = self.corrector.correct(guess, segment.derivative(u), event.kind, name=event.name, options=options)
@@ -331,8 +341,8 @@ class Maxima:
             return None
         return None if self.elsewhere(step) else (step, float(event.function(step)))
 
-    def quickly(self, event: BranchEvent, segment: HermiteSegment, at: Both, of: Both, room: Both) -> Located:
-        """By secants from where the sign change is expected; None where they lead out of the ``room``."""
+    def by_secants(self, event: BranchEvent, segment: HermiteSegment, at: Both, of: Both, room: Both) -> Located:
+        """By secants from the expected sign change; None where they leave the ``room``, two places."""
         rate = (of[1] - of[0]) / (at[1] - at[0])
         u, off, known = at[0] - of[0] / rate, np.zeros(1), None
         for trial in range(SECANTS):
@@ -360,7 +370,7 @@ class Maxima:
             return None
         narrow = self.narrowed(event, places, low, high)
         place, step = narrow.top(event.falling(low[1]), self.tolerance)
-        if any(np.array_equal(step.state, end.state) for end, _ in (low, high)):  # it may be known roughly only
+        if any(np.array_equal(step.state, end.state) for end, _ in (low, high)):  # it may be rough
             better, _ = self.corrector.correct(
                 step.state.copy(), step.tangent, step.kind, name=step.name, options=self.corrector.exact
             )
@@ -368,28 +378,27 @@ class Maxima:
         return place, step
 
     def bottom(self, event: BranchEvent, bracket: Bracket, *, corner: bool = False) -> Located:
-        """The minimum between two solutions, the height falling from the first and rising to the second: as an ordinary
-        point, None where it is one of them. ``corner``: it seems to be one.
+        """The minimum between two solutions as an ordinary point; None where it is one of them.
 
-        Sought where the slope vanishes by a secant; while the slopes hardly change, where the tangents cross, from the
-        side that is further away: there the corner is.
+        The height falls from the first and rises to the second. Trials are where the slope vanishes by a secant. At a
+        ``corner`` the slopes hardly change: trials are then where the tangents cross, from the end farther from it.
         """
         height, metric, falling = event.height, self.corrector.metric, event.falling(-1.0)
         assert height is not None
         least, found, now = min(height(bracket.low), height(bracket.high)), None, bracket
         best, known, bends, misses = least, [False, False], [0.0, 0.0], 0
-        for _ in range(_TRIALS):
+        for _ in range(_MINIMUM_TRIALS):
             room, slopes, heights = now.room, (now.rising, -now.falling), (height(now.low), height(now.high))
             down, up = (slope + bend * room for slope, bend in zip(slopes, bends, strict=True))
             lowest = min(heights) - fall(heights[0], down, heights[1], up, room)
-            flat = min(slopes) * room <= _FLAT * DIP * best
+            flat = min(slopes) * room <= _FLAT_BOTTOM * DIP * best
             if is_bottom(best, best - lowest if all(known) or flat else inf, least):
                 break
             share = slopes[0] / sum(slopes) if lowest > -inf else 0.5
             beside, from_low = list[Guess](), True
             if corner and min(slopes) > TINY:
                 way = crossing(heights[0], slopes[0], heights[1], slopes[1], room)
-                part, from_low = max(1.0 - _BESIDE * 2.0**misses, 0.5), way > 0.5 * room
+                part, from_low = max(1.0 - _CORNER_OFFSET * 2.0**misses, 0.5), way > 0.5 * room
                 share = part * way / room if from_low else 1.0 - part * (1.0 - way / room)
                 end, along = (now.low, share * room) if from_low else (now.high, (share - 1.0) * room)
                 unit = end.tangent / metric.length(end.tangent)
@@ -410,7 +419,7 @@ class Maxima:
         return None if found is None else (found[0], found[1].named("regular", ""))
 
     def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
-        """What two solutions between which an event function changes its sign are narrowed to."""
+        """The narrowed bracket of two solutions between which an event function changes its sign."""
         seen = event.falling(low[1])
         bracket = Bracket(self.corrector.metric, low[0], abs(low[1]), high[0], -abs(high[1]), *places)
         return narrowed(self.corrector, seen, bracket, self.tolerance)
@@ -420,8 +429,8 @@ class Maxima:
     ) -> list[Located]:
         """The maxima between two neighbours.
 
-        They are expected where the slope of the segment falls through zero. A segment that is not known to be near the
-        branch is parted by solutions instead, until the slopes at their ends tell what is between.
+        They are expected where the slope of the segment falls through zero. An inaccurate segment is divided by
+        solutions instead, until the slopes at these show all maxima.
         """
         located: list[Located] = []
         if second[0].smooth:
@@ -451,14 +460,14 @@ class Maxima:
         return [(places, low, high)] if event.crossed(low[1], high[1]) else []
 
     def _plain(self, event: BranchEvent, low: Known, high: Known) -> bool:
-        """Whether what is largest at maxima is as good as a parabola between two solutions."""
+        """Whether the height differs little from a parabola between two solutions."""
         assert event.height is not None
         before, after = (slope / self.corrector.metric.length(step.tangent) for step, slope in (low, high))
         length = self.corrector.segment(low[0], high[0]).length
         return bool(is_plain(before, after, event.height(low[0]), event.height(high[0]), length))
 
     def apart(self, located: list[Located]) -> list[Located]:
-        """What was located, each once: the brackets of neighbouring places overlap."""
+        """Located points without duplicates: the brackets of neighbouring places overlap."""
         kept: list[Located] = []
         for one in located:
             if one is None or all(
@@ -470,7 +479,7 @@ class Maxima:
 
 
 def carried(values: list[float]) -> list[float]:
-    """Slopes of which a plateau, where they are 0, has the sign of those before it."""
+    """Slopes in which a zero has the sign of the one before it."""
     out = values[:1]
     for value in values[1:]:
         out.append(value or copysign(TINY, out[-1]))

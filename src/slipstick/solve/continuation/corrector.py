@@ -1,45 +1,218 @@
-"""The bordered Newton iteration that finds the points of a branch."""
+"""Points of a branch, and the bordered Newton iteration that finds them."""
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from math import inf, isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.metric import Metric, angle_of
-from slipstick.solve.continuation.step import RestartPoint, Step
-from slipstick.solve.continuation.step_acceptance import is_near
+from slipstick.solve.continuation.metric import Marks, Metric, Scalars, angle_of
 from slipstick.solve.linear.jacobian import Jacobian
-from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate
+from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, System, iterate
 from slipstick.typing import Array
 
-_OFF = 3e-3
-"""Relative error of how far states are off the branch, which the Jacobian of another point does not tell better."""
-_LOCATED = 1e-14
-"""Newton tolerance of located points, whose places are known better than the points between: down to rounding."""
-_ROUGH = 1e-5
-"""Newton tolerance of solutions that only tell of slopes and heights."""
+_NOT_SOLVED = NewtonResult(np.empty(0))
+
+
+class RestartPoint(NamedTuple):
+    """An accepted point with all that the next points depend on, except the restart point before it.
+
+    Attributes
+    ----------
+    state, tangent
+        ``(x, parameter)`` and its derivative along the branch, (N + 1,).
+    kind, orientation, arclength
+        Those of the ``Step``.
+    step_length
+        Scaled length of the next step.
+    measure
+        The metric in which the point was found, see ``Metric.measure``.
+    context
+        The context with which the point was solved: that of the point before.
+    values
+        Event functions at the point, whose signs are compared with those of the next one.
+    points, rejected, evaluations, solves
+        Work counters.
+    """
+
+    state: Array
+    tangent: Array
+    kind: str
+    orientation: int
+    arclength: float
+    step_length: float
+    measure: tuple[float, float, float, float]
+    context: Any
+    values: tuple[float, ...]
+    points: int
+    rejected: int
+    evaluations: int
+    solves: int
+
+
+class Step:
+    """A point of a branch.
+
+    Attributes
+    ----------
+    state, tangent
+        ``(x, parameter)`` and its derivative along the branch, both (N + 1,); the tangent points forward and has unit
+        length in the scaled arclength of the step which found it.
+    kind
+        "start", "regular", "requested", "turning point", "end", "interpolated", or the kind of an event such as "peak".
+    name
+        Name of the event, "" for ordinary points.
+    iterations
+        Newton corrections taken at this point.
+    residual_norm
+        Euclidean norm of the residual at ``x``.
+    evaluation
+        What the system returned at exactly this ``x`` and ``parameter``; None of an interpolated point.
+    jacobian
+        The bordered Jacobian at the solution; None of an interpolated point.
+    apart
+        Relative distance between the cubic from the point before and the one that predicted this point, see
+        ``cubic_distance``.
+    inserted
+        Whether it was inserted between two points that the continuation stepped to.
+    place
+        Of an interpolated point: the steps on both sides, the segment between them and its place ``u``; else None.
+    smooth
+        Whether the cubics from the point before are close enough to the branch, and to the observables, to locate
+        points along them.
+    arclength
+        Scaled length of the branch from the start (chords).
+    orientation
+        Sign of the determinant of the Jacobian bordered by the tangent: constant along a branch between bifurcations.
+    """
+
+    __slots__ = (
+        "apart",
+        "arclength",
+        "evaluation",
+        "inserted",
+        "iterations",
+        "jacobian",
+        "kind",
+        "name",
+        "orientation",
+        "place",
+        "residual_norm",
+        "smooth",
+        "state",
+        "tangent",
+    )
+
+    def __init__(self, state: Array, tangent: Array, result: NewtonResult, kind: str, name: str, size: int) -> None:
+        self.state, self.tangent, self.kind, self.name = state, tangent, kind, name
+        self.iterations, self.evaluation = result.iterations, result.evaluation
+        residual = result.residual[:size]
+        self.residual_norm = float(np.sqrt(residual.dot(residual)))
+        self.jacobian: Jacobian | None = getattr(result, "jacobian", None)
+        self.orientation = 0
+        self.arclength = 0.0
+        self.apart, self.smooth, self.inserted = inf, False, False
+        self.place: tuple[Step, Step, HermiteSegment, float] | None = None
+
+    @classmethod
+    def interpolated(
+        cls, state: Array, tangent: Array, place: tuple[Step, Step, HermiteSegment, float], arclength: float
+    ) -> Step:
+        """The point at a ``place`` of a segment."""
+        step = cls(state, tangent, _NOT_SOLVED, "interpolated", "", state.size - 1)
+        step.place, step.arclength = place, arclength
+        return step
+
+    @classmethod
+    def of_restart(cls, point: RestartPoint, evaluation: Any = None) -> Step:
+        """The step of a restart point; ``evaluation`` is what the system returned there."""
+        result = NewtonResult(point.state)
+        result.evaluation = evaluation
+        if evaluation is not None:
+            result.residual = evaluation.residual
+        step = cls(point.state, point.tangent, result, point.kind, "", point.state.size - 1)
+        step.orientation, step.arclength = point.orientation, point.arclength
+        return step
+
+    def named(self, kind: str, name: str) -> Step:
+        """The same solution as a point of another kind."""
+        other = copy(self)
+        other.state, other.kind, other.name = self.state.copy(), kind, name
+        return other
+
+    @property
+    def x(self) -> Array:
+        """Unknowns (N,)."""
+        return self.state[:-1]
+
+    @property
+    def parameter(self) -> float:
+        """Parameter."""
+        return float(self.state[-1])
+
+    @property
+    def tangent_x(self) -> Array:
+        """Derivative of the unknowns along the branch (N,)."""
+        return self.tangent[:-1]
+
+    @property
+    def tangent_parameter(self) -> float:
+        """Derivative of the parameter along the branch."""
+        return float(self.tangent[-1])
+
+    def reverse(self) -> None:
+        """Turn the direction of travel."""
+        self.tangent, self.orientation = -self.tangent, -self.orientation
+
+    def __repr__(self) -> str:
+        return f"Step({self.kind}{' ' + self.name if self.name else ''} at {self.parameter:.6g})"
+
+
+_NEAR = 0.5
+"""Largest distance of a solution from its place on a segment, over the segment's length: a farther one is another."""
+_DISTANCE_ERROR = 3e-3
+"""Relative error of distances from the branch: the Jacobian of a neighbouring point gives them no better."""
+_LOCATED_TOLERANCE = 1e-14
+"""Newton tolerance of located points, which are located more closely than points follow one another: to rounding."""
+_ROUGH_TOLERANCE = 1e-5
+"""Newton tolerance of solutions that only supply slopes and heights."""
+_PATIENT_ITERATIONS, _PATIENT_DAMPING = 2, 0.1
+"""Iterations, over the usual ones, and least damping where no shorter step can be taken after a failure."""
+
+
+def is_near(metric: Metric, off: Array, length: Scalars) -> Marks:
+    """Whether a solution ``off`` its place on a segment of some ``length`` may be the one expected there."""
+    return metric.length(off) <= _NEAR * length
 
 
 class Corrector:
     """Newton on ``(x, parameter)`` in a plane across the branch; counts its work.
 
-    ``context`` is what the last accepted point hands to the next ones, see ``System``; ``beside`` is the Jacobian of a
-    solution near all that are sought, from which theirs take over what they can.
+    Attributes
+    ----------
+    usual, patient, exact, rough
+        Options of the iteration: for steps, where no shorter step is possible, for located points, for slopes alone.
+    evaluations, solves
+        Evaluations of the system and linear solves so far.
+    context
+        What the last accepted point passes to the next ones, see ``System``.
+    neighbour
+        The Jacobian of a neighbouring solution, whose preconditioner may serve.
     """
 
     def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
         self._system, self._size, self.metric, self.usual = system, size, metric, options
-        self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
-        self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
-        self.rough = replace(options, tolerance=max(_ROUGH, options.tolerance))
+        self.patient = patient(options)
+        self.exact = replace(self.patient, tolerance=min(_LOCATED_TOLERANCE, options.tolerance))
+        self.rough = replace(options, tolerance=max(_ROUGH_TOLERANCE, options.tolerance))
         self.evaluations = self.solves = 0
         self.context: Any = None
-        self.beside: Jacobian | None = None
-        # each is asked for several times in a row: without these two a curve of the oscillator takes 4 % longer
+        self.neighbour: Jacobian | None = None
+        # both are needed several times in a row: without these caches a curve of the oscillator takes 4 % longer
         self._latest: tuple[Any, HermiteSegment | None] = ((None, None, None), None)
         self._latest_angle: tuple[Any, float] = ((None, None, None), 0.0)
 
@@ -49,11 +222,11 @@ class Corrector:
             return self._system.evaluate(x, parameter)
         return self._system.evaluate(x, parameter, context)  # type: ignore[call-arg]
 
-    def take_up(self, point: RestartPoint) -> Step:
-        """The step of a restart point with its evaluation; counters and context are as they were when it was found."""
+    def resume(self, point: RestartPoint) -> Step:
+        """The step of a restart point with its evaluation; restores the counters and the context at that point."""
         self.context = point.context
         self.evaluations, self.solves = point.evaluations, point.solves
-        return Step.again(point, self._evaluate(point.state[:-1], float(point.state[-1])))
+        return Step.of_restart(point, self._evaluate(point.state[:-1], float(point.state[-1])))
 
     def correct(
         self,
@@ -64,13 +237,13 @@ class Corrector:
         forward: Array | None = None,
         name: str = "",
         options: NewtonOptions | None = None,
-        reach: float = inf,
+        max_distance: float = inf,
     ) -> tuple[Step | None, NewtonResult]:
         """The solution on the plane through ``guess`` (N + 1,) across ``normal``, None if the iteration fails.
 
         ``normal`` None keeps the parameter of ``guess`` exactly; the tangent then points along ``forward`` if given.
-        ``options`` are those of the corrector, or its ``exact``, ``patient`` or ``rough`` ones. It is given up where
-        the first correction leads further than a scaled ``reach`` away.
+        ``options`` are ``usual`` unless given. The iteration fails where the scaled length of the first correction
+        exceeds ``max_distance``.
         """
         size, weights = self._size, self.metric.weights
         if normal is None:
@@ -80,16 +253,16 @@ class Corrector:
             row = normal * weights * weights
             row /= np.abs(row).max()
         options = options or self.usual
-        result = self._solve(guess, row, options, reach=reach)
-        while result.converged and (finer := _again(result.evaluation)) is not None:
+        result = self._solve(guess, row, options, max_distance=max_distance)
+        while result.converged and (finer := _refined_context(result.evaluation)) is not None:
             guess[:] = result.x
             result = self._solve(guess, row, options, finer)
         if not result.converged:
             return None, result
         if normal is None:
             result.x[-1] = guess[-1]
-        if self.beside is not None:
-            self.beside = result.jacobian  # the next one sought most often is near this one
+        if self.neighbour is not None:
+            self.neighbour = result.jacobian  # the next solution is most often near this one
         tangent = self._null(result, row)
         step = Step(result.x, tangent, result, kind, name, size)
         step.orientation = result.jacobian.sign()
@@ -98,7 +271,7 @@ class Corrector:
         return step, result
 
     def _solve(
-        self, guess: Array, row: Array, options: NewtonOptions, context: Any = None, reach: float = inf
+        self, guess: Array, row: Array, options: NewtonOptions, context: Any = None, max_distance: float = inf
     ) -> NewtonResult:
         """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
         size, evaluate, level = self._size, self._evaluate, row.dot(guess)
@@ -110,8 +283,8 @@ class Corrector:
             residual[size] = row.dot(z) - level
             return residual, value.jacobian.bordered(value.parameter_derivative, row), value
 
-        too_far = None if reach == inf else lambda step: self.metric.length(step) > reach
-        result = iterate(bordered, guess, self.metric.inverse, options, too_far, self.beside)
+        is_too_far = None if max_distance == inf else lambda step: self.metric.length(step) > max_distance
+        result = iterate(bordered, guess, self.metric.inverse, options, is_too_far, self.neighbour)
         self.evaluations += result.evaluations
         self.solves += result.solves
         return result
@@ -123,7 +296,7 @@ class Corrector:
         return tangent
 
     def _last_unit(self, jacobian: Jacobian, size: int) -> Array:
-        """Solution for a right-hand side that is zero but for a one at its end."""
+        """Solution for the last unit vector."""
         right = np.zeros(size)
         right[-1] = 1.0
         self.solves += 1
@@ -133,12 +306,12 @@ class Corrector:
         """Residuals (n, N) at n states (n, N + 1)."""
         return np.array([self._evaluate(state[:-1], float(state[-1])).residual for state in states])
 
-    def off(self, residuals: Array, beside: Step) -> Array:
-        """How far states (n, N + 1) with ``residuals`` (n, N) are off the branch, by the Jacobian of a step nearby.
+    def off(self, residuals: Array, neighbour: Step) -> Array:
+        """Distances (n, N + 1) from the branch of states with ``residuals`` (n, N), by the Jacobian of a neighbour.
 
-        Infinite where that cannot be said.
+        Infinite where the residuals are not finite or the neighbour has no Jacobian.
         """
-        if beside.jacobian is None:
+        if neighbour.jacobian is None:
             return np.full((len(residuals), self._size + 1), inf)
         right = np.zeros((self._size + 1, len(residuals)))
         right[:-1] = residuals.T
@@ -146,19 +319,19 @@ class Corrector:
         if unknown is not None:
             right[:, unknown] = 0.0
         self.solves += len(residuals)
-        off = beside.jacobian.solve_correction(right, _OFF).T
+        off = neighbour.jacobian.solve_correction(right, _DISTANCE_ERROR).T
         if unknown is not None:
             off[unknown] = inf
         return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, inf)
 
     def near(self, off: Array, length: float) -> bool:
-        """Whether a solution ``off`` (N + 1,) from where a segment of some ``length`` expects it may be that one."""
+        """See ``is_near``."""
         return bool(is_near(self.metric, off, length))
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
-        """Direction in which the residual does not change at any state, and its orientation; None if there is none.
+        """Null direction of the Jacobian at any state, and its orientation; None if the bordered Jacobian is singular.
 
-        ``along @ direction > 0`` in the scaled sense.
+        It points along ``along``: their scaled product is positive.
         """
         row = along * self.metric.weights**2
         row /= np.abs(row).max()
@@ -173,7 +346,7 @@ class Corrector:
         return tangent / self.metric.length(tangent), jacobian.sign()
 
     def segment(self, first: Step, second: Step) -> HermiteSegment:
-        """The cubic between two neighbouring points in the present metric; the latest is remembered."""
+        """The cubic between two neighbouring points in the present metric; the latest is cached."""
         (one, other, weights), segment = self._latest
         if segment is None or one is not first or other is not second or weights is not self.metric.weights:
             angle = self.angle(first.tangent, second.tangent)
@@ -184,7 +357,7 @@ class Corrector:
         return segment
 
     def angle(self, a: Array, b: Array) -> float:
-        """Scaled angle between two tangents (N + 1,); the latest is remembered."""
+        """Scaled angle between two tangents (N + 1,); the latest is cached."""
         (one, other, weights), angle = self._latest_angle
         if one is not a or other is not b or weights is not self.metric.weights:
             angle = angle_of(self.metric.cosine(a, b))
@@ -192,7 +365,11 @@ class Corrector:
         return angle
 
 
-def _again(value: Any) -> Any:
-    """With which context a solution has to be sought once more; None where it is good as it is."""
-    again = getattr(value, "again", None)
-    return None if again is None else again()
+def patient(options: NewtonOptions) -> NewtonOptions:
+    """More iterations and more damping, where no shorter step can be taken after a failure."""
+    return replace(options, max_iterations=_PATIENT_ITERATIONS * options.max_iterations, min_damping=_PATIENT_DAMPING)
+
+
+def _refined_context(evaluation: Evaluation) -> Any:
+    """The context with which a solution has to be solved again; None where it is final."""
+    return None if evaluation.again is None else evaluation.again()

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from slipstick.solve.continuation.corrector import Step
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
 
@@ -28,18 +28,17 @@ class BranchEvent:
     terminal
         Whether the continuation ends there.
     exact
-        Whether no point is better than one that is not located to the tolerance; the caller tells what is missing. Else
-        the nearest solution stands for it.
+        Whether a point is only yielded if it is located to the tolerance. Otherwise the closest solution is yielded.
     place
-        For a function that jumps: where on the segment between two steps it does, ``u`` from 0 to 1. It is solved for
-        there once, instead of until the jump is known to the tolerance.
+        For a function that jumps: place ``u`` of the jump on the segment between two steps, from 0 to 1. One solution
+        is computed there, without locating the jump to the tolerance.
     along
-        What the function is expected to be between two neighbouring steps, (n,): of both, of the segment between them,
-        and of n places on it. With it sign changes are sought on the whole segment; without, only from end to end.
+        Expected values (n,) of the function between two neighbouring steps, given both, the segment and n places on it.
+        With it sign changes are looked for on the whole segment; without, only from end to end.
     height
-        Of a maximum, with ``direction`` -1: what is largest there, whose slope along the branch ``function`` is. Where
-        the slope jumps, the maximum is the higher of the two sides. A slope of 0 is a plateau: it goes on as what comes
-        before it. Of an extreme of either sense, with ``direction`` 0: the same, largest or smallest.
+        Of a maximum, with ``direction`` -1: the quantity that is largest there; ``function`` is its slope along the
+        branch. Where the slope jumps, the maximum is the higher of the two sides. A slope of 0 is a plateau, which
+        counts as a continuation of the slope before it. With ``direction`` 0: a maximum or a minimum.
     """
 
     name: str
@@ -54,11 +53,11 @@ class BranchEvent:
 
     @property
     def maximum(self) -> bool:
-        """Whether maxima alone are sought: one may hide between two points whose slopes do not tell of it."""
+        """Whether it is a maximum: one may be hidden between two points whose slopes do not show it."""
         return self.height is not None and self.direction < 0
 
     def falling(self, before: float) -> BranchEvent:
-        """The same event seen so that its function falls through zero from a value ``before``."""
+        """The event with the sign of its function such that it falls through zero from a value ``before``."""
         if before > 0.0:
             return self
         function, height = self.function, self.height
@@ -74,7 +73,7 @@ class BranchEvent:
 
 
 class Watched(Protocol):
-    """Quantities of which the largest value along the branch is sought, and nothing else."""
+    """Quantities of which only the largest values along the branch are located."""
 
     events: tuple[BranchEvent, ...]
     """Maxima of each."""
@@ -103,10 +102,10 @@ def turning_points(*, terminal: bool = False) -> BranchEvent:
 
 
 class BracketedRoot:
-    """Root of a function known only by trials, bracketed; each trial may be expensive.
+    """Bracketed root of a function that is expensive to evaluate.
 
     T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145: inverse quadratic interpolation where it is
-    safe, bisection elsewhere. Ask ``trial``, tell ``update``, until ``width`` is small.
+    safe, bisection elsewhere. Evaluate at ``trial`` and call ``update`` until ``width`` is small.
 
     >>> root = BracketedRoot(1.0, -1.0, 2.0, 2.0)
     >>> while root.width > 1e-12:
@@ -130,7 +129,7 @@ class BracketedRoot:
         return 0.0 if self._fa == 0.0 or self._fb == 0.0 else abs(self._b - self._a)
 
     def update(self, x: float, value: float, tolerance: float = 1e-15) -> None:
-        """Take in the value at the trial point and choose the next one."""
+        """Record the value at the trial point and choose the next one."""
         if (value > 0.0) == (self._fa > 0.0):
             c, fc = self._a, self._fa
         else:

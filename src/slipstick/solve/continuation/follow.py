@@ -14,17 +14,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Outcome, Reason, reason_of
-from slipstick.solve.continuation.corner import turn
-from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.corrector import Corrector, RestartPoint, Step
 from slipstick.solve.continuation.dense_output import DenseOutput, Observables
 from slipstick.solve.continuation.events import BranchEvent, Watched, turning_points
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Measure, Metric
-from slipstick.solve.continuation.options import ContinuationOptions, next_step
-from slipstick.solve.continuation.predictor import Span, predict
-from slipstick.solve.continuation.step import RestartPoint, Step
-from slipstick.solve.continuation.step_acceptance import Rejection, cubic_distance, objection, reach
+from slipstick.solve.continuation.step_control import (
+    CUBIC_ORDER,
+    SCALE_CHANGE,
+    TANGENT_ORDER,
+    ContinuationOptions,
+    Rejection,
+    Span,
+    cubic_distance,
+    max_distance,
+    next_step,
+    predict,
+    rejection_of,
+    turn_corner,
+)
 from slipstick.solve.newton import NewtonResult, NewtonStop, System
 from slipstick.typing import Array
 
@@ -64,20 +73,20 @@ def continuation(
         Parameter values within the range at which a point is wanted; every passage (also on overhanging branches)
         gives one. The two ends are points anyway.
     at, direction
-        To take up a branch inside the range: ``x0`` belongs to the parameter ``at``, and the branch is followed along
+        To start inside the range: ``x0`` belongs to the parameter ``at``, and the branch is followed along
         ``direction`` (N + 1,), the ``tangent`` of an earlier step there. Default: from ``start`` towards ``stop``.
     context
-        What the point before handed on, see ``System``; None for a start from nothing.
+        The context of an earlier point, see ``System``; None without one.
     restart
-        To go on where another continuation with the same arguments stood: its last ``restart_point``, preceded by the
-        one before where there is one. The points to come are those it would have found, to the last bit on one machine.
+        To resume another continuation with the same arguments: its last ``restart_point``, preceded by the one before
+        where there is one. The points to come are those that it would have found, bit for bit on one machine.
     doubted
-        Whether a point is not to be believed: of the last point, the new one and what was expected of its state. A
-        shorter step is taken then, down to ``kink_step``.
+        Whether a point is to be rejected, given the last point, the new one and its predicted state. A shorter step is
+        then taken, down to ``kink_step``.
     observables
-        What is read off the states besides, which is to be as good and as finely resolved as they are.
+        Quantities computed from the states, which are interpolated as accurately as these.
     watched
-        What the largest values are sought of, see ``Watched``: ordinary points are put where one exceeds all before.
+        Quantities whose largest values are located, see ``Watched``: a point is inserted where one exceeds all before.
 
     Returns
     -------
@@ -142,7 +151,7 @@ def _check(
 
 
 def failed(error: Exception) -> tuple[Outcome, str]:
-    """Outcome and message of what an exception ended after points were found."""
+    """Outcome and message of a continuation that an exception ended after points were found."""
     return Outcome.FAILED, f"failed: {reason_of(error)}; every point found is kept"
 
 
@@ -152,17 +161,17 @@ class Continuation(Iterator[Step]):
     Attributes
     ----------
     outcome, message
-        How it ended (None while it has not), and in words.
+        How it ended (None while it runs), and a sentence about it.
     error
-        The exception that ended it, where one did after the first point: the outcome is then FAILED.
+        An exception that ended it after the first point: the outcome is then FAILED.
     points, rejected
         Points found (located ones not counted) and steps rejected so far.
     step_length
         Scaled length of the next step.
     restart_point
-        The last accepted point with what the points after it depend on; None before the first.
+        The last accepted point with all that the next points depend on; None before the first.
     resumed_at
-        The step it goes on from where it was given ``restart``, else None.
+        The step of the ``restart`` point, if one was given.
     """
 
     def __init__(
@@ -196,10 +205,10 @@ class Continuation(Iterator[Step]):
         self.message = ""
         self.error: Exception | None = None
         self.rejected = self.points = 0
-        self.step_length = self._taken = min(options.first_step, options.max_step)
+        self.step_length = self._last_length = min(options.first_step, options.max_step)
         self.restart_point: RestartPoint | None = None
         self.resumed_at: Step | None = None
-        segment = self._take_up(restart) if restart else None
+        segment = self._resume(restart) if restart else None
         self._generator = self._follow(np.append(x, at), direction, segment)
 
     def __next__(self) -> Step:
@@ -210,7 +219,7 @@ class Continuation(Iterator[Step]):
         except Exception as error:
             if not self.points:
                 raise
-            self.error = error  # what was found is worth more than the fault
+            self.error = error  # the points found are kept
             raise StopIteration(self._end(*failed(error))) from None
 
     @property
@@ -249,7 +258,7 @@ class Continuation(Iterator[Step]):
             if isinstance(new, Reason):
                 outcome = Outcome.SINGULAR if new is NewtonStop.SINGULAR else Outcome.STEP_TOO_SMALL
                 return self._end(outcome, f"{outcome.text} (at {last.parameter:g}: {new.text})")
-            new, halves = self._whole(last, new)
+            new, halves = self._without_gap(last, new)
             for between in self._between([last, *halves, new]):
                 between.inserted = True
                 yield between
@@ -257,36 +266,36 @@ class Continuation(Iterator[Step]):
                     return self._end(Outcome.COMPLETED, f"ended at the event {between.name}")
             self._accepted(new)
             yield new
-            last, segment = new, self._ahead(last, new)
+            last, segment = new, self._segment_ahead(last, new)
         return self._end(Outcome.TURNED_BACK if last.parameter == self._span.start else Outcome.COMPLETED)
 
-    def _whole(self, last: Step, new: Step) -> tuple[Step, list[Step]]:
-        """A neighbour between which and the last point the branch is seen, with the corrected points between.
+    def _without_gap(self, last: Step, new: Step) -> tuple[Step, list[Step]]:
+        """The next point and the corrected points before it, with solutions all along the step.
 
-        Where there is no solution in the middle a step may have led past two turning points: shorter ones are taken,
-        and the long one only where these lead nowhere.
+        Where there is no solution in the middle, the step may have passed two turning points: shorter steps are taken,
+        and the long one only where these fail.
         """
-        leap = new, self._halves(last, new)
-        lost, length = self._dense.lost, self._taken
+        step = new, self._halves(last, new)
+        lost, length = self._dense.lost, self._last_length
         while lost and length > self._options.kink_step:
-            kept, self.step_length = self.step_length, 0.5 * length
+            next_length, self.step_length = self.step_length, 0.5 * length
             shorter = self._advance(last, None)
             if isinstance(shorter, Reason):
-                self.step_length = kept
-                return leap[0], self._halves(last, leap[0])
+                self.step_length = next_length
+                return step[0], self._halves(last, step[0])
             self.rejected += 1
-            leap = shorter, self._halves(last, shorter)
-            lost, length = self._dense.lost, self._taken
-        return leap
+            step = shorter, self._halves(last, shorter)
+            lost, length = self._dense.lost, self._last_length
+        return step
 
     def _halves(self, last: Step, new: Step) -> list[Step]:
-        self._corrector.beside = new.jacobian
+        self._corrector.neighbour = new.jacobian
         return self._dense.halves(last, new, new.apart)
 
     def _between(self, points: list[Step]) -> Iterator[Step]:
-        """What comes between two neighbours: corrected, located and interpolated points, in order.
+        """Corrected, located and interpolated points between two neighbours, in order.
 
-        ``points`` are both, and the corrected ones between.
+        ``points`` are both neighbours with the corrected points between them.
         """
         for a, b in pairwise(points):
             for c, d in pairwise([a, *self._locator.between(a, b), b]):
@@ -294,15 +303,15 @@ class Continuation(Iterator[Step]):
                 if d is not points[-1]:
                     yield d
 
-    def _ahead(self, last: Step, new: Step) -> HermiteSegment | None:
-        """The segment that leads on from two neighbours, None at a corner between; the metric follows the newer."""
+    def _segment_ahead(self, last: Step, new: Step) -> HermiteSegment | None:
+        """Segment for the next prediction, None at a corner between both points; the metric follows the newer."""
         sharp = self._corrector.angle(last.tangent, new.tangent) > self._options.max_angle
         segment = None if sharp else self._corrector.segment(last, new)
         self._corrector.metric = self._metric.renewed(new.x)
         return segment
 
     def _accepted(self, step: Step) -> None:
-        """Take note of a point, and hand what it knows to the points after it."""
+        """Count an accepted point, make its restart point, and pass its context to the next points."""
         self.points += 1
         self.restart_point = RestartPoint(
             state=step.state, tangent=step.tangent, kind=step.kind, orientation=step.orientation,
@@ -310,10 +319,10 @@ class Continuation(Iterator[Step]):
             context=self._corrector.context, values=self._locator.values,
             points=self.points, rejected=self.rejected, evaluations=self.evaluations, solves=self.solves,
         )  # fmt: skip
-        self._carry(step)
+        self._corrector.context = step.evaluation.context
 
-    def _take_up(self, restart: tuple[RestartPoint, ...]) -> HermiteSegment | None:
-        """Stand where another continuation stood; the segment that leads on."""
+    def _resume(self, restart: tuple[RestartPoint, ...]) -> HermiteSegment | None:
+        """Restore the state of another continuation; the segment for the next prediction."""
         *before, self.restart_point = restart
         self._corrector.metric = self._metric.measuring(Measure(*self.restart_point.measure))
         self._locator.values = self.restart_point.values
@@ -322,21 +331,20 @@ class Continuation(Iterator[Step]):
             self.restart_point.points,
             self.restart_point.rejected,
         )
-        self.resumed_at = self._corrector.take_up(self.restart_point)
-        self._carry(self.resumed_at)
-        return self._ahead(Step.again(before[-1]), self.resumed_at) if before else None
-
-    def _carry(self, step: Step) -> None:
-        """Hand what the accepted point knows to the points after it."""
-        self._corrector.context = getattr(step.evaluation, "context", None)
+        self.resumed_at = self._corrector.resume(self.restart_point)
+        self._corrector.context = self.resumed_at.evaluation.context
+        return self._segment_ahead(Step.of_restart(before[-1]), self.resumed_at) if before else None
 
     def _first(self, state: Array, direction: Array | None) -> Step | Reason:
-        """The solution at the fixed starting parameter, its tangent pointing forward; or why there is none."""
+        """The solution at the fixed starting parameter, its tangent pointing forward; or why there is none.
+
+        Where it is much smaller than the guess it is corrected once more, to a tolerance relative to its own size.
+        """
         before = self._metric.inverse[:-1]
         step, result = self._corrector.correct(state, None, "start")
         if step is not None:
             self._corrector.metric = self._metric.renewed(step.x)
-            if np.any(self._metric.inverse[:-1] > 2.0 * before):
+            if np.any(self._metric.inverse[:-1] > SCALE_CHANGE * before):
                 step, result = self._corrector.correct(step.state, None, "start")
         if step is None:
             return result.reason or Rejection.NOTHING_AHEAD
@@ -352,36 +360,36 @@ class Continuation(Iterator[Step]):
         options, corrector, span = self._options, self._corrector, self._span
         reason: Reason | None = None
         length = self.step_length
-        corrector.beside = None  # no Jacobian is kept to go on from where a branch is taken up again
+        corrector.neighbour = None  # a resumed branch has none either
         while length >= options.min_step:
             ahead = predict(corrector.metric, span, last, segment, length)
             normal, kind = (None, "end") if ahead.at_end else (ahead.direction, "regular")
             new, result = corrector.correct(
-                ahead.guess, normal, kind, forward=last.tangent, reach=reach(options, length)
+                ahead.guess, normal, kind, forward=last.tangent, max_distance=max_distance(options, length)
             )
             if new is None:
                 reason = result.reason
             else:
                 angle = corrector.angle(last.tangent, new.tangent)
-                reason = objection(corrector.metric, span, options, last, new, ahead.guess, length, angle)
+                reason = rejection_of(corrector.metric, span, options, last, new, ahead.guess, length, angle)
                 if reason is None and self._doubted is not None and length > options.kink_step:
                     reason = Rejection.DOUBTED if self._doubted(last, new, ahead.guess) else None
                 if reason is None:
                     new.apart = cubic_distance(
                         corrector.metric, (new.state, new.tangent), (ahead.guess, ahead.direction), length
                     )
-                    return self._accept(last, new, result, length, 2 if segment is None else 4)
+                    return self._accept(last, new, result, length, TANGENT_ORDER if segment is None else CUBIC_ORDER)
             self.rejected += 1
             if length <= options.kink_step:
-                new, result = turn(corrector, span, last, length)
+                new, result = turn_corner(corrector, span, last, length)
                 if new is not None:
-                    return self._accept(last, new, result, length, 2)
+                    return self._accept(last, new, result, length, TANGENT_ORDER)
             length, segment = 0.5 * length, None
         return reason or Rejection.NOTHING_AHEAD
 
     def _accept(self, last: Step, new: Step, result: NewtonResult, length: float, order: int) -> Step:
-        self._taken = length
-        # at rounding level neither the contraction nor the count says anything of the step
+        self._last_length = length
+        # at rounding level neither the contraction nor the count depends on the step
         self.step_length = next_step(
             length,
             contraction=0.0 if result.stagnated else result.contraction,

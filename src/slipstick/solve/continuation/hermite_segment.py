@@ -18,9 +18,12 @@ from slipstick.solve.continuation.metric import (
 )
 from slipstick.typing import Array
 
+_BISECTIONS = 60
+"""Halvings of an interval of ``u``: to rounding from any interval of length 1."""
+
 
 class HermiteBasis:
-    """Places ``u`` (n,) on segments, and the shares (n, 4) of what is known at the ends in values and slopes there."""
+    """Places ``u`` (n,) on segments, with the Hermite basis ``shares`` (n, 4) and its derivatives ``slopes`` there."""
 
     __slots__ = ("shares", "slopes", "u")
 
@@ -31,8 +34,8 @@ class HermiteBasis:
 class HermiteSegment:
     """Cubic Hermite curve through two states with tangents; ``u`` is 0 at the first and 1 at the second.
 
-    Extrapolated to ``u > 1`` it predicts the next point with an error of fourth order in the step; between the two it
-    is the branch but for a hundredth of that error. States are (N + 1,), or (k, N + 1) for k segments at once.
+    Extrapolated to ``u > 1`` it predicts the next point with an error of fourth order in the step; between the two
+    the error is about a hundredth of that. States are (N + 1,), or (k, N + 1) for k segments at once.
 
     Attributes
     ----------
@@ -64,8 +67,8 @@ class HermiteSegment:
     ) -> HermiteSegment:
         """Segment between two points, each a state and a tangent, in a metric.
 
-        The arc is longer than its chord by what a circle would be, of which the tangents enclose that ``angle``
-        (radians); None: it is computed.
+        The arc is longer than its chord by as much as that of a circle whose end tangents enclose ``angle`` (radians),
+        which is computed if None.
         """
         (a, before), (b, after) = first, second
         if angle is None:
@@ -92,7 +95,7 @@ class HermiteSegment:
     ) -> tuple[Array, Array]:
         """Any quantity and its derivative by ``u``, both (n, ...), at n places, from values and rates at the ends.
 
-        Rates are derivatives by what the tangents are derivatives by.
+        Rates are derivatives by the same variable as the tangents.
         """
         nodes = np.array((first, second, self.rates[0] * first_rate, self.rates[1] * second_rate))
         flat = nodes.reshape(4, -1)
@@ -127,7 +130,7 @@ class HermiteSegment:
     def where(self, parameter: float, low: Scalars, high: Scalars) -> Scalars:
         """The ``u`` in [low, high] at which the cubic passes ``parameter`` (bisection; the ends must bracket it)."""
         rising = self.parameter(high) > self.parameter(low)
-        for _ in range(60):
+        for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
             beyond = (self.parameter(middle) > parameter) == rising
             low, high = chosen(beyond, low, middle), chosen(beyond, middle, high)
@@ -135,7 +138,7 @@ class HermiteSegment:
 
 
 def blend(u: Scalars) -> tuple[Scalars, Scalars, Scalars, Scalars]:
-    """Shares at ``u`` of: first value, second value, derivatives by ``u`` at the first and at the second."""
+    """Hermite basis at ``u``: shares of the first value, the second, and the derivatives by ``u`` at both."""
     v = u - 1.0
     return (1.0 + 2.0 * u) * v * v, u * u * (3.0 - 2.0 * u), u * v * v, u * u * v
 

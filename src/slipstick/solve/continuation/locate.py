@@ -23,21 +23,22 @@ from slipstick.solve.continuation.brackets import (
     is_bottom,
     narrowing,
 )  # fmt: skip
-from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.corrector import Corrector, Step
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
-from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
-_MAX_TRIALS = 60
 _PLACES = HermiteBasis(np.linspace(0.0, 1.0, 9))
 _AT: list[float] = _PLACES.u.tolist()
-_NEARLY = 0.5
-"""An event function that falls to this share between the ends of a segment nearly changes its sign there."""
+"""Places on a segment at which event functions are expected: enough for a cubic, with two extremes at most."""
+_MAX_TRIALS = 60
+"""Largest number of trials for the root of an event function: bisection alone would need about as many."""
 BOTTOM_SECANTS = 3
-"""Solutions that are sought of a minimum where the segment shows it."""
+"""Number of trials for a minimum from the segment, before it is bracketed."""
+_NEARLY = 0.5
+"""Ratio to both ends below which an event function on a segment is computed exactly: it may change its sign."""
 _EXCEEDS = 1e-6
-"""Part by which a watched quantity is expected to exceed all before where a point is put."""
+"""Relative excess over the largest value so far at which a watched maximum is located."""
 
 
 class Locator:
@@ -48,11 +49,11 @@ class Locator:
     corrector
         Solver of the branch.
     events, requested
-        What to look for; ``requested`` are parameter values.
+        Events and parameter values to locate.
     tolerance
         Scaled arclength to which an event is located.
     watched
-        Quantities of which the largest value is sought alone: points are put where one exceeds all before.
+        Quantities of which only the largest values are located: a point is inserted where one exceeds all before.
     """
 
     def __init__(
@@ -66,11 +67,11 @@ class Locator:
         self._corrector, self._events, self._requested, self._tolerance = corrector, events, requested, tolerance
         self._watched = watched
         self.values: tuple[float, ...] = ()
-        """Largest values so far of what is watched, then event functions at the last point."""
+        """Largest values so far of watched quantities, then event functions at the last point."""
         self._maxima = Maxima(corrector, tolerance)
 
     def begin(self, first: Step) -> None:
-        """Take note of the event functions at the first point."""
+        """Evaluate the event functions at the first point."""
         values = [(event, float(event.function(first))) for event in self._events]
         slopes = (value or TINY if event.maximum else value for event, value in values)
         self.values = (*(self._watched.heights(first).tolist() if self._watched else ()), *slopes)
@@ -127,7 +128,7 @@ class Locator:
     def _beside(
         self, event: BranchEvent, first: Known, others: list[tuple[float, Step]], second: Known
     ) -> list[Located]:
-        """Maxima between what was located of other events, where those tell it: at a corner all have their extremes."""
+        """Maxima between the located points of other events: at a corner all have their extremes."""
         known = [(0.0, first), *((u, (step, float(event.function(step)))) for u, step in others), (1.0, second)]
         assert event.height is not None
         located = list[Located]()
@@ -136,7 +137,7 @@ class Locator:
             if low[1] * high[1] > 0.0:
                 before, after = event.height(low[0]), event.height(high[0])
                 gain = after - before
-                if gain * low[1] < 0.0 and abs(gain) > _EXCEEDS * before:  # it does not rise where the slopes say so
+                if gain * low[1] < 0.0 and abs(gain) > _EXCEEDS * before:  # heights contradict the slopes
                     parts = self._maxima.parted(event, (u, v), low, high)
             located += [self._maxima.top(event, *part) for part in parts]
         return located
@@ -150,7 +151,7 @@ class Locator:
         first: Step,
         second: Step,
     ) -> list[tuple[float, Step]]:
-        """Ordinary points at minima that a segment near the branch shows: they tell how far maxima stand out."""
+        """Ordinary points at minima of an accurate segment: the prominence of maxima depends on them."""
         if not second.smooth or max(values) < 0.0:
             return []
         height, located = event.height, list[Located]()
@@ -178,11 +179,11 @@ class Locator:
         minimum: Minimum,
         least: float,
     ) -> Located:
-        """A minimum that a segment shows, between two solutions of which is ``known`` that the height falls from the
-        first and rises to the second: a maximum that the segment shows beside it may not be there.
+        """A minimum of a segment, between two solutions.
 
-        The segment says nothing of a corner at which the slope jumps: the bottom is known once the slopes at solutions
-        on both sides tell that the branch between them falls no further.
+        ``known`` says whether the height falls from the first and rises to the second: a maximum of the segment next
+        to the minimum may not be one of the branch. The segment does not show a corner, at which the slope jumps. The
+        minimum is located once the slopes at solutions on both sides prove that the branch falls no further.
         """
         height = event.height
         assert height is not None
@@ -219,8 +220,10 @@ class Locator:
         first: Step,
         second: Step,
     ) -> list[tuple[float, Step]]:
-        """Minima beside those that are known, between maxima and their neighbours, where the segment is not known to be
-        near the branch or an end is higher than the maximum next to it."""
+        """Further minima between maxima and their neighbours.
+
+        They are looked for where the segment is inaccurate, or where an end is higher than the maximum next to it.
+        """
         tops = self._in_order(first, second, [top for top in maxima if top is not None])
         if second.smooth and not tops:
             return []
@@ -239,7 +242,7 @@ class Locator:
         return [dip for dip in dips if dip is not None]
 
     def _in_order(self, first: Step, second: Step, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
-        """What was located, in order along the branch: their places tell it only where the segment is near to that."""
+        """Located points in order along the branch; their places give it only where the segment is accurate."""
         if len(points) < 2:
             return points
         whole = Chord(self._corrector.metric, (first.state, first.tangent), (second.state, second.tangent))
@@ -248,17 +251,17 @@ class Locator:
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, segment: HermiteSegment
     ) -> tuple[list[float], list[float]]:
-        """Places on the segment, its ends among them, and the event function there: exact at the ends."""
+        """Places on the segment, both ends included, and the event function there, exact at the ends."""
         if event.along is None:
             return [0.0, 1.0], [before, float(event.function(second))]
         values = [before, *event.along(first, second, segment, _PLACES).tolist()[1:]]
         parted = event.maximum and not second.smooth
         if not parted and (min(values) > 0.0 or max(values) < 0.0):
-            self._see_to_near_miss(event, segment, values)
+            self._refine_near_miss(event, segment, values)
         return _AT, values
 
-    def _see_to_near_miss(self, event: BranchEvent, segment: HermiteSegment, values: list[float]) -> None:
-        """Make values of one sign exact where it nearly changes: the cubic is not as near to the branch as that."""
+    def _refine_near_miss(self, event: BranchEvent, segment: HermiteSegment, values: list[float]) -> None:
+        """Compute values of one sign exactly where the sign nearly changes: the cubic is not that accurate."""
         size, positive = [abs(value) for value in values], values[0] > 0.0
         smallest = min(size[1:-1])
         if not smallest < _NEARLY * min(size[0], size[-1]):
@@ -280,9 +283,9 @@ class Locator:
         first: Step,
         second: Step,
     ) -> Array:
-        """Add to ``points`` where something watched exceeds all before; the ``largest`` values that leaves.
+        """Add to ``points`` the maxima of watched quantities that exceed all before; the new ``largest`` values.
 
-        What was solved for already often is the largest of several to the tolerance, and costs nothing then.
+        Points that are located already often are the largest of several quantities to the tolerance.
         """
         for step in (second, *(step for _, step in points)):
             largest = np.maximum(largest, watched.heights(step))

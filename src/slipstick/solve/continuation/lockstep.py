@@ -1,35 +1,82 @@
-"""Many branches followed side by side: the continuation of ``follow.py`` with one evaluation a round for all of them.
+"""Many branches followed in lockstep: the continuation of ``follow.py`` with one evaluation per round for all of them.
 
-Each branch takes the steps that it takes alone: metric, segment, predictor, step control and acceptance are the same
-formulas, on arrays whose first axis is the branch. Only the decisions are taken here, by masks. No number of one
-depends on another, to the last bit: sums run along one branch, and products of matrices are those of one branch each.
-What is out of the ordinary is left to a continuation of its own: a branch that turns back at its start, finds no way
-on, stands before a corner, or is known to rounding only is ``given_up``.
+Each branch takes the steps that it would take alone: metric, segment, predictor, step control and acceptance are the
+same formulas, on arrays whose first axis is the branch. This file only takes the decisions, by masks. No number of one
+branch depends on another, to the last bit: sums and products of matrices are those of one branch each.
+A branch is ``given_up``, and followed by a continuation of its own, where it turns back at its start, where steps fail
+or meet a corner, and where a solution converges to rounding level only.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
+from numpy import ndarray
 from numpy.typing import NDArray
 
+from slipstick.solve.continuation.corrector import patient
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Metric, angle_of, dots, norms
-from slipstick.solve.continuation.options import ContinuationOptions, next_step
-from slipstick.solve.continuation.predictor import Span, along_tangent, goes_on, place_ahead, shortened
-from slipstick.solve.continuation.step_acceptance import cubic_distance, is_far, is_kink, is_short, reach
-from slipstick.solve.continuation.tables import Table
+from slipstick.solve.continuation.step_control import (
+    CUBIC_ORDER,
+    SCALE_CHANGE,
+    TANGENT_ORDER,
+    ContinuationOptions,
+    Span,
+    along_tangent,
+    cubic_distance,
+    is_cubic_valid,
+    is_far,
+    is_kink,
+    is_short,
+    max_distance,
+    next_step,
+    place_ahead,
+    shortened,
+)
 from slipstick.solve.newton import NewtonOptions, gains, is_clear_gain, may_be_taken_whole, stalls
 from slipstick.typing import Array, BoolArray
 
-_ROUNDING = 1e-10
-"""Residual over the solution below which an iteration that failed may have met rounding."""
 
-_CORNER = 4.0
-"""Steps that fail this near to the smallest one, at which a corner is believed, stand before one."""
+class Table:
+    """A dataclass of arrays of equal length, and of other things with rows: tables, metrics."""
+
+    def at(self, which: Any) -> Self:
+        """Some of the rows."""
+        columns = vars(self).items()
+        return type(self)(
+            **{name: part[which] if isinstance(part, ndarray) else part.at(which) for name, part in columns}
+        )
+
+    def put(self, which: Any, those: Self) -> None:
+        """Replace some of the rows, in place."""
+        for name, part in vars(self).items():
+            new = getattr(those, name)
+            if isinstance(part, ndarray):
+                part[which] = new
+            else:
+                part.put(which, new)
+
+    @classmethod
+    def joined(cls, tables: Sequence[Self]) -> Self:
+        """The rows of several, one after the other."""
+        return cls(**{name: _joined([vars(table)[name] for table in tables]) for name in vars(tables[0])})
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    return np.concatenate(parts) if isinstance(parts[0], ndarray) else type(parts[0]).joined(parts)
+
+
+_ROUNDING = 1e-10
+"""Residual over the solution below which a failed iteration may have met rounding."""
+_ROUNDING_CORRECTION = 1e-3
+"""Largest scaled correction of such an iteration, as in ``newton``."""
+_CORNER_STEP = 4.0
+"""Failed step, over ``kink_step``, at which a branch is given up: a continuation of its own looks for a corner."""
 
 Numbers = NDArray[np.intp]
 
@@ -44,40 +91,40 @@ class Systems(Protocol):
 
 @cache
 def _linear() -> Any:
-    """Loaded with the first step: what is compiled takes a while to import."""
+    """The compiled factorisations, imported with the first step: that takes time."""
     from slipstick.solve.linear import many_factors
 
     return many_factors
 
 
 class Factors:
-    """Factors of the bordered Jacobians of many points: kept in one place, where points name them by number."""
+    """Factors of the bordered Jacobians of many points, numbered in one array."""
 
     def __init__(self, size: int) -> None:
-        self._room, self._count = np.empty((0, size + 1, size)), 0
+        self._array, self._count = np.empty((0, size + 1, size)), 0
 
     def of(self, matrices: Array) -> Numbers:
-        """Keep those of some more matrices (k, size, size); their numbers."""
-        factors = np.empty((len(matrices), *self._room.shape[1:]))
+        """Add the factors of matrices (k, size, size); their numbers."""
+        factors = np.empty((len(matrices), *self._array.shape[1:]))
         factors[:, :-1] = matrices
         _linear().factorise(factors)
         return self.add(factors)
 
     def add(self, factors: Array, which: Numbers | None = None) -> Numbers:
-        """Keep some more (k, size + 1, size), or those named of them; their numbers."""
+        """Add factors (k, size + 1, size), or only ``which`` of them; their numbers."""
         which = np.arange(len(factors)) if which is None else which
         begin, end = self._count, self._count + which.size
-        if end > len(self._room):
-            room = np.empty((max(end, 2 * len(self._room)), *self._room.shape[1:]))  # memory once it is written to
-            room[:begin] = self._room[:begin]
-            self._room = room
-        np.take(factors, which, axis=0, out=self._room[begin:end], mode="clip")
+        if end > len(self._array):
+            array = np.empty((max(end, 2 * len(self._array)), *self._array.shape[1:]))  # memory once it is written to
+            array[:begin] = self._array[:begin]
+            self._array = array
+        np.take(factors, which, axis=0, out=self._array[begin:end], mode="clip")
         self._count = end
         return np.arange(begin, end)
 
     def solve(self, which: Numbers, right: Array) -> Array:
         """Solutions (k, size) for right-hand sides (k, m), zero beyond their ends."""
-        return np.asarray(_linear().solutions(self._room, which, right))
+        return np.asarray(_linear().solutions(self._array, which, right))
 
 
 @dataclass(kw_only=True)
@@ -98,13 +145,13 @@ class Solutions(Table):
     iterations: NDArray[np.int_]
 
     def columns(self, which: Any) -> dict[str, Any]:
-        """Some of them, for a table that tells more."""
+        """The columns of some rows, for a table with more columns."""
         return {name: vars(self)[name][which] for name in Solutions.__dataclass_fields__}
 
 
 @dataclass(kw_only=True)
 class Solved(Solutions):
-    """Solutions sought on k planes; what is not ``found`` means nothing.
+    """Results of k iterations; rows that are not ``found`` are undefined.
 
     Attributes
     ----------
@@ -126,30 +173,30 @@ class Correctors:
     Attributes
     ----------
     evaluations, solves
-        Work so far, by branch (n,).
+        Evaluations and linear solves so far, by branch (n,).
     doubtful
-        Branches (n,) on which an iteration failed that may have met rounding.
+        Branches (n,) on which a failed iteration may have met rounding.
     factors
-        Of the bordered Jacobians of points that were taken.
+        Of the bordered Jacobians of accepted points.
     """
 
     def __init__(self, systems: Systems, count: int, size: int, options: NewtonOptions) -> None:
         self._systems, self._options = systems, options
-        self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
+        self.patient = patient(options)
         self.evaluations, self.solves = np.zeros(count, dtype=int), np.zeros(count, dtype=int)
         self.doubtful = np.zeros(count, dtype=bool)
         self.factors = Factors(size + 1)
 
     def correct(
         self, branches: Numbers, guess: Array, normal: Array, fixed: BoolArray, metric: Metric, *,
-        forward: Array, reach: Array | None = None, options: NewtonOptions | None = None,
+        forward: Array, max_distance: Array | None = None, options: NewtonOptions | None = None,
     ) -> Solved:  # fmt: skip
         """As ``Corrector.correct``: on the planes through ``guess`` across ``normal``, or where ``fixed`` at its
         parameter, the tangent then along ``forward``."""
         row = _row(normal, metric)
         row[fixed] = 0.0
         row[fixed, -1] = 1.0
-        solved = self._iterated(branches, guess, row, metric, options or self._options, reach)
+        solved = self._iterated(branches, guess, row, metric, options or self._options, max_distance)
         states, found = solved.states, solved.found
         states[fixed, -1] = guess[fixed, -1]
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -168,7 +215,7 @@ class Correctors:
         return solved
 
     def keep(self, branches: Numbers, states: Array, normal: Array, metric: Metric) -> Numbers:
-        """Keep the factors at solutions across ``normal`` that become points; their numbers."""
+        """Add the factors at solutions across ``normal`` that become points; their numbers."""
         row = _row(normal, metric)
         return self.factors.add(self._bordered(branches, states, row, dots(row, states))[1])
 
@@ -184,7 +231,7 @@ class Correctors:
 
     def _iterated(
         self, branches: Numbers, guess: Array, row: Array, metric: Metric, options: NewtonOptions,
-        reach: Array | None,
+        max_distance: Array | None,
     ) -> Solved:  # fmt: skip
         """``newton.iterate`` on each."""
         count, level = len(guess), dots(row, guess)
@@ -204,10 +251,10 @@ class Correctors:
                 stalled = stalls(*sizes[:, live])
             rounded = ~done & stalled & (size <= options.stagnation)
             lost = ~done & ~rounded & (~np.isfinite(size) | (iterations[live] >= options.max_iterations))
-            self._doubt(branches, live[lost], z, residual, size[lost])
-            if reach is not None:
+            self._mark_doubtful(branches, live[lost], z, residual, size[lost])
+            if max_distance is not None:
                 first = iterations[live] == 0
-                lost |= first & ~done & ~rounded & ~(metric.at(live).length(step) <= reach[live])
+                lost |= first & ~done & ~rounded & ~(metric.at(live).length(step) <= max_distance[live])
             found[live[done | rounded]], stagnated[live[rounded]] = True, True
             on = ~(done | rounded | lost)
             live, step, size = live[on], step[on], size[on]
@@ -227,7 +274,7 @@ class Correctors:
         plane: tuple[Array, Array], metric: Metric, options: NewtonOptions, allowance: NDArray[np.int_],
         contraction: Array, iterations: NDArray[np.int_],
     ) -> BoolArray:  # fmt: skip
-        """``newton.line_search`` of each; which of them took a correction."""
+        """``newton.line_search`` of each; whether a correction was taken."""
         z, residual, factors = at
 
         def tried(which: Numbers, damping: float) -> tuple[Array, Array, Array, Array]:
@@ -246,7 +293,7 @@ class Correctors:
         contraction[live[first]] = natural[first]
         good = is_clear_gain(natural, size, options)
         rest = np.flatnonzero(~good)
-        self._doubt(branches, live[rest], z, residual, size[rest])
+        self._mark_doubtful(branches, live[rest], z, residual, size[rest])
         if rest.size:
             best, taken = natural[rest].copy(), rest
             usable, damping = may_be_taken_whole(natural[rest]), 0.5
@@ -271,9 +318,9 @@ class Correctors:
         iterations[took] += 1
         return good
 
-    def _doubt(self, branches: Numbers, which: Numbers, z: Array, residual: Array, size: Array) -> None:
-        """Note iterations that may have met rounding before their tolerance: whether they did is not judged here."""
-        near = which[size < 1e-3]
+    def _mark_doubtful(self, branches: Numbers, which: Numbers, z: Array, residual: Array, size: Array) -> None:
+        """Mark failed iterations that may have met rounding before their tolerance."""
+        near = which[size < _ROUNDING_CORRECTION]
         rounding = norms(residual[near]) <= _ROUNDING * norms(z[near])
         self.doubtful[branches[near[rounding]]] = True
 
@@ -291,15 +338,15 @@ class Points(Solutions):
     Attributes
     ----------
     branch
-        Whose each is, (p,).
+        Number of the branch of each, (p,).
     arclength
         As of ``Step``.
     factors
-        Number of those of the bordered Jacobian among ``Correctors.factors``.
+        Numbers of the factors of the bordered Jacobians among ``Correctors.factors``.
     apart
-        See ``Step.apart``; of a first point infinite.
+        As of ``Step``; infinite of a first point.
     metric
-        In which what comes after each is measured.
+        Metric of the step after each.
     """
 
     branch: Numbers
@@ -311,7 +358,7 @@ class Points(Solutions):
 
 @dataclass(kw_only=True)
 class Followed:
-    """What was found: points, of which branches (n,) they are not all there, and steps rejected (n,)."""
+    """Points, branches (n,) that were given up, and numbers of rejected steps (n,)."""
 
     points: Points
     given_up: BoolArray
@@ -336,50 +383,48 @@ def follow(
     nothing = np.zeros((n, size))
     segments = HermiteSegment(nothing, nothing, nothing, nothing, np.ones(n), rates=(np.ones(n), np.ones(n)))
     curved, arclength, length = np.zeros(n, dtype=bool), np.zeros(n), step_length.copy()
-    order = np.full(n, 2)
+    order = np.full(n, TANGENT_ORDER)
     found = np.flatnonzero(first.found)
-    accepted = [_taken(correctors.factors, first, everyone, found, metric, arclength, np.full(found.size, np.inf))]
+    accepted = [_points_of(correctors.factors, first, everyone, found, metric, arclength, np.full(found.size, np.inf))]
     count, live = np.ones(n, dtype=int), np.flatnonzero(first.found)
     while live.size:
-        here, last, along, reaching = metric.at(live), z[live], tangent[live], length[live]
-        guess, direction, at_end, back = _predicted(here, last, along, segments.at(live), curved[live], reaching, span)
-        within = reach(options, reaching)
-        solved = correctors.correct(live, guess, direction, at_end, here, forward=along, reach=within)
+        here, last, along, step = metric.at(live), z[live], tangent[live], length[live]
+        guess, direction, at_end, back = _predicted(here, last, along, segments.at(live), curved[live], step, span)
+        limit = max_distance(options, step)
+        solved = correctors.correct(live, guess, direction, at_end, here, forward=along, max_distance=limit)
         with np.errstate(invalid="ignore"):
-            believed = _believed(here, last, along, orientation[live], solved, guess, reaching, at_end, span, options)
-            good = solved.found & believed
+            accept = _accepted(here, last, along, orientation[live], solved, guess, step, at_end, span, options)
+            good = solved.found & accept
         new = live[good]
         if new.size:
             those, measured = solved.states[good], here.at(good)
-            off = cubic_distance(
-                measured, (those, solved.tangents[good]), (guess[good], direction[good]), reaching[good]
-            )
+            off = cubic_distance(measured, (those, solved.tangents[good]), (guess[good], direction[good]), step[good])
             turned = angle_of(measured.cosine(along[good], solved.tangents[good]))
             arclength[new] += measured.length(those - last[good])
-            rounded = solved.stagnated[good]  # at rounding level neither says anything of the step
+            rounded = solved.stagnated[good]  # at rounding level neither depends on the step
             step_length[new] = next_step(
-                reaching[good], contraction=np.where(rounded, 0.0, solved.contraction[good]),
+                step[good], contraction=np.where(rounded, 0.0, solved.contraction[good]),
                 iterations=np.where(rounded, 0, solved.iterations[good]), angle=turned, order=order[new],
                 options=options,
             )  # fmt: skip
             ends_here = (last[good], along[good]), (those, solved.tangents[good])
             segments.put(new, HermiteSegment.of(measured, *ends_here, turned))
             curved[new] = turned <= options.max_angle
-            order[new] = np.where(curved[new], 4, 2)
+            order[new] = np.where(curved[new], CUBIC_ORDER, TANGENT_ORDER)
             z[new], tangent[new], orientation[new] = those, solved.tangents[good], solved.orientation[good]
             metric.put(new, measured.renewed(those[:, :-1]))
             taken = np.flatnonzero(good)
-            accepted.append(_taken(correctors.factors, solved, live, taken, metric, arclength, off))
+            accepted.append(_points_of(correctors.factors, solved, live, taken, metric, arclength, off))
             count[new] += 1
             length[new] = step_length[new]
         missed = live[~good]
         rejected[missed] += 1
         length[missed] *= 0.5
-        curved[missed], order[missed] = False, 2
+        curved[missed], order[missed] = False, TANGENT_ORDER
         ended = np.zeros(live.size, dtype=bool)
         ended[good] = at_end[good]
-        # a corner, the way back, or a solution known to rounding: on a road of their own
-        stop_here = (back & good) | (~good & (reaching <= _CORNER * options.kink_step)) | correctors.doubtful[live]
+        # a turn back at the start, a corner, or rounding
+        stop_here = (back & good) | (~good & (step <= _CORNER_STEP * options.kink_step)) | correctors.doubtful[live]
         stop_here |= ~ended & (count[live] >= options.max_points)
         given_up[live[stop_here]] = True
         live = live[~ended & ~stop_here]
@@ -394,20 +439,20 @@ def _first(correctors: Correctors, every: Numbers, guess: Array, metric: Metric,
     fixed = np.ones(len(guess), dtype=bool)
     first = correctors.correct(every, guess, ahead, fixed, metric, forward=ahead)
     renewed = metric.renewed(first.states[:, :-1])
-    grew = np.flatnonzero(first.found & (metric.measure.present > 2.0 * renewed.measure.present))
-    if grew.size:
-        again = correctors.correct(
-            grew, first.states[grew], ahead[grew], fixed[grew], renewed.at(grew), forward=ahead[grew]
+    shrunk = np.flatnonzero(first.found & (metric.measure.present > SCALE_CHANGE * renewed.measure.present))
+    if shrunk.size:
+        better = correctors.correct(
+            shrunk, first.states[shrunk], ahead[shrunk], fixed[shrunk], renewed.at(shrunk), forward=ahead[shrunk]
         )
-        first.put(grew, again)
+        first.put(shrunk, better)
     return first
 
 
-def _taken(
+def _points_of(
     store: Factors, solved: Solved, live: Numbers, which: Numbers, metric: Metric, arclength: Array,
     apart: Array,
 ) -> Points:  # fmt: skip
-    """Solutions that were accepted, as points."""
+    """Accepted solutions as points."""
     branches = live[which]
     return Points(
         **solved.columns(which), branch=branches, factors=store.add(solved.factors, which),
@@ -418,19 +463,19 @@ def _taken(
 def _predicted(
     metric: Metric, last: Array, tangent: Array, segments: HermiteSegment, curved: BoolArray, length: Array, span: Span
 ) -> tuple[Array, Array, BoolArray, BoolArray]:
-    """``predict`` of each: guesses and directions (k, N + 1), which are at an end of the range, and which at its start.
+    """``predict`` of each: guesses and directions (k, N + 1), whether at an end of the range, whether at its start.
 
-    Those that are ``curved`` go along their segments.
+    Along the segments where ``curved``, else along the tangents.
     """
     guess, direction = along_tangent(metric, last, tangent, length)
     u, on_cubic = place_ahead(metric, segments, tangent, length), np.zeros(len(last), dtype=bool)
-    bent = np.flatnonzero(curved)
-    if bent.size:
-        some = segments.at(bent)
-        slopes = some.derivative(u[bent])
-        on = goes_on(metric.at(bent), slopes, tangent[bent])
-        on_cubic[bent[on]] = True
-        guess[on_cubic], direction[on_cubic] = some.point(u[bent])[on], slopes[on]
+    cubics = np.flatnonzero(curved)
+    if cubics.size:
+        some = segments.at(cubics)
+        slopes = some.derivative(u[cubics])
+        on = is_cubic_valid(metric.at(cubics), slopes, tangent[cubics])
+        on_cubic[cubics[on]] = True
+        guess[on_cubic], direction[on_cubic] = some.point(u[cubics])[on], slopes[on]
     beyond = span.beyond(guess[:, -1])
     back = ~beyond & span.behind(guess[:, -1])
     for end, passed in ((span.stop, beyond), (span.start, back)):
@@ -444,11 +489,11 @@ def _predicted(
     return guess, direction, beyond | back, back
 
 
-def _believed(
+def _accepted(
     metric: Metric, last: Array, tangent: Array, orientation: NDArray[np.int_], solved: Solved, guess: Array,
     length: Array, at_end: BoolArray, span: Span, options: ContinuationOptions,
 ) -> BoolArray:  # fmt: skip
-    """Where ``objection`` has none; steps are not so tiny here that a corner is believed unseen."""
+    """Where ``rejection_of`` is None; steps here are never below ``kink_step``."""
     state, after = solved.states, solved.tangents
     inside = at_end | ~span.outside(state[:, -1])
     same_way = orientation * solved.orientation >= 0

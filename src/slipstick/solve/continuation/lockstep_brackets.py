@@ -18,28 +18,27 @@ from slipstick.solve.continuation.brackets import (
     leads_on,
     share_of,
 )
+from slipstick.solve.continuation.corrector import is_near
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solutions, Solved
+from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Solutions, Solved, Table
 from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.step_acceptance import is_near
-from slipstick.solve.continuation.tables import Table
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array, BoolArray
 
 Observed = Callable[[Array, Array], tuple[Array, Array]]
-"""Heights and slopes (k,) of what is largest at a maximum, from states and tangents (k, N + 1)."""
+"""Heights and slopes (k,) of the quantity of a maximum, from states and tangents (k, N + 1)."""
 
 
 @dataclass(kw_only=True)
 class Ends(Solutions):
-    """Solutions, with the height there of what is largest at a maximum, and its slope, (k,) or (k, n_outputs).
+    """Solutions with the height of the quantity of a maximum and its slope, (k,) or (k, n_outputs).
 
     Attributes
     ----------
     factors
-        As of ``Points``; -1 of a trial: of the many few become points.
+        As of ``Points``; -1 of a trial, few of which become points.
     normals
-        Normals (k, N + 1) of the planes that trials were sought on.
+        Normals (k, N + 1) of the planes of the trials.
     """
 
     normals: Array
@@ -49,13 +48,13 @@ class Ends(Solutions):
 
     @classmethod
     def of(cls, points: Points, which: Numbers, heights: Array, slopes: Array) -> Ends:
-        """Points that are known."""
+        """Some points of a branch."""
         normals, factors = points.tangents[which], points.factors[which]
         return cls(**points.columns(which), normals=normals, factors=factors, heights=heights, slopes=slopes)
 
     @classmethod
     def found(cls, solved: Solved, normals: Array, which: Numbers, observed: Observed) -> Ends:
-        """Some of what was solved for."""
+        """Some of the solutions."""
         states, tangents = solved.states[which], solved.tangents[which]
         heights, slopes = observed(states, tangents) if which.size else (np.empty(0), np.empty(0))
         factors = np.full(which.size, -1)
@@ -72,7 +71,7 @@ class Ends(Solutions):
 
     @classmethod
     def chosen(cls, first: BoolArray, one: Ends, other: Ends) -> Ends:
-        """Where ``first`` the one, else the other."""
+        """Rows of the one where ``first``, else of the other."""
         out = other.at(np.arange(first.size))
         out.put(np.flatnonzero(first), one.at(first))
         return out
@@ -87,7 +86,7 @@ class Brackets(Table):
     segment, branch
         Number of the segment that each is on, and of its branch.
     metric
-        In which they are measured.
+        Metric of each.
     """
 
     segment: Numbers
@@ -107,16 +106,16 @@ class Brackets(Table):
 
     @property
     def cubics(self) -> HermiteSegment:
-        """From the one to the other."""
+        """Between both solutions."""
         return HermiteSegment.of(self.metric, self.low.points, self.high.points)
 
     @property
     def chord(self) -> Chord:
-        """From the one to the other."""
+        """Between both solutions."""
         return Chord(self.metric, self.low.points, self.high.points)
 
     def plain(self) -> BoolArray:
-        """Where heights are as good as parabolas, (k, n_outputs)."""
+        """Whether heights differ little from parabolas, (k, n_outputs)."""
         low, high = self.low, self.high
         before, after = (end.slopes / self.metric.length(end.tangents)[:, None] for end in (low, high))
         return np.asarray(is_plain(before, after, low.heights, high.heights, self.cubics.length[:, None]))
@@ -134,13 +133,13 @@ class Brackets(Table):
             live = live[room[live] > tolerance]
             if not live.size:
                 return
-            here, reach = self.at(live), room[live]
-            share = share_of(here.low.slopes, here.high.slopes, bisect[live], reach, tolerance)
-            inside, found = here.inside(correctors, options, observed, reach, share)
+            here, length = self.at(live), room[live]
+            share = share_of(here.low.slopes, here.high.slopes, bisect[live], length, tolerance)
+            inside, found = here.inside(correctors, options, observed, length, share)
             live = live[found]
             if not live.size:
                 return
-            inside.slopes[inside.slopes == 0.0] = TINY  # a plateau goes on as what comes before
+            inside.slopes[inside.slopes == 0.0] = TINY  # a plateau continues the slope before it
             rises = inside.slopes > 0.0
             self.low.put(live[rises], inside.at(rises))
             self.high.put(live[~rises], inside.at(~rises))
@@ -150,7 +149,7 @@ class Brackets(Table):
     def inside(
         self, correctors: Correctors, options: NewtonOptions, observed: Observed, room: Array, share: Array
     ) -> tuple[Ends, Numbers]:
-        """Solutions between the ends, and of which brackets: from the cubics, else from shorter steps from the ends."""
+        """Solutions between the ends, and their brackets: from the cubics, else by steps from the ends."""
         turns = self.chord.turns
         parts, of = list[Ends](), list[Numbers]()
         rest = np.arange(share.size)
@@ -177,7 +176,7 @@ class Brackets(Table):
         return Ends.joined(parts), np.concatenate(of)
 
     def tops(self, tolerance: float) -> tuple[Ends, BoolArray]:
-        """The higher end of each, and whether the maximum is known to be there."""
+        """The higher end of each, and whether the maximum is located there."""
         low, high = self.low, self.high
         top = Ends.chosen(low.heights >= high.heights, low, high)
         return top, np.asarray(is_known(top.heights, low.slopes, high.slopes, self.chord.room, tolerance))

@@ -1,4 +1,4 @@
-"""What lies between the points that many branches stepped to: ``dense_output.py`` for all their segments at once."""
+"""Points between those of many branches: ``dense_output.py`` for all their segments at once."""
 
 from __future__ import annotations
 
@@ -7,30 +7,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.solve.continuation.corrector import is_near
 from slipstick.solve.continuation.dense_output import (
-    _BENT,
     _CORRECTIONS,
-    _LONGER,
-    _PEAK,
-    _SURE,
+    _MAX_CUBIC_ERROR,
+    _NEGLIGIBLE_ERROR,
+    _PEAK_LENGTH,
+    _STEP_ALLOWANCE,
     at_their_parameter,
     finite,
 )  # fmt: skip
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
-from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Systems
+from slipstick.solve.continuation.lockstep import Correctors, Numbers, Points, Systems, Table
 from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.options import ContinuationOptions
-from slipstick.solve.continuation.predictor import Span
-from slipstick.solve.continuation.step_acceptance import cubic_distance, is_near
-from slipstick.solve.continuation.tables import Table
+from slipstick.solve.continuation.step_control import ContinuationOptions, Span, cubic_distance
 from slipstick.typing import Array, BoolArray
 
-_TOGETHER = 4096
-"""States that are evaluated in one go."""
+_CHUNK = 4096
+"""States that are evaluated together: bounds the memory."""
 
 
 def parted(pieces: NDArray[np.int_]) -> tuple[Numbers, Array]:
-    """Places (k,) that part each of several segments into so many pieces, and the number of the segment of each."""
+    """Numbers of segments and places (k,) on them that divide each segment into a number of equal ``pieces``."""
     inside = pieces - 1
     each = np.repeat(np.arange(pieces.size), inside)
     return each, (np.arange(each.size) - np.repeat(np.cumsum(inside) - inside, inside) + 1) / pieces[each]
@@ -45,11 +43,11 @@ class Segments(Table):
     first, second
         Numbers of the points.
     owner
-        Number of the point that was stepped from, in whose measure they are judged.
+        Number of the point stepped from, whose metric applies.
     low, high
-        Which part of that step they are: 0 to 1, halved.
+        Ends of the part of that step that each is, from 0 to 1.
     apart, smooth
-        As of the ``Step`` that each leads to.
+        As of the ``Step`` at the end of each.
     """
 
     first: Numbers
@@ -63,9 +61,9 @@ class Segments(Table):
 
 @dataclass(kw_only=True)
 class Interpolated(Table):
-    """Points of segments: whose, at which places ``u``, states and tangents (k, N + 1).
+    """Points of segments: numbers of the segments, places ``u``, states and tangents (k, N + 1).
 
-    ``node`` is the number of a point that was solved for there, where corrections did not get there; else -1.
+    ``node`` is the number of a point that was solved for because corrections did not suffice; else -1.
     """
 
     segment: Numbers
@@ -76,29 +74,29 @@ class Interpolated(Table):
 
 
 @dataclass(kw_only=True)
-class _Seen(Table):
-    """States at places of segments, corrected once: ``dense_output._Seen``."""
+class _Corrected(Table):
+    """States at places of segments, corrected once: ``dense_output._Corrected``."""
 
     segment: Numbers
     u: Array
     cubic: Array
     slopes: Array
-    bent: Array
+    error: Array
     states: Array
     last: Array
 
 
 class Outputs:
-    """Points so near to each other that a line through them looks smooth, of many branches.
+    """Points so close to each other that a line through them looks smooth, of many branches.
 
     Attributes
     ----------
     nodes
-        All points that were solved for; more come.
+        All points that were solved for so far.
     segments
-        Those between them.
+        The segments between them.
     lost
-        Which branches (n,) have no solution somewhere between two points, see ``DenseOutput.lost``.
+        Whether branches (n,) have no solution between two points, see ``DenseOutput.lost``.
     """
 
     def __init__(
@@ -106,13 +104,13 @@ class Outputs:
         options: ContinuationOptions,
     ) -> None:  # fmt: skip
         self._systems, self._correctors, self.nodes, self._span = systems, correctors, points, Span(*span)
-        self._step, self._tolerance = _LONGER * options.output_step, options.output_tolerance
-        self._seen: dict[str, _Seen] = {}
+        self._step, self._tolerance = _STEP_ALLOWANCE * options.output_step, options.output_tolerance
+        self._corrected: dict[str, _Corrected] = {}
         self.lost = np.zeros(correctors.evaluations.size, dtype=bool)
         self.segments = self._halved()
 
     def cubics(self, segments: Segments) -> tuple[Metric, HermiteSegment]:
-        """The cubics of segments, and in what they are measured."""
+        """Metrics and cubics of segments."""
         nodes, metric = self.nodes, self.nodes.metric.at(segments.owner)
         ends = [(nodes.states[i], nodes.tangents[i]) for i in (segments.first, segments.second)]
         return metric, HermiteSegment.of(metric, ends[0], ends[1])
@@ -126,33 +124,33 @@ class Outputs:
             first=first, second=first + 1, owner=first, low=nothing, high=nothing + 1.0,
             apart=self.nodes.apart[first + 1], smooth=nothing > 0.0,
         )  # fmt: skip
-        ended, seen_before, count = [todo.at(first[:0])], [], 0
+        ended, parts, count = [todo.at(first[:0])], [], 0
         while todo.first.size:
             metric, cubics = self.cubics(todo)
-            todo.smooth = todo.apart <= _SURE * self._tolerance
+            todo.smooth = todo.apart <= _NEGLIGIBLE_ERROR * self._tolerance
             pieces = np.ceil(cubics.length / self._step).astype(int)
-            looked = np.flatnonzero(~todo.smooth & (pieces > 1))
+            coarse = np.flatnonzero(~todo.smooth & (pieces > 1))
             open_ = np.zeros(todo.first.size, dtype=bool)
             middles = Points.joined([self.nodes.at(first[:0])])
-            if looked.size:
-                seen = self._look(todo, looked, pieces[looked], metric, cubics)
-                bent = np.zeros(todo.first.size)
-                np.maximum.at(bent, seen.segment, seen.bent)
-                todo.smooth[looked] = bent[looked] <= _BENT * self._tolerance
-                wanted = looked[~todo.smooth[looked] & (cubics.length[looked] > self._step)]
+            if coarse.size:
+                corrected = self._correct(todo, coarse, pieces[coarse], metric, cubics)
+                error = np.zeros(todo.first.size)
+                np.maximum.at(error, corrected.segment, corrected.error)
+                todo.smooth[coarse] = error[coarse] <= _MAX_CUBIC_ERROR * self._tolerance
+                wanted = coarse[~todo.smooth[coarse] & (cubics.length[coarse] > self._step)]
                 if wanted.size:
-                    of = np.flatnonzero(np.isin(seen.segment, wanted))
-                    of = of[np.lexsort((of, -seen.bent[of], seen.segment[of]))]
-                    worst = seen.at(of[np.unique(seen.segment[of], return_index=True)[1]])
+                    of = np.flatnonzero(np.isin(corrected.segment, wanted))
+                    of = of[np.lexsort((of, -corrected.error[of], corrected.segment[of]))]
+                    worst = corrected.at(of[np.unique(corrected.segment[of], return_index=True)[1]])
                     halves, middles, found = self._middles(todo.at(wanted), worst, metric.at(wanted), cubics.at(wanted))
                     open_[wanted[found]] = True
                     self.lost[self.nodes.branch[todo.first[wanted[~found]]]] = True
             over = np.flatnonzero(~open_)
-            if looked.size:
-                kept = seen.at(~open_[seen.segment])
+            if coarse.size:
+                kept = corrected.at(~open_[corrected.segment])
                 number = np.cumsum(~open_) - 1 + count
                 kept.segment = number[kept.segment]
-                seen_before.append(kept)
+                parts.append(kept)
             ended.append(todo.at(over))
             count += over.size
             if not open_.any():
@@ -163,26 +161,26 @@ class Outputs:
         order = np.lexsort((segments.low, segments.owner))
         place = np.empty(order.size, dtype=int)
         place[order] = np.arange(order.size)
-        if seen_before:
-            seen = _Seen.joined(seen_before)
-            seen.segment = place[seen.segment]
-            self._seen["halved"] = seen
+        if parts:
+            corrected = _Corrected.joined(parts)
+            corrected.segment = place[corrected.segment]
+            self._corrected["halved"] = corrected
         return segments.at(order)
 
-    def _look(
+    def _correct(
         self, segments: Segments, which: Numbers, pieces: NDArray[np.int_], metric: Metric, cubics: HermiteSegment
-    ) -> _Seen:
-        """States at the places that part some segments into pieces."""
+    ) -> _Corrected:
+        """Corrected states at the places that divide some segments into pieces."""
         number, u = parted(pieces)
         each = which[number]
         here, of = metric.at(each), cubics.at(each)
         cubic, slopes = of.point(u), of.derivative(u)
         sizes = self._sizes(segments, metric)[each]
         off = self._off(segments.second[each], cubic)
-        bent = here.judged(off, sizes)
+        error = here.judged(off, sizes)
         off = at_their_parameter(off, slopes)
         states, last = cubic - finite(off), here.judged(off, sizes)
-        return _Seen(segment=each, u=u, cubic=cubic, slopes=slopes, bent=bent, states=states, last=last)
+        return _Corrected(segment=each, u=u, cubic=cubic, slopes=slopes, error=error, states=states, last=last)
 
     def _sizes(self, segments: Segments, metric: Metric) -> Array:
         return metric.sizes(self.nodes.states[segments.first], self.nodes.states[segments.second])
@@ -190,8 +188,8 @@ class Outputs:
     def _off(self, near: Numbers, states: Array) -> Array:
         """``Corrector.off`` of states (k, N + 1), by the Jacobians of points nearby."""
         off, branch = np.empty_like(states), self.nodes.branch[near]
-        for begin in range(0, len(states), _TOGETHER):
-            part = slice(begin, begin + _TOGETHER)
+        for begin in range(0, len(states), _CHUNK):
+            part = slice(begin, begin + _CHUNK)
             residual = self._systems.evaluate(branch[part], states[part])[0]
             off[part] = self._correctors.factors.solve(self.nodes.factors[near[part]], residual)
         work = np.bincount(branch, minlength=self._correctors.evaluations.size)
@@ -200,9 +198,9 @@ class Outputs:
         return np.where(np.isfinite(off), off, np.inf)
 
     def _middles(
-        self, segments: Segments, worst: _Seen, metric: Metric, cubics: HermiteSegment
+        self, segments: Segments, worst: _Corrected, metric: Metric, cubics: HermiteSegment
     ) -> tuple[Segments, Points, BoolArray]:
-        """Both parts of segments at the worst places seen of each, the points between, and where there is one."""
+        """Both parts of segments divided where the error is largest, the points there, and whether each was found."""
         u, guess, direction = worst.u, worst.cubic, cubics.derivative(worst.u)
         near = is_near(metric, worst.states - guess, cubics.length)
         start = np.where(near[:, None], worst.states, guess)
@@ -229,12 +227,14 @@ class Outputs:
     def _solved(
         self, segments: Segments, metric: Metric, cubics: HermiteSegment, u: Array, guess: Array
     ) -> tuple[Points, BoolArray]:
-        """``DenseOutput._solved`` on each segment: points, and which of them are to be believed."""
+        """``DenseOutput._solved`` on each segment: points, and whether each is that of the branch."""
         nodes, branch = self.nodes, self.nodes.branch[segments.first]
         across = np.zeros(u.size, dtype=bool)
         solved = self._correctors.correct(branch, guess, cubics.derivative(u), across, metric, forward=guess)
         expected = cubics.point(u)
-        good = solved.found & self._near(segments, metric, solved.states, solved.orientation, expected, cubics.length)
+        good = solved.found & self._is_expected(
+            segments, metric, solved.states, solved.orientation, expected, cubics.length
+        )
         rest = np.flatnonzero(~good)
         if rest.size:
             first, second = nodes.states[segments.first[rest]], nodes.states[segments.second[rest]]
@@ -247,8 +247,8 @@ class Outputs:
                 branch[rest], chord, way, np.ones(rest.size, dtype=bool), here, forward=way,
                 options=self._correctors.patient,
             )  # fmt: skip
-            length = np.maximum(cubics.length[rest], _PEAK)
-            near = self._near(segments.at(rest), here, again.states, again.orientation, chord, length)
+            length = np.maximum(cubics.length[rest], _PEAK_LENGTH)
+            near = self._is_expected(segments.at(rest), here, again.states, again.orientation, chord, length)
             good[rest] = again.found & near
             solved.put(rest, again)
         arclength = nodes.arclength[segments.first] + metric.length(solved.states - nodes.states[segments.first])
@@ -257,39 +257,39 @@ class Outputs:
             arclength=arclength, apart=np.full(u.size, np.inf), metric=metric,
         ), good  # fmt: skip
 
-    def _near(
+    def _is_expected(
         self, segments: Segments, metric: Metric, states: Array, orientation: NDArray[np.int_], expected: Array,
         length: Array,
     ) -> BoolArray:  # fmt: skip
-        """``DenseOutput._believed``."""
+        """``DenseOutput._is_expected``."""
         same_way = orientation * self.nodes.orientation[segments.first] >= 0
         with np.errstate(invalid="ignore"):
             near = is_near(metric, states - expected, length)
         return np.asarray(same_way & near & ~self._span.outside(states[:, -1]))
 
     def points(self, pieces: Segments, whole: Numbers) -> Interpolated:
-        """``DenseOutput.points`` of pieces of segments, given as pairs of points, with all of their segment's marks.
+        """``DenseOutput.points`` of pieces of segments: pairs of points with the attributes of their segments.
 
-        ``whole`` is the number of the segment of which a piece is all, else -1: what was seen of it is known.
+        ``whole`` is the number of the segment where a piece is all of it, else -1: its corrected states are reused.
         """
         metric, cubics = self.cubics(pieces)
         count = np.ceil(cubics.length / self._step).astype(int)
         wanted = (count > 1) & pieces.smooth
-        plain = np.flatnonzero(wanted & (pieces.apart <= _SURE * self._tolerance))
+        plain = np.flatnonzero(wanted & (pieces.apart <= _NEGLIGIBLE_ERROR * self._tolerance))
         known = np.zeros(pieces.first.size, dtype=bool)
-        parts, seen = [], self._seen.get("halved")
-        if seen is not None:
+        parts, corrected = [], self._corrected.get("halved")
+        if corrected is not None:
             piece = np.full(len(self.segments.first), -1)
             piece[whole[whole >= 0]] = np.flatnonzero(whole >= 0)
-            of = piece[seen.segment]
-            keep = (of >= 0) & wanted[of] & (pieces.apart[of] > _SURE * self._tolerance)
-            part = seen.at(keep)
+            of = piece[corrected.segment]
+            keep = (of >= 0) & wanted[of] & (pieces.apart[of] > _NEGLIGIBLE_ERROR * self._tolerance)
+            part = corrected.at(keep)
             part.segment = of[keep]
             known[part.segment] = True
             parts.append(part)
-        fresh = np.flatnonzero(wanted & ~known & (pieces.apart > _SURE * self._tolerance))
+        fresh = np.flatnonzero(wanted & ~known & (pieces.apart > _NEGLIGIBLE_ERROR * self._tolerance))
         if fresh.size:
-            parts.append(self._look(pieces, fresh, count[fresh], metric, cubics))
+            parts.append(self._correct(pieces, fresh, count[fresh], metric, cubics))
         number, u = parted(count[plain])
         each = plain[number]
         smooth = cubics.at(each)
@@ -298,38 +298,38 @@ class Outputs:
             node=np.full(u.size, -1),
         )]  # fmt: skip
         if parts:
-            found.append(self._settled(pieces, _Seen.joined(parts), metric, cubics))
+            found.append(self._settled(pieces, _Corrected.joined(parts), metric, cubics))
         return Interpolated.joined(found)
 
-    def _settled(self, pieces: Segments, seen: _Seen, metric: Metric, cubics: HermiteSegment) -> Interpolated:
-        """What was seen, corrected to the tolerance; what is not known to it then is solved for."""
+    def _settled(self, pieces: Segments, corrected: _Corrected, metric: Metric, cubics: HermiteSegment) -> Interpolated:
+        """States corrected to the tolerance, or solved for where corrections do not suffice."""
         sizes, tolerance = self._sizes(pieces, metric), self._tolerance
         for _ in range(_CORRECTIONS - 1):
-            rest = np.flatnonzero((seen.last > tolerance) & (seen.last < np.inf))
+            rest = np.flatnonzero((corrected.last > tolerance) & (corrected.last < np.inf))
             if not rest.size:
                 break
-            of = seen.segment[rest]
-            off = self._off(pieces.second[of], seen.states[rest])
-            off = at_their_parameter(off, seen.slopes[rest])
-            before = seen.last[rest]
+            of = corrected.segment[rest]
+            off = self._off(pieces.second[of], corrected.states[rest])
+            off = at_their_parameter(off, corrected.slopes[rest])
+            before = corrected.last[rest]
             last = metric.at(of).judged(off, sizes[of])
-            seen.states[rest] -= finite(off)
-            seen.last[rest] = np.where(last > 0.5 * before, np.inf, last)
-        tangents, node = self._unit(metric.at(seen.segment), seen.slopes), np.full(seen.u.size, -1)
-        rest = np.flatnonzero(~(seen.last <= tolerance))
-        keep = np.ones(seen.u.size, dtype=bool)
+            corrected.states[rest] -= finite(off)
+            corrected.last[rest] = np.where(last > 0.5 * before, np.inf, last)
+        tangents, node = self._unit(metric.at(corrected.segment), corrected.slopes), np.full(corrected.u.size, -1)
+        rest = np.flatnonzero(~(corrected.last <= tolerance))
+        keep = np.ones(corrected.u.size, dtype=bool)
         if rest.size:
-            of = seen.segment[rest]
-            here, guess = cubics.at(of), cubics.at(of).point(seen.u[rest])
-            solved, good = self._solved(pieces.at(of), metric.at(of), here, seen.u[rest], guess)
+            of = corrected.segment[rest]
+            here, guess = cubics.at(of), cubics.at(of).point(corrected.u[rest])
+            solved, good = self._solved(pieces.at(of), metric.at(of), here, corrected.u[rest], guess)
             keep[rest] = good
             node[rest[good]] = len(self.nodes.branch) + np.arange(int(good.sum()))
-            seen.states[rest], tangents[rest] = solved.states, solved.tangents
+            corrected.states[rest], tangents[rest] = solved.states, solved.tangents
             self.nodes = Points.joined([self.nodes, solved.at(good)])
-        keep &= ~self._span.outside(seen.states[:, -1])
+        keep &= ~self._span.outside(corrected.states[:, -1])
         return Interpolated(
-            segment=seen.segment[keep], u=seen.u[keep], states=seen.states[keep], tangents=tangents[keep],
-            node=node[keep],
+            segment=corrected.segment[keep], u=corrected.u[keep], states=corrected.states[keep],
+            tangents=tangents[keep], node=node[keep],
         )  # fmt: skip
 
     def _unit(self, metric: Metric, slopes: Array) -> Array:

@@ -1,8 +1,8 @@
 """The scaled arclength in which branches are measured, for one state or for k states in lockstep.
 
-Formulas of this file, of segments, predictor and step acceptance hold for states ``(..., N + 1)``. One state is
-``(N + 1,)`` and its scalars are floats; k states are ``(k, N + 1)`` and their scalars ``(k,)``. Only the primitives at
-the end of this file tell the two apart: a single curve on arrays of one takes 7 % longer.
+Formulas of this file, of segments and of the step control hold for states ``(..., N + 1)``. One state is ``(N + 1,)``
+and its scalars are floats; k states are ``(k, N + 1)`` and their scalars ``(k,)``. Only the primitives at the end of
+this file distinguish the two: with arrays of one state a single curve takes 7 % longer.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.errors import InputError
 from slipstick.typing import Array
 
-_VANISHED = 1e-12
-"""Fraction of the largest magnitude met below which corrections are no longer measured by the solution itself."""
-STILL = 1e-6
-"""Fraction of the largest part of a solution below which another is as good as nothing."""
+_MIN_MAGNITUDE = 1e-12
+"""Magnitude of a solution, over the largest so far, below which corrections are measured by this fraction: rounding."""
+_MIN_ROW = 1e-6
+"""Size of a row of unknowns, over the largest row, below which it is judged by this fraction of the largest."""
 _TINY = float(np.finfo(float).tiny)
+"""Added to divisors that may be zero."""
 
 Scalars: TypeAlias = Any
 """A float of one state, or (k,) of k states."""
@@ -107,7 +108,7 @@ class Metric:
     Parameters
     ----------
     scaling
-        What it is made by; one for all k states.
+        The scaling; one for all k states.
     x
         First solutions, (N,) or (k, N).
     parameter_range
@@ -120,14 +121,14 @@ class Metric:
     weights, inverse
         Factors of the shape of z: of arclength, and of Newton corrections relative to the solution.
     measure
-        The magnitudes that both are made from.
+        The magnitudes from which both are computed.
     """
 
     def __init__(self, scaling: ArclengthScaling, x: Array, parameter_range: float, typical: Scalars = 1.0) -> None:
         self._scaling, self._shape = scaling, (*x.shape[:-1], x.shape[-1] + 1)
         self._parameter = 1.0 / (scaling.parameter if scaling.parameter is not None else parameter_range)
         self._shares = np.ones((x.shape[-1] // scaling.rows, 2))
-        """Of the squares of a row in its whole size, and in that of what is judged."""
+        """Weights of the squares of a row in its whole size, and in the size of its judged coefficients."""
         if scaling.judged is not None:
             self._shares[:, 1] = scaling.judged
         if scaling.x is None and not scaling.adaptive:
@@ -139,7 +140,7 @@ class Metric:
         self._weigh()
 
     def _weigh(self) -> None:
-        """Make the factors from the magnitudes."""
+        """Compute the factors from the magnitudes."""
         weights, inverse = np.empty(self._shape), np.empty(self._shape)
         weights[..., :-1] = self._unit * column(self._scaling.weight / self.measure.size)
         inverse[..., :-1] = self._unit / column(self.measure.present)
@@ -153,7 +154,7 @@ class Metric:
         typical, _, _, largest = self.measure
         magnitude = norms(x * self._unit)
         largest = larger(largest, magnitude)
-        size, present = larger(self._scaling.floor * largest, magnitude), larger(_VANISHED * largest, magnitude)
+        size, present = larger(self._scaling.floor * largest, magnitude), larger(_MIN_MAGNITUDE * largest, magnitude)
         return self.measuring(Measure(typical, one_if_zero(size), one_if_zero(present), largest))
 
     def measuring(self, measure: Measure) -> Metric:
@@ -161,7 +162,7 @@ class Metric:
         other = Metric.__new__(Metric)
         other._scaling, other._parameter, other._shares = self._scaling, self._parameter, self._shares
         other._unit, other._shape, other.measure = self._unit, self._shape, measure
-        if measure.typical is not self.measure.typical:  # of other states
+        if measure.typical is not self.measure.typical:  # of a different set of states
             other._shape = (*np.shape(measure.typical), self._shape[-1])
             if self._scaling.x is None:
                 other._unit = 1.0 / column(measure.typical)
@@ -194,7 +195,7 @@ class Metric:
         return dots(a, b) / (norms(a) * norms(b) + _TINY)
 
     def sizes(self, *states: Array) -> Array:
-        """Sizes (..., rows) of each row of what is judged, the largest of the states."""
+        """Sizes (..., rows) of the judged coefficients of each row, the largest of the states."""
         x = np.array(states)[..., :-1] * self._unit
         squares = (x * x).reshape(*x.shape[:-1], self._scaling.rows, -1) @ self._shares
         largest = squares.max(axis=0) if len(states) > 1 else squares[0]
@@ -210,15 +211,15 @@ class Metric:
 
 
 def own_sizes(square: Array, whole: Array) -> Array:
-    """Sizes (..., rows) by which rows are judged, from the squares of what is judged and of the whole rows.
+    """Sizes (..., rows) by which rows are judged, from squares of their judged coefficients and of the whole rows.
 
-    What is as good as nothing beside the largest is judged by that.
+    Rows much smaller than the largest are judged by a fraction of that.
     """
-    least = STILL * np.sqrt(whole.max(axis=-1, initial=0.0, keepdims=True))
+    least = _MIN_ROW * np.sqrt(whole.max(axis=-1, initial=0.0, keepdims=True))
     return np.asarray(np.maximum(np.sqrt(square), least) + _TINY)
 
 
-# primitives: what tells one state from k
+# Primitives, the only functions that distinguish one state from k
 
 
 def dots(a: Array, b: Array) -> Scalars:
@@ -236,36 +237,36 @@ def norms(z: Array) -> Scalars:
 
 
 def column(factors: Scalars) -> Scalars:
-    """Factors, one a state, as they multiply vectors (..., n)."""
+    """Factors, one for each state, in a shape that multiplies vectors (..., n)."""
     return factors[:, None] if isinstance(factors, ndarray) else factors
 
 
 def larger(a: Scalars, b: Scalars) -> Scalars:
-    """The larger of two scalars, of which the second is of each state."""
+    """The larger of two scalars; the second has one value for each state."""
     if isinstance(b, ndarray):
         return np.maximum(a, b)
     return b if b > a else a
 
 
 def smaller(a: Scalars, b: Scalars) -> Scalars:
-    """The smaller of two scalars of each state, of which the second is of each state."""
+    """The smaller of two scalars; the second has one value for each state."""
     if isinstance(b, ndarray):
         return np.minimum(a, b)
     return b if b < a else a
 
 
 def chosen(which: Marks, one: Scalars, other: Scalars) -> Scalars:
-    """The one where ``which`` says so, else the other."""
+    """The one where ``which`` is true, else the other."""
     return np.where(which, one, other) if isinstance(which, ndarray) else one if which else other
 
 
 def one_if_zero(size: Scalars) -> Scalars:
-    """Sizes, 1 where there is none."""
+    """Sizes, with 1 in place of 0."""
     return np.where(size == 0.0, 1.0, size) if isinstance(size, ndarray) else size or 1.0
 
 
 def angle_of(cosine: Scalars) -> Scalars:
-    """Angles of cosines that may be beyond 1 by rounding."""
+    """Angles of cosines that may exceed 1 by rounding."""
     if isinstance(cosine, ndarray):
         return np.arccos(np.clip(cosine, -1.0, 1.0))
     return acos(max(-1.0, min(1.0, cosine)))
@@ -282,7 +283,7 @@ def stacked(*vectors: Array) -> Array:
 
 
 def mixed(shares: Sequence[Scalars], nodes: Array) -> Array:
-    """Vectors (..., n) that are the sums of nodes (..., m, n) times the shares of each."""
+    """Linear combinations (..., n) of nodes (..., m, n) with some shares."""
     if nodes.ndim == 2:
         return np.array(shares) @ nodes
     p, q, r, s = map(column, shares)

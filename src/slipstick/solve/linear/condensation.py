@@ -1,9 +1,9 @@
-"""Sparse symmetric matrices condensed to a few rows: all others are eliminated, once for whatever is joined there.
+"""Sparse symmetric matrices condensed to a few rows: the others are eliminated once, whatever is added to these rows.
 
 Fronts by nested dissection (A. George, SIAM J. Numer. Anal. 10, 345, 1973; I. S. Duff, J. K. Reid, ACM Trans. Math.
-Softw. 9, 302, 1983), each by Cholesky or, where it is indefinite, ``L D L^T`` with pivots sought within it. What is
-left of the rows kept is their Schur complement; it and the part eliminated have as many negative eigenvalues as the
-whole (E. V. Haynsworth, Linear Algebra Appl. 1, 73, 1968).
+Softw. 9, 302, 1983), each by Cholesky or, where it is indefinite, ``L D L^T`` with pivots from within it. The Schur
+complement of the rows kept and the part eliminated together have as many negative eigenvalues as the whole matrix
+(E. V. Haynsworth, Linear Algebra Appl. 1, 73, 1968).
 """
 
 from __future__ import annotations
@@ -23,13 +23,11 @@ from slipstick.trig.compiled import compiled
 from slipstick.typing import AnyArray, Array, IntArray, Sparse
 
 _LEAF = 60
-"""Most groups of equal rows that are not dissected further."""
-
+"""Largest number of groups of equal rows that are not dissected further."""
 _BLOCK = 512
-"""Rows or columns of a front that are worked on, and stored, at a time."""
-
-_TINY = 1e-14
-"""A pivot this small against its front is none."""
+"""Rows or columns of a front that are computed and stored together."""
+_ZERO_PIVOT = 1e-14
+"""Pivot over the size of its front that counts as zero."""
 
 
 @dataclass
@@ -172,7 +170,7 @@ def negative_eigenvalues(A: AnyArray) -> int:
             k += 1
         k += 1
     values = linalg.eigvalsh_tridiagonal(LD.diagonal().real, beside)
-    if bad or not np.abs(values).min() > _TINY * largest:
+    if bad or not np.abs(values).min() > _ZERO_PIVOT * largest:
         raise SingularMatrixError("the matrix is singular: a pivot is zero")
     return int(np.count_nonzero(values < 0.0))
 
@@ -196,7 +194,7 @@ class DenseFactors:
         self.L = np.asfortranarray(outer[rows])
         beside = np.diagonal(D, -1)
         values = linalg.eigvalsh_tridiagonal(D.diagonal().real, np.abs(beside))
-        if not np.abs(values).min() > _TINY * np.abs(A.diagonal()).max():
+        if not np.abs(values).min() > _ZERO_PIVOT * np.abs(A.diagonal()).max():
             raise SingularMatrixError("the matrix is singular: a pivot is zero")
         self.negative = int(np.count_nonzero(values < 0.0))
         bands = np.zeros((3, len(D)), dtype=D.dtype)

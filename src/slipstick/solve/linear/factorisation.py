@@ -23,8 +23,8 @@ from scipy import sparse
 from slipstick.errors import InputError
 from slipstick.typing import AnyArray, Sparse
 
-_ANNIHILATED = 1e-14
-"""A matrix scaled to unit rows is called singular when some vector is annihilated to this relative size."""
+_SINGULAR = 1e-14
+"""Product of a matrix scaled to unit rows with a vector, over its size, below which the matrix counts as singular."""
 
 
 class SingularMatrixError(InputError):
@@ -161,7 +161,7 @@ def require_regular(A: Sparse, factors: Factorisation) -> None:
             raise SingularMatrixError("the matrix is singular: its solution is not finite")
         x = x * (scale / size)
         left = np.linalg.norm((A @ (x / scale)) / scale)
-    if left < _ANNIHILATED:
+    if left < _SINGULAR:
         raise SingularMatrixError(
             f"the matrix is singular to working accuracy: it annihilates a motion to {left:.0e}", np.asarray(x / scale)
         )

@@ -1,4 +1,4 @@
-"""Jacobians that are never written out: products, a preconditioner P, and products that are near and cost little."""
+"""Matrix-free Jacobians: products, a preconditioner P, and cheap approximate products."""
 
 from __future__ import annotations
 
@@ -13,43 +13,48 @@ from scipy.linalg import solve_triangular
 from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
 from slipstick.typing import Array, ComplexArray
 
+# Solutions, by corrections with the approximation of J; all are relative residuals or ratios of residuals.
 TOLERANCE = 1e-8
-"""Relative residual of a solution."""
+"""Residual of a solution."""
+_APPROXIMATE = 3e-5
+"""Residual of a solution with the approximation of J, whose own error is larger."""
+_MIN_CONTRACTION = 0.1
+"""Largest ratio of residuals after and before a correction; with a larger one GMRES on J itself takes over."""
+_SAFETY = 0.1
+"""Ratio to the tolerance of an expected residual that is not computed."""
+_VARIATION = 30.0
+"""Ratio of residuals after corrections of different right-hand sides and Jacobians (measured: 10)."""
 
-_NEARLY = 3e-5
-"""Relative residual of a solution with what is near to J, where there is such a thing."""
-
-_GAINS = 0.1
-"""Part of a residual that a correction may leave; where it leaves more it takes the space of all corrections."""
-
-_SURE = 0.1
-"""Part of the tolerance that a residual which is not looked at is expected to be."""
-
-_ALIKE = 30.0
-"""By how much what corrections leave differs from one right-hand side, and one Jacobian, to the next (measured: 10)."""
-
-_FOR_SIGNS = 1e-4
-"""Eigenvalues apart from the others are found long before the solution is."""
-
+# GMRES.
 MOST_PRODUCTS = 250
-"""Beyond it the preconditioner is no use, and the solution is given up."""
-
-_GIVEN_UP = 1e-3
+"""Largest number of products: with more the preconditioner is useless, and the solution fails."""
+_FAILED = 1e-3
+"""Relative residual above which the solution failed."""
+_SIGN_TOLERANCE = 1e-4
+"""Relative residual for signs of determinants: outlying eigenvalues converge long before the solution does."""
+_REAL = 1e-10
+"""Imaginary part of a Ritz value over its magnitude that is rounding."""
 _SEED = 20120601
+"""Seed of the right-hand side of ``sign``: results repeat."""
 
 
 class IterativeJacobian(Jacobian):
-    """Solved by corrections with what is near to J, all right-hand sides together, or else by GMRES on ``J P^-1``.
+    """Solved by corrections with an approximation of J for all right-hand sides, or by GMRES on ``J P^-1``.
 
-    A kind says its products, what stands for ``P``, and its products ``nearby`` where some are had for little.
-    ``products`` counts the products that solutions have taken, those with several columns once; ``leaves`` is the
-    largest part of a residual that the first correction of a solution was seen to leave, None before there is one.
+    A subclass defines products, the preconditioner ``P``, and approximate products ``nearby`` where these are cheap.
+
+    Attributes
+    ----------
+    products
+        Products taken by solutions so far; those with several columns count once.
+    leaves
+        Largest ratio of residuals after and before the first correction of a solution; None before the first one.
     """
 
     products: int = 0
     has_nearby: bool = False
     leaves: float | None = None
-    _told: float | None = None
+    _neighbour_leaves: float | None = None
 
     @abstractmethod
     def precondition(self, x: Array, *, transposed: bool = False) -> Array:
@@ -61,20 +66,20 @@ class IterativeJacobian(Jacobian):
         """Sign of the determinant of P; 0 where it is singular."""
 
     def nearby(self, x: Array) -> Array:
-        """``J @ x`` (N,), nearly, for much less than that costs."""
+        """An approximation of ``J @ x`` (N,) that costs much less."""
         raise NotImplementedError
 
     def take_over(self, other: Jacobian) -> None:
-        """What the solutions of one nearby left, and what stands for it where a kind has use for that."""
+        """Take over ``leaves`` of a neighbouring Jacobian, and its preconditioner where a subclass uses it."""
         if isinstance(other, IterativeJacobian):
-            self._told = other._told if other.leaves is None else other.leaves
+            self._neighbour_leaves = other._neighbour_leaves if other.leaves is None else other.leaves
 
     def took(self, products: int, tolerance: float) -> bool:
-        """Take note of what a solution with what is near took; whether another P stands for J from here on."""
+        """Record the products of an approximate solution; whether P was replaced."""
         return False
 
     def _weighed(self, right: Array, power: int = 1) -> Array:
-        """Right-hand sides (N,) or (N, k) in units in which their norms tell what is left; power -1: back."""
+        """Right-hand sides (N,) or (N, k) in units in which their norm measures the residual; power -1: the inverse."""
         return right
 
     @property
@@ -83,7 +88,7 @@ class IterativeJacobian(Jacobian):
         return self.preconditioner_sign == 0
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:
-        """Solution of ``J @ x = right``, or with its transpose; nan where the iteration does not get there."""
+        """Solution of ``J @ x = right``, or with its transpose; nan where the iteration fails."""
         if transposed:
             if right.ndim == 2:
                 return np.column_stack([self.solve(column, transposed=True) for column in right.T])
@@ -95,20 +100,23 @@ class IterativeJacobian(Jacobian):
         return self._corrected(right, TOLERANCE)
 
     def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
-        """Solution to a relative error, for right (N,) or (N, k): see ``jacobian.correction``.
+        """Solution to a relative error, for right (N,) or (N, k): see ``Jacobian.solve_correction``.
 
-        A first correction is all of it, and no product is taken, where those before left far less.
+        The first correction suffices, without a product of J, where those before left far less.
         """
-        leaves = self._told if self.leaves is None else self.leaves
-        if leaves is None or not _ALIKE * leaves <= to:
+        leaves = self._neighbour_leaves if self.leaves is None else self.leaves
+        if leaves is None or not _VARIATION * leaves <= to:
             return self._corrected(right, to)
         columns = right if right.ndim == 2 else right[:, None]
-        return np.column_stack([self._nearly(b, max(_NEARLY, _SURE * to)) for b in columns.T]).reshape(right.shape)
+        return np.column_stack([self._approximate(b, max(_APPROXIMATE, _SAFETY * to)) for b in columns.T]).reshape(
+            right.shape
+        )
 
     def _corrected(self, right: Array, tolerance: float) -> Array:
-        """Solution to a relative residual: corrected with what is near to J until another correction is enough.
+        """Solution to a relative residual, corrected with the approximation of J until one more correction suffices.
 
-        A product tells what a correction has left, and so what the next one will leave, which is not looked at.
+        A product gives the residual after a correction, and so the expected residual after the next one, which is not
+        computed.
         """
         b = right if right.ndim == 2 else right[:, None]
         x, size = np.zeros(b.shape), self._sizes(b)
@@ -116,34 +124,34 @@ class IterativeJacobian(Jacobian):
         open_ = np.flatnonzero((size > 0.0) & np.isfinite(size))
         left, rest = size, b
         while open_.size:
-            x[:, open_] += np.column_stack([self._nearly(column) for column in rest[:, open_].T])
+            x[:, open_] += np.column_stack([self._approximate(column) for column in rest[:, open_].T])
             rest = np.zeros_like(b)
             rest[:, open_] = b[:, open_] - self.multiply(x[:, open_])
             self.products += 1
             before, left = left, self._sizes(rest)
             if before is size:
-                self._see(left[open_] / before[open_])
+                self._record_leaves(left[open_] / before[open_])
             left[left <= tolerance * size] = 0.0
-            for i in open_[~(left[open_] <= _GAINS * before[open_])]:
+            for i in open_[~(left[open_] <= _MIN_CONTRACTION * before[open_])]:
                 if not np.isfinite(left[i]):
                     x[:, i], rest[:, i] = 0.0, b[:, i]
-                x[:, i] += self._by_space(rest[:, i], tolerance * size[i])
+                x[:, i] += self._by_gmres(rest[:, i], tolerance * size[i])
                 left[i] = 0.0
-            enough = left[open_] ** 2 <= _SURE * tolerance * size[open_] * before[open_]
+            enough = left[open_] ** 2 <= _SAFETY * tolerance * size[open_] * before[open_]
             for i in open_[enough & (left[open_] > 0.0)]:
-                x[:, i] += self._nearly(rest[:, i], max(_NEARLY, _SURE * tolerance * size[i] / left[i]))
+                x[:, i] += self._approximate(rest[:, i], max(_APPROXIMATE, _SAFETY * tolerance * size[i] / left[i]))
                 left[i] = 0.0
             open_ = np.flatnonzero(left > 0.0)
         return x.reshape(right.shape)
 
-    def _see(self, left: Array) -> None:
-        """Take note of the parts of residuals that first corrections leave."""
+    def _record_leaves(self, left: Array) -> None:
+        """Record ratios of residuals after and before first corrections."""
         most = float(left.max())
         if self.leaves is None or not most <= self.leaves:
             self.leaves = most
 
-    def _by_space(self, rest: Array, residual: float) -> Array:
-        """What is missing of a solution with some ``rest`` (N,), by GMRES on ``J P^-1`` to the size of a residual."""
+    def _by_gmres(self, rest: Array, residual: float) -> Array:
+        """Correction of a solution with residual ``rest`` (N,), by GMRES on ``J P^-1`` to the size of a residual."""
         weighed = self._weighed(rest)
         found = self._iterate(self._preconditioned, weighed, residual / float(np.linalg.norm(weighed)))
         return self.precondition(self._weighed(found.x, -1))
@@ -151,14 +159,14 @@ class IterativeJacobian(Jacobian):
     def _sizes(self, right: Array) -> Array:
         return np.asarray(np.linalg.norm(self._weighed(right), axis=0))
 
-    def _nearly(self, right: Array, tolerance: float = _NEARLY) -> Array:
-        """``J^-1 right`` (N,), nearly."""
+    def _approximate(self, right: Array, tolerance: float = _APPROXIMATE) -> Array:
+        """An approximation of ``J^-1 right`` (N,)."""
         if not self.has_nearby:
             return self.precondition(right)
         return self._found_nearby(self._weighed(right), tolerance)[0]
 
     def _found_nearby(self, weighed: Array, tolerance: float) -> tuple[Array, Solved]:
-        """The same of a right-hand side in the units in which it is solved for, and how it was found."""
+        """The same of a weighed right-hand side, with the result of GMRES."""
         found = gmres(self._preconditioned_nearby, weighed, tolerance=tolerance, most=MOST_PRODUCTS)
         x = self.precondition(self._weighed(found.x, -1))
         self.took(found.products, tolerance)
@@ -173,16 +181,16 @@ class IterativeJacobian(Jacobian):
     def _iterate(self, apply: Callable[[Array], Array], right: Array, tolerance: float = TOLERANCE) -> Solved:
         solved = gmres(apply, right, tolerance=tolerance, most=MOST_PRODUCTS)
         self.products += solved.products
-        if not solved.residual <= max(_GIVEN_UP, tolerance):
+        if not solved.residual <= max(_FAILED, tolerance):
             solved.x[...] = np.nan
         return solved
 
     def sign(self) -> int:
         """Sign of the determinant: that of P, turned for each negative eigenvalue of ``J P^-1``.
 
-        Most eigenvalues are close to 1; those that are not are Ritz values once the solution is found. The right-hand
-        side has a part along every eigenvector, which that of a Newton step need not have. With something near to J it
-        is that one's sign, and the eigenvalues are those of J with its inverse.
+        Most eigenvalues are close to 1; the others are Ritz values once the solution is found. The right-hand side has
+        a part along every eigenvector, which that of a Newton step need not have. With an approximation of J the sign
+        is that of the approximation, and the eigenvalues are those of J times its inverse.
         """
         return self._sign
 
@@ -191,17 +199,17 @@ class IterativeJacobian(Jacobian):
         right = np.random.default_rng(_SEED).standard_normal(self.size)
         sign = self.preconditioner_sign
         if not self.has_nearby:
-            return sign * _turned(self._iterate(self._preconditioned, right, _FOR_SIGNS))
-        x, near = self._found_nearby(right, _NEARLY)
+            return sign * _turned(self._iterate(self._preconditioned, right, _SIGN_TOLERANCE))
+        x, near = self._found_nearby(right, _APPROXIMATE)
         left = np.linalg.norm(right - self._weighed(self.multiply(x)))
         self.products += 1
-        if left <= _FOR_SIGNS * np.linalg.norm(right):
+        if left <= _SIGN_TOLERANCE * np.linalg.norm(right):
             return sign * _turned(near)
 
         def apart(x: Array) -> Array:
-            return self._weighed(self.multiply(self._nearly(self._weighed(x, -1))))
+            return self._weighed(self.multiply(self._approximate(self._weighed(x, -1))))
 
-        return sign * _turned(near) * _turned(self._iterate(apart, right, _FOR_SIGNS))
+        return sign * _turned(near) * _turned(self._iterate(apart, right, _SIGN_TOLERANCE))
 
     def bordered(self, column: Array, row: Array) -> BorderedIterative:
         """With a further column (N,) and row (N + 1,)."""
@@ -211,12 +219,12 @@ class IterativeJacobian(Jacobian):
 def _turned(solved: Solved) -> int:
     """-1 where an odd number of eigenvalues is negative, else 1."""
     ritz = solved.ritz
-    real = np.abs(ritz.imag) <= 1e-10 * np.abs(ritz)
+    real = np.abs(ritz.imag) <= _REAL * np.abs(ritz)
     return -1 if np.count_nonzero(real & (ritz.real < 0.0)) % 2 else 1
 
 
 class BorderedIterative(Bordered, IterativeJacobian):
-    """With a further column (N,) and row (N + 1,): the preconditioner is bordered likewise."""
+    """With a further column (N,) and row (N + 1,); the preconditioner is bordered too."""
 
     _inner: IterativeJacobian
 
@@ -225,13 +233,13 @@ class BorderedIterative(Bordered, IterativeJacobian):
         self.has_nearby = inner.has_nearby
 
     def take_over(self, other: Jacobian) -> None:
-        """Of another one with a border."""
+        """Take over from another bordered Jacobian."""
         super().take_over(other)
         if isinstance(other, BorderedIterative):
             self._inner.take_over(other._inner)
 
     def took(self, products: int, tolerance: float) -> bool:
-        """What the border makes of P goes with it."""
+        """See ``IterativeJacobian.took``; the eliminated border is computed again with a new P."""
         anew = self._inner.took(products, tolerance)
         if anew:
             self.__dict__.pop("_eliminated", None)
@@ -239,13 +247,13 @@ class BorderedIterative(Bordered, IterativeJacobian):
 
     @cached_property
     def _eliminated(self) -> tuple[Array, float]:
-        """``P^-1 column`` and what is left of the corner."""
+        """``P^-1 column`` and the Schur complement of the corner."""
         z = self._inner.precondition(self._column)
         return z, float(self._row[-1] - self._row[:-1] @ z)
 
     @cached_property
     def _weight(self) -> float:
-        """What the column makes of a one in the last equation, whose units are not those of the others."""
+        """Size of the column's terms for a one in the last equation, whose units differ from those of the others."""
         weight = float(np.linalg.norm(self._column)) / (abs(self._eliminated[1]) or np.inf)
         return weight if 0.0 < weight < np.inf else 1.0
 

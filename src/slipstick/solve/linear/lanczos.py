@@ -36,30 +36,27 @@ from slipstick.solve.linear.modes import (
 )
 from slipstick.typing import Array, BoolArray, Sparse
 
-_AHEAD = 2.0
-"""Where factors are shared, eigenvalues are counted up to this many times the last one wanted."""
-
-_COUNTED = 256e6
-"""Bytes of factors up to which eigenvalues are counted by other ones, which is a proof, instead of searched for."""
-
-_DOUBT = 1e-12
-"""Probability with which a search may overlook a mode."""
-
-_WIDTH = 8
-"""Random vectors of a search: solutions of some columns take hardly longer than of one."""
-
-_MASSES = 1e3
-"""Largest over smallest eigenvalue of a mass matrix whose diagonal is scaled to one: of finite elements some tens
-(A. J. Wathen, IMA J. Numer. Anal. 7, 449, 1987). Only its logarithm counts."""
+# Proof of completeness: a count by a second factorisation, or a search from random vectors.
+_COUNT_RANGE = 2.0
+"""Where factors are shared, eigenvalues are counted up to this multiple of the last one wanted."""
+_COUNT_MEMORY = 256e6
+"""Bytes of factors up to which eigenvalues are counted, which is a proof; with more they are searched for."""
+_MISS_PROBABILITY = 1e-12
+"""Probability with which a search may miss a mode."""
+_SEARCH_VECTORS = 8
+"""Random vectors of a search: a solution of some columns takes hardly longer than of one."""
+_MASS_CONDITION = 1e3
+"""Condition number of a mass matrix with unit diagonal: of finite elements some tens (A. J. Wathen, IMA J. Numer. Anal.
+7, 449, 1987). The search depends on its logarithm only."""
 
 _STEPS, _MOST_STEPS = 16, 60
-"""Steps of a search from which on the basis is widened first, and from which on eigenvalues are too crowded for it."""
+"""Steps of a search above which the basis is widened first, and above which eigenvalues are too close for a search."""
 
-_NEAR = 1e-4
+_ALMOST_CONVERGED = 1e-4
 """Relative residual of a Ritz value that has nearly converged."""
 
-_BASIS = 0.75e9
-"""Bytes of a basis from which on it is restarted sooner."""
+_BASIS_MEMORY = 0.75e9
+"""Bytes of a basis above which it is restarted sooner."""
 
 
 def modes(
@@ -197,7 +194,7 @@ class BlockLanczos:
         at = self._gap_near(n_modes)
         if at is None:
             return True
-        if self._made is None and (self.inertia is None or self._memory > _COUNTED) and self._searched(n_modes):
+        if self._made is None and (self.inertia is None or self._memory > _COUNT_MEMORY) and self._searched(n_modes):
             return True
         self._report("counting modes", n_modes, n_modes)
         if self._made is not None:
@@ -213,10 +210,11 @@ class BlockLanczos:
         return True
 
     def _searched(self, n_modes: int) -> bool:
-        """Search from random vectors, and on, until no mode is missing; False where eigenvalues are too crowded.
+        """Search from random vectors until no mode is missing; False where eigenvalues are too close.
 
-        A mode that the basis lacks would show, but for a probability of ``_DOUBT`` (J. Kuczynski, H. Wozniakowski, SIAM
-        J. Matrix Anal. Appl. 13, 1094, 1992, theorem 4.2, on what the modes found leave of the operator).
+        A mode that the basis lacks is found but for a probability of ``_MISS_PROBABILITY`` (J. Kuczynski,
+        H. Wozniakowski, SIAM J. Matrix Anal. Appl. 13, 1094, 1992, theorem 4.2, applied to the operator without the
+        modes found).
         """
         for _ in range(40 + 8 * n_modes // self.options.block):
             self._report("searching for missing modes", n_modes, n_modes)
@@ -230,10 +228,10 @@ class BlockLanczos:
                 return True
             if steps > _MOST_STEPS:
                 return False
-            keep = _first(self.basis.ritz()[2] <= _NEAR) + self.options.block
+            keep = _first(self.basis.ritz()[2] <= _ALMOST_CONVERGED) + self.options.block
             if keep < self.basis.m - self.basis.coupling.shape[1]:
                 self.basis.restart(keep)  # its room is for the search
-            if not self.basis.lacks(level, int(steps), _WIDTH):
+            if not self.basis.lacks(level, int(steps), _SEARCH_VECTORS):
                 return True
             self._report("modes were missing, searching on", 0, n_modes)
             self.basis.add_random()
@@ -249,7 +247,7 @@ class BlockLanczos:
         It stands in a gap between modes that have nearly converged; the further away, the fewer steps.
         """
         theta, _, error = self.basis.ritz()
-        last = _first(error <= _NEAR)
+        last = _first(error <= _ALMOST_CONVERGED)
         gaps = theta[n_modes - 1 : last - 1] - theta[n_modes:last]
         clear = np.flatnonzero(gaps > 1e-3 * theta[n_modes - 1 : last - 1])
         if not clear.size:
@@ -257,7 +255,7 @@ class BlockLanczos:
         place = n_modes - 1 + int(clear[-1])
         level = 0.5 * (theta[place] + theta[place + 1])
         share = 1.0 - level / theta[n_modes - 1]
-        doubt = np.log(1.648 * np.sqrt(_MASSES * self.n)) - np.log(_DOUBT) / _WIDTH
+        doubt = np.log(1.648 * np.sqrt(_MASS_CONDITION * self.n)) - np.log(_MISS_PROBABILITY) / _SEARCH_VECTORS
         return float(level), float(np.ceil(0.5 * (1.0 + doubt / np.sqrt(share))))
 
     def _complete(self, at: float, expected: int, n_modes: int) -> None:
@@ -306,7 +304,7 @@ class BlockLanczos:
     def _limit(self, n_modes: int) -> int:
         """Largest basis: what the options say, but room for the modes, some more, and two blocks."""
         block = self.options.block
-        fits = max(n_modes + 6 * block, int(_BASIS / (8 * self.n)))
+        fits = max(n_modes + 6 * block, int(_BASIS_MEMORY / (8 * self.n)))
         wanted = self.options.subspace or min(3 * n_modes + 16 * block, fits)
         return min(self.n, max(wanted, n_modes + 2 * self.options.block + 2 * self.basis.Q.shape[1]))
 
@@ -338,7 +336,7 @@ class BlockLanczos:
         """The shift counted at before if it serves, else one well above, which may serve others; else ``near``."""
         theta = self.basis.ritz()[0]
         found = self.shift + 1.0 / theta[theta > 0.0]
-        for at in (counted, self.shift + _AHEAD * (found[n_modes - 1] - self.shift)):
+        for at in (counted, self.shift + _COUNT_RANGE * (found[n_modes - 1] - self.shift)):
             if at is not None and at >= near and np.abs(found - at).min() > 1e-4 * (at - self.shift):
                 return float(at)
         return near
@@ -424,7 +422,7 @@ class KrylovBasis:
         """Room for the next block: a restart, or columns that take memory only when they are written."""
         if self.m + self.Q.shape[1] > limit:
             self.restart(keep)
-        columns = limit + _WIDTH * _MOST_STEPS  # those of a search
+        columns = limit + _SEARCH_VECTORS * _MOST_STEPS  # those of a search
         if columns > self.V.shape[1]:
             grown = np.zeros((self.n, columns), dtype=self.dtype, order="F")
             grown[:, : self.m] = self.V[:, : self.m]
