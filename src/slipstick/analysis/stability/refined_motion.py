@@ -169,8 +169,8 @@ class Iteration:
                 X, moved = (np.repeat(part, count, axis=0) for part in (motion.Q[0], rubbing[k][0]))
                 own = {**slider_values(batch.law, values), "v": np.repeat(motion.drift[0], count)}
                 still = np.zeros_like(X)
-                f = element_forces(h, X, still, **own)
-                friction.append((X, still, moved, still, f.Fx, f.Fy, own))
+                sliders = element_forces(h, X, still, **own)
+                friction.append((X, still, moved, still, sliders.Fx, sliders.Fy, own))
             else:
                 laws.append(law_in_time(batch, values, detail.inputs.batches[k].speed(detail.omega)))
                 Q, u, f = (np.concatenate(part) for part in (motion.Q, rubbing[k], forces[k]))
