@@ -13,7 +13,7 @@ from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.mesh import Surface, user_names
 from slipstick.fem.model import FiniteElementModel
 from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
-from slipstick.structure.reduction.request import tools
+from slipstick.structure.reduction.request import relative_error, tools
 from slipstick.typing import Array
 
 
@@ -54,11 +54,22 @@ def taken(gathering: Gathering, **given: Any) -> dict[str, Any]:
         "pressure": shapes,
         "keep": gathering.take(names, "keep", given["keep"]) or (),
         "modes": gathering.optional(whole, "modes", given["modes"], 1),
+        "accuracy": gathering.optional(relative_error, "accuracy", given["accuracy"]),
         "up_to": gathering.optional(frequency, "up_to", given["up_to"]),
     }
     gathering.take(truth, "force", given["force"])
     gathering.take(tools, None, given["cache"], given["listener"])
     return asked
+
+
+def mode_faults(asked: Mapping[str, Any]) -> Iterator[Fault]:
+    """A number of modes that is given in two ways, or an accuracy without its range."""
+    modes, accuracy, up_to = asked["modes"], asked["accuracy"], asked["up_to"]
+    other = "up_to" if accuracy is None else "accuracy"
+    if modes is not None and asked[other] is not None:
+        yield Fault("modes", f"both modes and {other} are given", remedy="keep one")
+    if accuracy is not None and up_to is None:
+        yield Fault("accuracy", "is given without up_to", remedy="give the highest frequency of that accuracy")
 
 
 def require_names(

@@ -28,7 +28,7 @@ from slipstick.fem.equations import COMPONENTS
 from slipstick.fem.kept import Kept, kept, strain_rows
 from slipstick.fem.mesh import Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
-from slipstick.models.reduced import ReducedModel, require_names, taken, unused
+from slipstick.models.reduced import ReducedModel, mode_faults, require_names, taken, unused
 from slipstick.structure.reduction.reduce import StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind
 from slipstick.structure.strains import ELEMENTS, MOST_NUMBER, NODES
@@ -162,20 +162,19 @@ def reduced_body(
     gathering.take(one, "model", model, FiniteElementModel, "what ss.import_model returns")
     asked = taken(
         gathering, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep, modes=modes,
-        up_to=up_to, force=force, cache=cache, listener=listener,
+        accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
     ) | {
         "base": gathering.take(_axes, base) or (),
         "films": _films(gathering, films),
         "cold": gathering.optional(text, "cold", cold, "the name of a node set or surface"),
     }  # fmt: skip
-    accuracy = gathering.optional(number, "accuracy", accuracy, "a relative error")
     gathering.take(non_negative, "loss_factor", loss_factor)
     gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
     gathering.take(residuals_kind, residuals)
     elements = gathering.take(wanted_elements, stress, stress_at)
     gathering.end()
-    require_names(model, asked, others=[*_request_faults(model, asked, accuracy)])
-    number_of_modes, highest = asked.pop("modes"), asked.pop("up_to")
+    require_names(model, asked, others=[*_request_faults(model, asked)])
+    number_of_modes, accuracy, highest = (asked.pop(name) for name in ("modes", "accuracy", "up_to"))
     strains = None if elements is None else _strains(model, elements, stress_at)
     body = kept(model, **asked)
     within: dict[str, Any] = {} if accuracy is None else {"accuracy": accuracy, "frequency_range": (0.0, highest)}
@@ -234,7 +233,7 @@ def _axes(axes: object) -> tuple[str, ...]:
     return tuple(dict.fromkeys(directions))
 
 
-def _request_faults(model: FiniteElementModel, asked: Mapping[str, Any], accuracy: float | None) -> Iterator[Fault]:
+def _request_faults(model: FiniteElementModel, asked: Mapping[str, Any]) -> Iterator[Fault]:
     if model.symmetry is not None and model.symmetry.alone is None:
         what = f"{model.source} is one of {model.symmetry.sectors} sectors of a disc, and its faces are free"
         yield Fault("model", what, remedy="reduce it with ss.reduced_sector")
@@ -245,11 +244,7 @@ def _request_faults(model: FiniteElementModel, asked: Mapping[str, Any], accurac
         for key in ("radius", "pressure", "films", "cold"):
             if asked[key]:
                 yield Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
-    other = "up_to" if accuracy is None else "accuracy"
-    if asked["modes"] is not None and (asked["up_to"] if accuracy is None else accuracy) is not None:
-        yield Fault("modes", f"both modes and {other} are given", remedy="keep one")
-    if accuracy is not None and asked["up_to"] is None:
-        yield Fault("accuracy", "is given without up_to", remedy="give the highest frequency of that accuracy")
+    yield from mode_faults(asked)
 
 
 def wanted_elements(stress: Any, at: Any) -> Any:

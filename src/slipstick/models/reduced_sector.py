@@ -32,7 +32,7 @@ from slipstick.fem.kept import Kept, Neighbours, kept
 from slipstick.fem.mesh import Mesh, Surface, user_names
 from slipstick.fem.model import ImportedModel
 from slipstick.fem.rotation import sector_at_speed
-from slipstick.models.reduced import ReducedModel, require_names, taken, two_surfaces, unused
+from slipstick.models.reduced import ReducedModel, mode_faults, require_names, taken, two_surfaces, unused
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
 from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.reduce import judge_served
@@ -200,20 +200,26 @@ class Phases:
         What is kept, sparse (n, n_keep).
     want
         How many modes.
+    n_loads
+        How many of the directions, the last ones, are load shapes: the response to each has the accuracy of ``want``.
     force
         Take a phase whose modes do not serve what is wanted.
     """
 
     def __init__(
         self, joined: Joined, K: Sparse, M: Sparse, directions: Sparse, want: Accuracy, *,
-        cache: Path | None, listener: StageListener | None, force: bool = False,
+        n_loads: int = 0, cache: Path | None, listener: StageListener | None, force: bool = False,
     ) -> None:  # fmt: skip
         self.joined, self.directions, self.want = joined, csc_array(directions), want
         self.K, self.M = joined.coupled(K), joined.coupled(M)
         self._factors = SectorFactors(self.K, self.M, np.unique(joined.axial[joined.axial >= 0]))
         self._listener, self._force = listener, force
+        # the estimate scales directions, and has loads among them; a measured error does not
+        self._n_loads = 0 if want.highest is None else n_loads
         parts = (*self.K, *self.M, self.directions, joined.axial, joined.turn)
-        self._store = Store(cache, "sector", parts, [joined.sectors, want], ("solve", "structure", "fem"))
+        self._store = Store(
+            cache, "sector", parts, [joined.sectors, want, self._n_loads], ("solve", "structure", "fem")
+        )
         self.seconds: dict[str, float] = {}
         self.complete: dict[int, bool | None] = {}
         self.solver = ""
@@ -244,7 +250,8 @@ class Phases:
         """With the motion of some degrees of freedom of the sector by the modes, (n_rows, n_modes)."""
         K, M, B = self.matrices(k)
         seen = None if rows is None else csr_array(self.joined.motion(k)[rows].conj().T)
-        columns = Columns(B, np.zeros((B.shape[0], 0)), seen)
+        n = B.shape[1] - self._n_loads
+        columns = Columns(B[:, :n], B[:, n:].toarray(), seen)
         where = f"nodal diameter {k}"
         made = reduce_phase(K, M, columns, self.want, self._phase_factors(k), listener=self._listener, where=where)
         self.solver = made.solver
@@ -255,7 +262,7 @@ class Phases:
         self.complete[k] = made.complete
         left_out = made.left_out(self.directions.shape[1])
         below, where = partial(self.modes_below, k), f"nodal diameter {k}"
-        judge_served((left_out,), made.omega, self.want, self._force, below, where)
+        judge_served((left_out,), made.omega, self.want, self._force, below, where, made.error_estimate)
 
     def _phase_factors(self, k: int) -> PhaseFactors:
         return PhaseFactors(self._factors, self.joined.phase(k), self.joined.left(k))
@@ -302,6 +309,7 @@ def reduced_sector(
     keep: Sequence[str] = (),
     speed: Frequency = 0.0,
     modes: int | None = None,
+    accuracy: float | None = None,
     up_to: Frequency | None = None,
     loss_factor: float = 0.0,
     damping_ratio: float = 0.0,
@@ -342,9 +350,11 @@ def reduced_sector(
     speed
         Of rotation about the axis, rad/s: the stiffness is that about the static state under centrifugal forces, with
         stress stiffening and spin softening (Coriolis forces are left out).
-    modes, up_to
-        A number of modes for each nodal diameter; else as many as bring the receptance to 1e-7 up to ten times the
-        first natural frequency and up to ``up_to`` (rad/s), 128 at most.
+    modes, accuracy, up_to
+        A number of modes for each nodal diameter, or as many as bring its receptance to a relative accuracy up to a
+        frequency (rad/s), load shapes included, against one solution of the full sector there. With neither, as many
+        as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency and up to ``up_to``,
+        128 at most.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force
@@ -357,14 +367,16 @@ def reduced_sector(
     InputError
         For names that are not there, faces that do not meet (with the worst node and its distance), nodes held on one
         face alone, and a sector that is not held; when a phase is asked for, an error above 1e-2 up to ``up_to``,
-        unless forced.
+        unless forced, and an ``up_to`` that is a natural frequency.
+    EigenError
+        When a phase is asked for, an ``accuracy`` that 512 modes do not reach.
 
     Warns
     -----
     SlipstickWarning
         A damping matrix, which is not used; faces that are meshed differently and lie more than a thousandth of an edge
-        apart; a load shape without force. When a phase is asked for, computed or read:
-        128 modes that leave an error above 1e-4.
+        apart; a load shape without force. When a phase is asked for, computed or read: an error above 1e-4 that
+        ``accuracy``, or 128 modes, leave.
 
     Examples
     --------
@@ -376,7 +388,7 @@ def reduced_sector(
     asked, touching = _checked(
         model, sectors=sectors, axis=axis, tolerance=tolerance, between=between, speed=speed, loss_factor=loss_factor,
         damping_ratio=damping_ratio, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep,
-        modes=modes, up_to=up_to, force=force, cache=cache, listener=listener,
+        modes=modes, accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
     )  # fmt: skip
     symmetry = _symmetry(model, asked.pop("sectors"), low, high, asked.pop("axis"))
     alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
@@ -388,7 +400,11 @@ def reduced_sector(
     if turning := asked.pop("speed"):
         K, note = sector_at_speed(alone, how, turning)
         notes.append(note)
-    want = Accuracy(modes=asked.pop("modes"), reach=asked.pop("up_to") or 0.0)
+    number_of_modes, accuracy, highest = (asked.pop(name) for name in ("modes", "accuracy", "up_to"))
+    if accuracy is None:
+        want = Accuracy(modes=number_of_modes, reach=highest or 0.0)
+    else:
+        want = Accuracy(relative=accuracy, highest=highest)
     require_names(alone, asked, between=touching)
     sides = None
     if touching:
@@ -401,7 +417,7 @@ def reduced_sector(
     warnings = [*unused(alone, "modes"), *_unmet(pairing)]
     warn(warnings)
     phases = Phases(
-        how, K, alone.M, directions, want,
+        how, K, alone.M, directions, want, n_loads=len(found.loads) if found.names else 0,
         cache=None if cache is None else Path(cache), listener=listener, force=force,
     )  # fmt: skip
     structure = SectorModes(
@@ -430,8 +446,7 @@ def _checked(model: Any, **given: Any) -> tuple[dict[str, Any], tuple[str, ...]]
     }
     gathering.take(number, "loss_factor", given["loss_factor"], "a number >= 0", above=0.0)
     gathering.take(number, "damping_ratio", given["damping_ratio"], "a number")
-    if given["modes"] is not None and given["up_to"] is not None:
-        gathering.faults.append(Fault("modes", "both modes and up_to are given", remedy="keep one"))
+    gathering.faults += mode_faults(given)
     between = gathering.take(two_surfaces, "between", given["between"])
     gathering.end()
     return asked, between or ()
