@@ -18,11 +18,10 @@ from slipstick.case.structure import CACHE
 from slipstick.cli.main import app
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.kept import kept
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.model import elastic_model
+from slipstick.fem.model import ImportedModel, elastic_model
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_file import save_model
 from slipstick.structure.reduction.reduce import reduce_model

@@ -10,10 +10,9 @@ from slipstick.errors import InputError
 from slipstick.fem.assembly import assemble, conduction
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.kept import kept
 from slipstick.fem.materials import Material
-from slipstick.fem.model import elastic_model
+from slipstick.fem.model import ImportedModel, elastic_model
 from slipstick.solve.linear.factorisation import factorise
 
 METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)

@@ -15,9 +15,8 @@ import slipstick as ss
 from slipstick.balance.reduction import reduction_warnings, worst_error
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.model import elastic_model
+from slipstick.fem.model import ImportedModel, elastic_model
 from slipstick.fem.ties import project, tie_equations
 from slipstick.models.parametric_sector import SectorShape, sector_shape
 from slipstick.solve.linear.condensation import Condensed

@@ -31,7 +31,7 @@ from slipstick.case.table import Frequency, Positive, RawTable, at, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, SlipstickWarning
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
 
 _OF_FILE = ("quadratic", "fixed", "low", "high", "axis", "tolerance")
 _REDUCED = (

@@ -30,7 +30,7 @@ from slipstick.case.table import (
 from slipstick.errors import IS_MISSING, Fault, InputError
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
 
 MOST_CONTACTS = 20_000
 """Each keeps three dofs, of which the reduction is a full matrix."""
@@ -248,7 +248,7 @@ def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
     from slipstick.fem.materials import REQUIRED
     from slipstick.importers.formats import holds
-    from slipstick.importers.read_model import read_model
+    from slipstick.importers.import_model import read_model
     from slipstick.importers.roles import ImportOptions
 
     with at("file"):

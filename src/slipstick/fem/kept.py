@@ -19,13 +19,12 @@ from slipstick.faults import count_or_numbers, shown, whole, wrong
 from slipstick.fem.axis import Axis
 from slipstick.fem.boundary import skin_of, surface_towards
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
-from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.contact_points import ContactPatches, ContactPoints, contact_patches, spread_nodes
 from slipstick.fem.cyclic import turned
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.fem.model import FiniteElementModel
 from slipstick.fem.strains import chosen_elements, strain_matrix
-from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows
 from slipstick.typing import Array, Reals
 

@@ -17,8 +17,7 @@ from slipstick.errors import Fault, Place, Where
 from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.elements import FACES
-from slipstick.fem.equations import NodalEquation, Pair
-from slipstick.fem.frames import NodeAxes
+from slipstick.fem.equations import NodalEquation, NodeAxes, Pair
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices

@@ -9,12 +9,10 @@ from scipy.sparse.linalg import eigsh
 
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.fem.elements import ELEMENTS
+from slipstick.fem.elements import ELEMENTS, gauss
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.quadrature import gauss
 from slipstick.fem.unit_systems import told
-from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_mesh, read_model
 from slipstick.importers.roles import ImportOptions
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from slipstick.errors import Fault, Place
 from slipstick.fem.cyclic import CyclicSymmetry
+from slipstick.fem.equations import Reference
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.rigid import Reference
-from slipstick.importers.abaqus.blocks import Block
+from slipstick.importers.abaqus.keywords import Block
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import whole_number

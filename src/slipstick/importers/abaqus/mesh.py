@@ -12,7 +12,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS, FACES
-from slipstick.fem.frames import supports
+from slipstick.fem.equations import supports
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.abaqus.content import Content, named

@@ -14,9 +14,8 @@ from slipstick.fem.cyclic import CyclicSymmetry, cyclic_equations, rotation, sid
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.ties import Projection, face_size, nearest, project, tie_equations
-from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Content, Tie, nodes_of, surface_of
-from slipstick.importers.abaqus.keywords import KEYWORDS
+from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number

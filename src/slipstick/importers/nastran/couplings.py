@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.errors import Place
-from slipstick.fem.equations import NodalEquation
-from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
+from slipstick.fem.equations import NodalEquation, Reference, mean_equations, rigid_rows
 from slipstick.importers.findings import Coupling, refused
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent

@@ -11,8 +11,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
-from slipstick.fem.equations import NodalEquation
-from slipstick.fem.frames import supports
+from slipstick.fem.equations import NodalEquation, supports
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.importers.deck import Deck
