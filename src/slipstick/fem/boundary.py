@@ -1,4 +1,4 @@
-"""Boundary of a mesh: the faces that belong to one element alone, surfaces picked out of them, the skin to be seen."""
+"""Boundary of a mesh: the faces that belong to one element alone, surfaces, and a surface mesh for pictures."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, de
 def skin_of(
     mesh: Mesh, most: int = SKIN_NODES, fine: IntArray | None = None, most_fine: int = 0
 ) -> tuple[IntArray, IntArray]:
-    """The boundary as triangles to be seen: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
+    """The surface mesh for pictures: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
 
     The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them; where that
     leaves fewer than ``most_fine`` of the nodes ``fine`` of the mesh, these have a finer grid of their own, with the

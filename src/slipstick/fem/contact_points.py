@@ -189,6 +189,7 @@ class ContactPoints:
 
 
 _PATCH_POINTS = 8
+"""Gauss points each way on a face: the density of a patch has a kink at its radius, so that the face needs many."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -286,10 +287,10 @@ def _nearest_different(points: Array, centres: Array) -> IntArray:
     free = np.ones(len(points), dtype=bool)
     chosen = np.zeros(len(centres), dtype=np.int64)
     for k in range(len(centres)):
-        here, apart = near[k], distance[k]
+        here, distances = near[k], distance[k]
         if not free[here].any():
-            here, apart = np.arange(len(points)), np.linalg.norm(points - centres[k], axis=1)
-        best = here[np.where(free[here], apart, np.inf).argmin()]
+            here, distances = np.arange(len(points)), np.linalg.norm(points - centres[k], axis=1)
+        best = here[np.where(free[here], distances, np.inf).argmin()]
         free[best], chosen[k] = False, best
     return chosen
 
@@ -356,8 +357,8 @@ def _patch(samples: list[_Sampled], position: Array, radius: float) -> tuple[Int
     corners, parts, normal, total = [np.empty(0, dtype=np.int64)], [np.empty(0)], np.zeros(3), 0.0
     for part in samples:
         here = part.near(position, radius)
-        apart = np.linalg.norm(part.points[here] - position, axis=2)
-        density = part.areas[here] * np.maximum(1.0 - (apart / radius) ** 2, 0.0)
+        distances = np.linalg.norm(part.points[here] - position, axis=2)
+        density = part.areas[here] * np.maximum(1.0 - (distances / radius) ** 2, 0.0)
         corners.append(part.faces[here].ravel())
         parts.append((density @ part.values).ravel())
         normal += np.einsum("mq,mqa->a", density, part.normals[here])
@@ -396,8 +397,8 @@ class _Sampled:
 
     def near(self, position: Array, radius: float) -> IntArray:
         """Faces of which a point may lie within a radius of a position, ascending."""
-        tree, reach = self._centres
-        return np.sort(np.asarray(tree.query_ball_point(position, (radius + reach) * 1.0001), dtype=np.int64))
+        tree, extent = self._centres
+        return np.sort(np.asarray(tree.query_ball_point(position, (radius + extent) * 1.0001), dtype=np.int64))
 
 
 def _samples(mesh: Mesh, surface: Surface) -> Iterator[tuple[IntArray, Array, Array, Array, Array]]:

@@ -283,8 +283,8 @@ def _fit(A: Array, W: Array, wanted: Sequence[int], where: str | Where) -> Array
     normal = A.T @ (W[:, None] * A)
     values, vectors = np.linalg.eigh(normal)
     known = np.abs(values) > 1e-10 * np.abs(values).max(initial=0.0)
-    lost = vectors[:, ~known]
-    if np.abs(lost[wanted]).max(initial=0.0) > 1e-6:
+    undetermined = vectors[:, ~known]
+    if np.abs(undetermined[wanted]).max(initial=0.0) > 1e-6:
         raise InputError(
             Fault(
                 where,

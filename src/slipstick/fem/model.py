@@ -29,7 +29,7 @@ from slipstick.fem.equations import (
 from slipstick.fem.materials import Material, Materials
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.refine import linear_warnings
-from slipstick.fem.unit_systems import NOT_STATED, names_of, told
+from slipstick.fem.unit_systems import NOT_STATED, names_of, stated_units
 from slipstick.typing import Array, BoolArray, IntArray, Sparse
 from slipstick.units import Units
 
@@ -123,7 +123,7 @@ class FiniteElementModel:
     @property
     def units_told(self) -> str:
         """The units for the reader; where they are not stated, what the materials look like."""
-        return told(self.units, self.materials)
+        return stated_units(self.units, self.materials)
 
     @property
     def n_dofs(self) -> int:

@@ -44,16 +44,18 @@ from slipstick.structure.reduction.store import Store
 from slipstick.typing import Array, Frequency, IntArray, Sparse
 
 _LARGE_STRAIN = 1e-2
-_MASS_BESIDE = 1e-2
-"""Part of the mass that may be missing in the mesh."""
+"""Strain of the static state above which linear elasticity is doubtful: most metals yield below it."""
+
+_MISSING_MASS = 1e-2
+"""Share of the mass of the matrices that the mesh may lack without a warning."""
 
 _PARTS = ("data", "indices", "indptr")
 _STATE = ("displacement", "strain", "mass")
 
-_SMALL_STEP = 1e-7
+_CONVERGED_STEP = 1e-7
 """Of the displacement; the iteration converges quadratically, so that the next step would be far below rounding."""
-_ITERATIONS = 12
-_STEPS = (1, 4, 16)
+_MOST_ITERATIONS = 12
+_SPEED_STEPS = (1, 4, 16)
 """Parts in which the square of the speed is brought up, one after another until a way succeeds."""
 
 
@@ -140,7 +142,7 @@ def turned_model(
             f"at {wanted:g} rad/s about {_shown(about.direction)} through {_shown(about.point)}: largest static "
             f"displacement {moved:.4g}, strain {turning.strain:.3g}; Coriolis forces {forces}",
         ),
-        warnings=(*model.warnings, *_doubts(model, turning)),
+        warnings=(*model.warnings, *_mesh_warnings(model, turning)),
     )
 
 
@@ -175,7 +177,7 @@ def _shown(vector: ArrayLike) -> str:
     return f"({', '.join(f'{x:g}' for x in np.asarray(vector))})"
 
 
-def _doubts(model: ImportedModel, turning: Centrifugal) -> Iterator[str]:
+def _mesh_warnings(model: ImportedModel, turning: Centrifugal) -> Iterator[str]:
     if turning.strain > _LARGE_STRAIN:
         yield (
             f"{model.source}: the strain at speed is {turning.strain:.2g}, beyond what metals bear: check speed, axis "
@@ -183,7 +185,7 @@ def _doubts(model: ImportedModel, turning: Centrifugal) -> Iterator[str]:
         )
     along = (model.dof_components == np.arange(3)[:, None]).astype(float)
     mass = float(np.mean([e @ (model.M @ e) for e in along]))
-    if abs(mass - turning.mass) > _MASS_BESIDE * mass:
+    if abs(mass - turning.mass) > _MISSING_MASS * mass:
         yield (
             f"{model.source}: the mass is {mass:.4g}, that of the mesh {turning.mass:.4g}: centrifugal forces are "
             "those of the mesh"
@@ -286,7 +288,7 @@ def _turning(
 
 def _state(turning: _Turning, speed: float) -> Centrifugal:
     linear = turning.linear(speed)
-    for steps in _STEPS:
+    for steps in _SPEED_STEPS:
         followed = turning.followed(linear, speed, steps)
         if followed is not None:
             return followed
@@ -317,7 +319,7 @@ def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple
     change = deformed(mesh, materials, turning.pattern, state.displacement)
     blocks = change.stiffness - speed**2 * turning.mass[:, None, None] * turning.across
     found = csr_array(model.K + motion.T @ turning.pattern.vector_matrix(blocks) @ motion)
-    warn([*_doubts(model, state)])
+    warn([*_mesh_warnings(model, state)])
     moved = np.linalg.norm(state.displacement, axis=1).max()
     return found, (
         f"at {speed:g} rad/s: largest static displacement {moved:.4g}, strain {state.strain:.3g}; Coriolis forces are "
@@ -365,7 +367,7 @@ class _Turning:
         q = linear / steps
         for step in range(1, steps + 1):
             squared = speed**2 * step / steps
-            for _ in range(_ITERATIONS):
+            for _ in range(_MOST_ITERATIONS):
                 residual, stiffness, _ = self._at(q, squared)
                 try:
                     change = _solved(csr_array(self.K + stiffness), residual)
@@ -374,7 +376,7 @@ class _Turning:
                 q = q - change
                 if not np.all(np.isfinite(q)):
                     return None
-                if np.abs(change).max() <= _SMALL_STEP * np.abs(q).max():
+                if np.abs(change).max() <= _CONVERGED_STEP * np.abs(q).max():
                     break
             else:
                 return None

@@ -75,8 +75,8 @@ class Deck(Findings):
     variants, one_point
         Foreign element types that integrate otherwise than ours, with their counts, by our element; those of them that
         have one point.
-    doubts
-        Warnings beside those of the verdicts, one sentence each; ``extra`` are notes.
+    own_warnings
+        Warnings in addition to those of the verdicts, one sentence each; ``extra`` are notes.
     """
 
     source: str = ""
@@ -97,7 +97,7 @@ class Deck(Findings):
     units: str = NOT_STATED
     variants: dict[str, dict[str, int]] = field(default_factory=dict)
     one_point: set[str] = field(default_factory=set)
-    doubts: list[str] = field(default_factory=list)
+    own_warnings: list[str] = field(default_factory=list)
     middles: Edges = field(default_factory=dict)
     flatten: str = ""
     """What to do about labels given twice."""
@@ -191,7 +191,7 @@ class Deck(Findings):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is approximated, not understood or doubtful."""
-        return (*super().warnings, *self.doubts)
+        return (*super().warnings, *self.own_warnings)
 
     @property
     def applied(self) -> tuple[Coupling, ...]:

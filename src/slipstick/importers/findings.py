@@ -1,4 +1,4 @@
-"""What a reader meets besides nodes and elements: each keyword, command or card has a verdict, so that none is lost."""
+"""Verdicts on keywords, commands and cards, each of which is read, refused, warned of or listed."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import user_names
 from slipstick.fem.model import ImportedModel
 from slipstick.fem.refine import linear_warnings
-from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_doubts
+from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_warnings
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import made_of, refused
 from slipstick.importers.formats import FORMATS, format_of, require
@@ -155,8 +155,8 @@ def read_model(
         model = _in_new_units(model, options, factors)
     first = files if isinstance(files, str | Path) else files[0]
     if Path(first).suffix.lower() not in MODELS:  # a model file has its warnings already
-        doubts = material_doubts(model.materials, model.units, model.source)
-        model = replace(model, warnings=(*model.warnings, *doubts))
+        warnings = material_warnings(model.materials, model.units, model.source)
+        model = replace(model, warnings=(*model.warnings, *warnings))
     if options.conductivity is not None:
         if model.mesh is None:
             raise InputError(
@@ -198,8 +198,8 @@ def _in_own_units(options: ImportOptions, factors: Conversion) -> ImportOptions:
 
 
 def _in_new_units(model: ImportedModel, options: ImportOptions, factors: Conversion) -> ImportedModel:
-    told = {"length": factors.length, "force": factors.force, "time": factors.time, "mass": factors.mass}
-    changed = ", ".join(f"{name} {value:.6g}" for name, value in told.items() if value != 1.0)
+    values = {"length": factors.length, "force": factors.force, "time": factors.time, "mass": factors.mass}
+    changed = ", ".join(f"{name} {value:.6g}" for name, value in values.items() if value != 1.0)
     before = model.units
     note = f"numbers of the files ({before}) multiplied: {changed or 'by 1'}"
     wanted = SI if (options.to or "").strip().upper() == "SI" else options.to
@@ -254,19 +254,19 @@ def _with_mesh(model: ImportedModel, imported: Deck, material: Material | None) 
     mesh = imported.mesh
     assert mesh is not None
     materials = imported.materials if material is None else {"all": material}
-    doubts = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
-    doubts += [coupling.beside_matrices for coupling in imported.applied]
-    doubts += linear_warnings(mesh, model.source, ("tet4",))
+    warnings = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
+    warnings += [coupling.beside_matrices for coupling in imported.applied]
+    warnings += linear_warnings(mesh, model.source, ("tet4",))
     notes = (*model.notes, *imported.notes)
     if materials:
-        doubts += mass_warnings(model, mesh, material or materials, imported.lumped, imported.held_rows)
+        warnings += mass_warnings(model, mesh, material or materials, imported.lumped, imported.held_rows)
     else:
         what = (
             "the mesh has no material: its mass is not compared with that of the matrices; give a material to compare"
         )
         notes = (*notes, f"{model.source}: {what}")
     notes += tuple(f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
-    return replace(model, mesh=mesh, materials=materials, warnings=tuple(doubts), notes=notes)
+    return replace(model, mesh=mesh, materials=materials, warnings=tuple(warnings), notes=notes)
 
 
 def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> ImportedModel:
@@ -277,10 +277,10 @@ def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> Import
         what = f"the mass of the solids is not compared with that of the matrices: {error}"
         return replace(model, notes=(*model.notes, f"{model.source}: {what}"))
     materials = beside.materials if options.material is None else {"all": options.material}
-    doubts = list(material_doubts(materials, model.units, model.source))
+    warnings = list(material_warnings(materials, model.units, model.source))
     if materials and beside.mesh is not None:
-        doubts += mass_warnings(model, beside.mesh, options.material or materials, beside.lumped, beside.held_rows)
-    return replace(model, warnings=(*model.warnings, *doubts))
+        warnings += mass_warnings(model, beside.mesh, options.material or materials, beside.lumped, beside.held_rows)
+    return replace(model, warnings=(*model.warnings, *warnings))
 
 
 def _without_matrices(path: Path, source: str, options: ImportOptions) -> ImportedModel:

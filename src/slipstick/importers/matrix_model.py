@@ -230,7 +230,7 @@ def to_global(deck: Deck, directions: Mapping[int, Array], source: str) -> Deck:
     turn = _rotation(len(deck.rows), triples)
     for name, matrix in deck.matrices.items():
         deck.matrices[name] = turn @ full_symmetric(matrix, f"{source}: {name}") @ turn.T
-    deck.doubts += _stray(stray, source)
+    deck.own_warnings += _stray(stray, source)
     return deck
 
 

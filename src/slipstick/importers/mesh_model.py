@@ -81,8 +81,8 @@ def assemble_mesh(
     with made_of(source):
         _assemble(whole, mesh, materials)
     whole.extra = [*deck.extra, *_orphans(deck, mesh, source)]
-    whole.doubts = [
-        *deck.doubts,
+    whole.own_warnings = [
+        *deck.own_warnings,
         *refine.linear_warnings(mesh, source),
         *variant_warnings(mesh, deck.variants, source, deck.one_point),
         *hourglass_warnings(mesh, source),

@@ -124,8 +124,8 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
     """Files by role: by the options, else by suffix and by the words in the name."""
     matrices: dict[str, Path] = {}
     dof_map, nodes = options.dof_map, options.nodes
-    told = {"M": options.mass, "C": options.damping}
-    matrix_files = [path for path in paths if _holds_matrices(path, paths) and path not in told.values()]
+    stated = {"M": options.mass, "C": options.damping}
+    matrix_files = [path for path in paths if _holds_matrices(path, paths) and path not in stated.values()]
     for path in paths:
         suffix = path.suffix.lower()
         if path in matrix_files:
@@ -142,7 +142,7 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
             dof_map = path
         elif (is_bulk(path) or holds(path, "mesh")) and matrices_follow(paths):
             nodes = path
-    matrices |= {role: Path(path) for role, path in told.items() if path}
+    matrices |= {role: Path(path) for role, path in stated.items() if path}
     return Roles(matrices=matrices, dof_map=Path(dof_map) if dof_map else None, nodes=Path(nodes) if nodes else None)
 
 
@@ -178,8 +178,8 @@ def refuse_unread(paths: Sequence[Path]) -> None:
 
 def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -> None:
     """Every file and every option has an effect, or is refused."""
-    told = (options.mass, options.damping, options.dof_map, options.nodes)
-    used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in told if path)}
+    stated = (options.mass, options.damping, options.dof_map, options.nodes)
+    used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in stated if path)}
     if not roles.matrices:
         used = {paths[0]}
     beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}

@@ -14,9 +14,9 @@ import numpy as np
 from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, count_or_numbers, frequency, number, one, whole, wrong
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.kept import Kept, kept, strain_rows
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
+from slipstick.fem.retained import Retained, retain, strain_rows
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
 from slipstick.models.reduced_body import ReducedBody, wanted_elements
 from slipstick.structure.reduction.data import ReducedData
@@ -108,9 +108,9 @@ def _check_tools(loss_factor: object, cache: object, listener: object, solver: o
     gathering.end()
 
 
-def finite_element_blade(setup: BladeModel) -> Kept:
+def finite_element_blade(setup: BladeModel) -> Retained:
     """The full model and what is kept of it: contact directions, pressure load, influence matrix."""
-    return kept(
+    return retain(
         elastic_model(blade_mesh(setup.shape), setup.material, "root"),
         surface="shroud_top",
         contacts=setup.contacts,

@@ -98,13 +98,13 @@ class SectorShape:
             faults.append(
                 Fault(("sector", "shroud_gap"), found=f"{self.shroud_gap:g}", expected="0 to 0.5 of a sector")
             )
-        room = 2.0 * np.pi / self.sectors * (1.0 - max(self.shroud_gap, 0.0))
+        pitch = 2.0 * np.pi / self.sectors * (1.0 - max(self.shroud_gap, 0.0))
         for where, angle, radius in (
             ("stagger", self.stagger, self.rim),
             ("twist", self.stagger + self.twist, self.tip),
         ):
             outline = _turned(_aerofoil(self, *_OUTLINE), angle)
-            ends = np.array([self.width, room * radius]) / 2.0
+            ends = np.array([self.width, pitch * radius]) / 2.0
             if np.any(np.abs(outline).max(axis=0) >= ends) or _folded(outline, ends):
                 remedy = "give a shorter or thicker blade, a smaller angle, a wider disc or more sectors"
                 faults.append(Fault(("sector", where), "the blade does not fit on its sector", remedy=remedy))

@@ -72,7 +72,7 @@ def moved_onto(content: Content, mesh: Mesh) -> Mesh:
             most = _length(projection.distances, size)
             by = f"moves {moved.sum()} nodes onto the other surface, by {most} at most (ADJUST)"
             if projection.distances.max() > _DEFAULT * size:
-                content.doubts.append(f"{tie.where} {by}: the elements there change their shape")
+                content.own_warnings.append(f"{tie.where} {by}: the elements there change their shape")
             else:
                 content.extra.append(f"{tie.where} {by}")
     return mesh
@@ -148,8 +148,8 @@ def _unlike(content: Content, tie: Tie, ring: CyclicSymmetry, where: Place, mesh
     faces = mesh.surfaces[tie.dependent].faces if tie.dependent in mesh.surfaces else {}
     whole = {kind: part[np.isin(part, dependent).all(axis=1)] for kind, part in faces.items()}
     back = Surface(faces={kind: part for kind, part in whole.items() if len(part)})
-    apart = (project(mesh, back, places) if back.faces else nearest(mesh.nodes[dependent], places)).distances
-    alone = apart > _SIDES * size
+    distances = (project(mesh, back, places) if back.faces else nearest(mesh.nodes[dependent], places)).distances
+    alone = distances > _SIDES * size
     if alone.any():
         yield (
             f"{where}: {alone.sum()} of {len(other)} nodes of {tie.independent} ({mesh.labels[other[alone][0]]}, ...) "

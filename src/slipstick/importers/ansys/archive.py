@@ -168,10 +168,10 @@ def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupl
 
 def _refuse_missing(tied: Sequence[NodalEquation], labels: set[int]) -> None:
     """Nodes of CE and CP that the file does not have."""
-    lost = {e.where: node for e in reversed(tied) for node, _ in e.pairs if node not in labels}
-    if lost:
+    missing = {e.where: node for e in reversed(tied) for node, _ in e.pairs if node not in labels}
+    if missing:
         raise InputError(
-            [Fault(where, f"names node {node}, which the file does not have") for where, node in lost.items()]
+            [Fault(where, f"names node {node}, which the file does not have") for where, node in missing.items()]
         )
 
 

@@ -55,12 +55,14 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
     """
     chosen, faults = {}, []
     for role, initial in _INITIAL.items():
-        told = (wanted or {}).get(role)
-        fitting = [told] if told else [name for name in names if name.upper().startswith(initial) and name[1:2] != "4"]
+        stated = (wanted or {}).get(role)
+        fitting = (
+            [stated] if stated else [name for name in names if name.upper().startswith(initial) and name[1:2] != "4"]
+        )
         if len(fitting) > 1:
             fitting = [name for name in fitting if _OF_A_SET.match(name.upper())] or fitting
-        if told and told not in names:
-            faults.append(Fault(Place(source), f"holds no matrix {told}", remedy=f"it holds {', '.join(names)}"))
+        if stated and stated not in names:
+            faults.append(Fault(Place(source), f"holds no matrix {stated}", remedy=f"it holds {', '.join(names)}"))
         elif len(fitting) == 1:
             chosen[role] = fitting[0]
         elif fitting:
@@ -117,7 +119,7 @@ def _tell_others(deck: Deck, stored: Mapping[str, Any], source: str) -> None:
     used = {id(matrix) for matrix in deck.matrices.values()}
     others = {name: matrix for name, matrix in stored.items() if id(matrix) not in used}
     structural = [name for name in others if name.upper().startswith("K4")]
-    deck.doubts += [_structural(name, others[name], deck.matrices.get("K"), source) for name in structural]
+    deck.own_warnings += [_structural(name, others[name], deck.matrices.get("K"), source) for name in structural]
     rest = [name for name in others if name not in structural]
     deck.extra += [f"{source}: without effect here: {', '.join(rest)}"] if rest else []
 
@@ -164,7 +166,7 @@ def _tell_rows(deck: Deck, data: BulkData, size: int, what: Place, bulk: Path, c
     tell(deck, data, applied=whole)
     deck.equate(equations if whole else ())
     if fitting is data.external and data.external != sorted(data.external):
-        deck.doubts.append(
+        deck.own_warnings.append(
             f"{bulk.name}: the rows of {what} are taken in the order of its EXTRN card, which does not ascend by point"
         )
 
@@ -193,7 +195,7 @@ def tell(deck: Deck, data: BulkData, *, applied: bool = False) -> None:
     findings = data.findings
     ties = () if applied else tuple(card.coupling(findings.source) for card in data.coupled if card.name != "MPCADD")
     deck.extra += findings.notes
-    deck.doubts += (*findings.warnings, *(coupling.beside_matrices for coupling in (*findings.couplings, *ties)))
+    deck.own_warnings += (*findings.warnings, *(coupling.beside_matrices for coupling in (*findings.couplings, *ties)))
 
 
 def chosen_supports(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int, int]]:
