@@ -117,7 +117,7 @@ class ContactPoints:
         return axis.frame(self.positions)[word]
 
     def outward(self, axis: Axis | None, word: str) -> Array:
-        """The same, each turned so that it looks out of the body, (n, 3).
+        """The same vectors, each with the sign that points out of the body, (n, 3).
 
         Raises
         ------
@@ -264,11 +264,11 @@ def _farthest(points: Array, shares: Array, count: int) -> list[int]:
 
 
 _CANDIDATES = 16
-"""Nearest ones among which the nearest is sought: on grids several are equally near, and the first of these counts."""
+"""Neighbours among which the nearest is chosen: on grids several are equally near, and the first by index counts."""
 
 
 def _candidates(points: Array, centres: Array, count: int) -> tuple[IntArray, Array]:
-    """So many of the centres nearest to each point (n, count), ascending, and their distances."""
+    """The ``count`` centres nearest to each point (n, count), ascending by index, and their distances."""
     from scipy.spatial import KDTree
 
     near = np.sort(KDTree(centres).query(points, k=np.arange(1, min(count, len(centres)) + 1))[1], axis=1)

@@ -85,7 +85,7 @@ def turned(axis: Axis, turn: Array, positions: Array) -> Array:
 
 
 def facing(symmetry: CyclicSymmetry, points: Array, onto: Callable[[Array], Projection]) -> tuple[Projection, Array]:
-    """Where points (n, 3) of one face lie on the other one, turned by a sector; and the rotation (3, 3) to the points.
+    """Nearest places of points (n, 3) of one face on the other one, turned by a sector, and that rotation (3, 3).
 
     Whichever way round that is nearer. ``onto`` finds the nearest places of the other face.
     """
@@ -98,7 +98,7 @@ def facing(symmetry: CyclicSymmetry, points: Array, onto: Callable[[Array], Proj
 
 @dataclass(frozen=True, kw_only=True)
 class Pairing:
-    """How the nodes of the two faces follow each other.
+    """Pairs of nodes of the two faces.
 
     Attributes
     ----------
@@ -257,7 +257,7 @@ def cyclic_equations(
 def sides(
     mesh: Mesh, symmetry: CyclicSymmetry, dependent: IntArray, independent: Surface | IntArray
 ) -> tuple[Projection, Array]:
-    """Where the nodes of one side lie on the other one: see ``facing``; its ``nodes`` are those of the mesh."""
+    """Nearest places of the nodes of one side on the other one, see ``facing``; its ``nodes`` are those of the mesh."""
     points = mesh.nodes[dependent]
     if isinstance(independent, Surface):
         return facing(symmetry, points, partial(project, mesh, independent))
@@ -286,7 +286,7 @@ def _spacing(places: Array) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Joined:
-    """How the degrees of freedom of a sector follow from those without its high face.
+    """The degrees of freedom of a sector by those without its high face.
 
     Attributes
     ----------

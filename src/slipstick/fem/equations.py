@@ -104,7 +104,7 @@ def directions_in(components: str) -> set[str]:
 
 
 def rows_named(name: str, labels: IntArray, components: IntArray) -> BoolArray:
-    """Where "n12" or "n12y" stands among degrees of freedom."""
+    """Mask of the degrees of freedom of "n12", or of "n12y" alone."""
     node, component = _SINGLE.match(name).groups()  # type: ignore[union-attr]
     here = labels == int(node)
     return here & (components == COMPONENTS.index(component)) if component else here
@@ -173,7 +173,7 @@ def _turned(term: tuple[int, int, float], frames: NodeAxes) -> Iterator[tuple[in
 
 
 def supports(held: Iterable[Pair], frames: NodeAxes, where: str | Where) -> tuple[set[Pair], list[NodalEquation]]:
-    """What is held along own directions: global degrees of freedom, and equations for the rest."""
+    """Supports along own directions of nodes: held global degrees of freedom, and equations for the rest."""
     plain: set[Pair] = set()
     along: dict[tuple[int, int], set[int]] = {}
     for node, component in held:

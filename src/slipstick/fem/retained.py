@@ -198,7 +198,7 @@ def _patches(mesh: Mesh, on: Surface, name: str, contacts: int | Reals, radius: 
 
 
 def _contact_nodes(name: str, wanted: int | Reals, mesh: Mesh) -> Any:
-    """How many, node indices of labels, or positions."""
+    """A number of nodes, indices of node labels, or positions."""
     expected = "how many, node labels (n,), or positions (n, 3)"
     places = count_or_numbers(name, wanted, expected)
     if isinstance(places, int):

@@ -53,7 +53,7 @@ _PARTS = ("data", "indices", "indptr")
 _STATE = ("displacement", "strain", "mass")
 
 _CONVERGED_STEP = 1e-7
-"""Of the displacement; the iteration converges quadratically, so that the next step would be far below rounding."""
+"""Last step over the displacement: Newton's method converges quadratically, so that the next step is below rounding."""
 _MOST_ITERATIONS = 12
 _SPEED_STEPS = (1, 4, 16)
 """Parts in which the square of the speed is brought up, one after another until a way succeeds."""
@@ -107,7 +107,7 @@ def at_speed(
 def turned_model(
     model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None, coriolis: Any = False
 ) -> ImportedModel:
-    """The same, kept in a folder; what is suspicious is in the model's warnings alone."""
+    """The same, stored in a folder; warnings are those of the model alone, not raised."""
     checks = Gathering()
     checks.take(one, "model", model, ImportedModel, "what ss.import_model returns")
     wanted = checks.take(_speed, speed)
@@ -226,7 +226,7 @@ def _keys(model: ImportedModel) -> IntArray:
 
 @dataclass(frozen=True, kw_only=True)
 class Centrifugal:
-    """What turning at a speed does.
+    """The static state of a turning body.
 
     Attributes
     ----------
@@ -246,12 +246,12 @@ class Centrifugal:
     mass: float
 
     def arrays(self) -> dict[str, Any]:
-        """To be stored."""
+        """Arrays for the store, by name."""
         return {name: getattr(self.stiffness, name) for name in _PARTS} | {name: getattr(self, name) for name in _STATE}
 
 
 def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
-    """What turning at a speed, rad/s, about an axis does.
+    """The static state of a body that turns at a speed, rad/s, about an axis.
 
     Raises
     ------
@@ -448,7 +448,7 @@ Blocks = dict[tuple[int, int], Array]
 
 @dataclass(frozen=True, kw_only=True)
 class Deformed:
-    """What a displacement changes.
+    """Changes by a displacement.
 
     Attributes
     ----------
@@ -466,7 +466,7 @@ class Deformed:
 
 
 def deformed(mesh: Mesh, materials: Materials, pattern: Pattern, displacement: Array) -> Deformed:
-    """What a displacement (n_nodes, 3) changes of a mesh."""
+    """Changes of the stiffness and forces of a mesh by a displacement (n_nodes, 3)."""
     lame = element_values(mesh, materials, lambda m: m.lame)
     shear = element_values(mesh, materials, lambda m: m.shear_modulus)
     blocks, force, largest = np.zeros((3, 3, pattern.n_couplings)), np.zeros((mesh.n_nodes, 3)), 0.0

@@ -26,7 +26,7 @@ SMALL = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Projection:
-    """Where points lie on a surface, or on the nearest of some nodes.
+    """The nearest places of points on a surface, or among some nodes.
 
     ``nodes`` (n, 8) and ``weights`` (n, 8) of the face, padded by zeros; ``places`` (n, 3); ``distances`` (n,).
     """

@@ -177,7 +177,7 @@ def system_like(material: Material) -> str:
 
 
 def stated_units(units: str, materials: Mapping[str, Material]) -> str:
-    """Units for the reader: those that are stated, or what the materials look like."""
+    """A text of the units: those stated, or those that the materials look like."""
     like = looks(materials) if units == NOT_STATED else ""
     return f"{units}; {like}" if like else units
 

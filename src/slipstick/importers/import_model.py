@@ -112,7 +112,7 @@ def _files(files: object) -> tuple[Path, ...]:
 
 
 def summary(model: ImportedModel) -> tuple[str, ...]:
-    """What came in, its units, the notes of the import, and parts that are not held."""
+    """Sentences on the size of a model, its units, the notes of the import, and parts that are not held."""
     nodes = len(set(model.dof_nodes.tolist()))
     known = "with coordinates" if len(model.node_ids) else "without coordinates"
     sets = f"; sets: {', '.join(user_names(model.node_sets))}" if model.node_sets else ""
@@ -422,7 +422,7 @@ def read_by_content(path: Path) -> Deck:
 
 
 def _program(begin: bytes) -> str | None:
-    """Whose file it is, by its first line that says something."""
+    """The code that wrote a file, by its first line that tells."""
     for line in begin.removeprefix(b"\xef\xbb\xbf").splitlines():
         if line.startswith(b"$MeshFormat"):
             return _GMSH

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 FILE_ASYMMETRY = 1e-6
-"""What files of few digits may differ between their halves, see ``asymmetry``; the mean is taken."""
+"""Asymmetry that files of few digits may have, see ``asymmetry``; the mean of both halves is taken."""
 
 
 def full_symmetric(matrix: Matrix, name: str) -> csr_array:
@@ -79,7 +79,7 @@ def _refuse_asymmetric(matrix: csr_array, name: str) -> None:
 
 
 def build_model(deck: Deck, *, source: str, cyclic: bool = True) -> ImportedModel:
-    """Check what was read and take out held and empty degrees of freedom; equations of the deck are applied.
+    """Check matrices and rows, apply the equations of the deck, and take out held and empty degrees of freedom.
 
     ``cyclic``: with those that join the faces of a sector.
 
@@ -299,7 +299,7 @@ def _rigid_motions(model: ImportedModel, rows: IntArray) -> int:
 
 
 def _without_stiffness(block: Sparse, motions: Array, small: float = RIGID) -> int:
-    """How many independent ones of these motions, columns, meet no stiffness."""
+    """The number of independent motions among these columns that meet no stiffness."""
     basis, values, _ = np.linalg.svd(motions, full_matrices=False)
     basis = basis[:, values > 1e-8 * max(values.max(initial=0.0), 1e-300)]
     if not basis.shape[1]:

@@ -27,12 +27,12 @@ _UNREAD = {
     "EXTSEOUT(DMIGPCH) and give .pch",
     ".asm": "belongs to the run that assembles superelements; give the punch file (.pch) with the .op4 instead",
 }
-"""Files that hold what is wanted and are not read: the way round."""
+"""Files with wanted data that are not read, each with the remedy."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImportOptions:
-    """What the files do not say.
+    """Options of an import: data that the files do not hold.
 
     All of it is checked here, for the command line, a case and Python alike.
 
@@ -103,7 +103,7 @@ class ImportOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Roles:
-    """Which file is what."""
+    """Files by their role."""
 
     matrices: dict[str, Path]
     dof_map: Path | None
@@ -116,7 +116,7 @@ class Roles:
 
     @property
     def bulk(self) -> Path | None:
-        """Bulk data beside the matrices."""
+        """Bulk data given with the matrices."""
         return self.nodes if self.nodes and is_bulk(self.nodes) else None
 
 
@@ -170,14 +170,14 @@ def _role(path: Path) -> str:
 
 
 def refuse_unread(paths: Sequence[Path]) -> None:
-    """Files that are known and not read are refused with the way round."""
+    """Refuse files of known formats that are not read, with the remedy."""
     faults = [Fault(Place(path.name), _UNREAD[path.suffix.lower()]) for path in paths if path.suffix.lower() in _UNREAD]
     if faults:
         raise InputError(faults)
 
 
 def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -> None:
-    """Every file and every option has an effect, or is refused."""
+    """Refuse every file and every option without effect."""
     stated = (options.mass, options.damping, options.dof_map, options.nodes)
     used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in stated if path)}
     if not roles.matrices:

@@ -41,7 +41,7 @@ _PLACES = ("labels", "positions", "young", "poisson", "nodes")
 
 @dataclass(frozen=True, kw_only=True)
 class BladeModel:
-    """What makes a rubbing blade.
+    """Dimensions, material and options of a rubbing blade.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class BladeModel:
 
 
 def _places(name: str, value: object) -> int | tuple[tuple[float, ...], ...]:
-    """How many contacts, or their positions."""
+    """The number of contacts, or their positions."""
     expected = "how many, or positions (n, 3)"
     places = count_or_numbers(name, value, expected)
     if isinstance(places, int):
@@ -109,7 +109,7 @@ def _check_tools(loss_factor: object, cache: object, listener: object, solver: o
 
 
 def finite_element_blade(setup: BladeModel) -> Retained:
-    """The full model and what is kept of it: contact directions, pressure load, influence matrix."""
+    """The full model with its retained dofs: contact directions, pressure load, influence matrix."""
     return retain(
         elastic_model(blade_mesh(setup.shape), setup.material, "root"),
         surface="shroud_top",
@@ -196,7 +196,7 @@ def reduced_blade(
 
 @dataclass(frozen=True, kw_only=True)
 class _Blade:
-    """What is stored of a blade: all but its damping."""
+    """The stored part of a blade: all but its damping."""
 
     data: ReducedData
     points: ContactPoints
@@ -205,7 +205,7 @@ class _Blade:
     n_dofs: int
 
     def arrays(self) -> dict[str, Any]:
-        """To be stored."""
+        """Arrays for the store, by name."""
         made = self.data.arrays() | {f"point_{name}": getattr(self.points, name) for name in _POINTS}
         made |= {f"skin_{name}": getattr(self.skin, name) for name in _SKIN}
         if self.strains is not None:
@@ -217,7 +217,7 @@ class _Blade:
 
     @classmethod
     def of(cls, setup: BladeModel, arrays: Mapping[str, Any]) -> _Blade | None:
-        """From the store; None where they do not fit, or a KeyError."""
+        """A blade from stored arrays; None where they do not fit, or a KeyError."""
         points = ContactPoints(**{name: arrays[f"point_{name}"] for name in _POINTS})
         skin = {name: arrays[f"skin_{name}"] for name in _SKIN}
         strains, n_strains = None, 0

@@ -246,7 +246,7 @@ def _turned(flat: Array, degrees: float) -> Array:
 
 
 def _surfaces(skin: Surface, plan: Plan, level: IntArray, column: IntArray, layers: IntArray) -> dict[str, Surface]:
-    """Sort the boundary faces by where in the plan and on which levels their nodes lie."""
+    """Named surfaces of the boundary faces, by the place of their nodes in the plan and their levels."""
     faces = skin.faces["quad8"]
     low, high = level[faces].min(axis=1), level[faces].max(axis=1)
     rim, top = 2 * int(np.sum(layers == 0)), 2 * int(np.sum(layers < 2))

@@ -1,4 +1,4 @@
-"""Which planar contacts move so straight that the exact element of one direction will do."""
+"""Planar contacts whose motion is straight enough for the exact element of one direction."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def _ratios(problem: Problem, low: float, high: float) -> dict[str, float]:
 
 
 def _ratio_of(limit: LinearLimit, rows: tuple[Array, Array], low: float, high: float) -> Array:
-    """Of each contact (n,), over a range whose highest peaks are looked at closely; inf of one that does not move."""
+    """Largest second motion over the first, of each contact (n,) in a range refined at its peaks; inf without a first."""
     known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
     new = np.concatenate([np.linspace(low, high, _GRID), known[(known > low) & (known < high)]])
     w, sizes = np.empty(0), np.empty((2, 0, rows[0].size))

@@ -122,7 +122,7 @@ ELEMENT_TYPES = {
 
 
 def solid_type(name: str) -> ElementType | None:
-    """What is known of an element type; None for what is no solid.
+    """Our element for a foreign element type; None unless it is a solid.
 
     >>> solid_type("C3D20RH")
     ElementType(kind='hex20r', same=False, one_point=False)

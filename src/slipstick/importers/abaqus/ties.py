@@ -27,8 +27,8 @@ _DEFAULT = 0.05
 _SIDES = 0.05
 """The same for the two sides of a sector."""
 
-_TOLD, _MEET = 1e-2, 1e-3
-"""Distance over the mean edge of the faces from which tied surfaces, and sides of a sector, are told to lie apart."""
+_WARNED, _MEET = 1e-2, 1e-3
+"""Gap over the mean edge of the faces above which tied surfaces, and sides of a sector, are warned of."""
 
 
 @KEYWORDS.reads("TIE", "ADJUST CYCLICSYMMETRY MULTISTAGE NAME NOROTATION POSITIONTOLERANCE TYPE", stage=2)
@@ -123,7 +123,7 @@ def _untied(content: Content, tie: Tie, mesh: Mesh) -> Iterator[str]:
             f"{tie.independent} and are not tied"
         )
     size = face_size(mesh, onto)
-    if projection.distances.max(initial=0.0) > _TOLD * size:
+    if projection.distances.max(initial=0.0) > _WARNED * size:
         yield (
             f"{tie.where} ties nodes that lie up to {_length(projection.distances, size)}, from {tie.independent}: "
             "turning as a whole strains the joint"
@@ -225,7 +225,7 @@ def on_diameters(content: Content, block: Block) -> None:
 
 
 def about_diameters(content: Content) -> None:
-    """As a body a sector has the family of 0 nodal diameters alone, which is real: a request for others is told."""
+    """Warnings of a request for other nodal diameters than 0: as a body a sector has the family of 0 alone."""
     lines = [tie for tie in content.ties if tie.cyclic]
     if not lines:
         return

@@ -98,7 +98,7 @@ ELEMENT_TYPES: dict[int, ElementType] = {
     **_named("BEAM", 188, 189),
     **_named("COMBI", 214),
 }
-"""What is not in it adds stiffness, mass or constraints and is not read."""
+"""Known element types; elements of any other type add stiffness, mass or constraints and are not read."""
 
 _MESH200_SOLID = {8, 9, 10, 11}
 _UNITS = {"SI": "SI (m, kg, s)", "MKS": "m, kg, s", "CGS": "cm, g, s", "BIN": "inch, lbf, s", "BFT": "foot, slug, s"}
@@ -247,7 +247,7 @@ def _check_counts(text: str, path: Path) -> None:
 
 @COMMANDS.reads("NBLOCK EBLOCK CMBLOCK ET KEYOP KEYOPT RLBLOCK MPTEMP")
 def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
-    """Solids by element set "material <number>"; how many there are of each other type."""
+    """Add solids to element sets "material <number>"; the number of elements of each other type."""
     solid = dict(_solid_types(archive))
     skipped: dict[int, int] = {}
     types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}

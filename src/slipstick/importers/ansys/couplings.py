@@ -120,7 +120,7 @@ def _equations(findings: Findings, name: str, entry: _Set) -> list[NodalEquation
 
 
 def _coupled(nodes: list[int], axis: int, where: Place) -> list[NodalEquation]:
-    """All move alike in one direction."""
+    """Equations of equal motion of nodes in one direction."""
     first, *others = dict.fromkeys(nodes)
     return [
         NodalEquation(terms=((other, axis, 1.0), (first, axis, -1.0)), where=where, dependent=Dependent.ANY)
@@ -156,7 +156,7 @@ def real_constants(archive: Any, text: str) -> dict[int, list[float]]:
 
 
 class Lumps:
-    """What the elements of these types add.
+    """Point masses and springs of the elements of these types.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ class Lumps:
         self.reals = real_constants(archive, text) if self.rows else {}
 
     def __iter__(self) -> Iterator[Lumped]:
-        """What is added; InputError for elements without real constants."""
+        """The masses and springs; InputError for elements without real constants."""
         for row in self.rows:
             kind, options = self.kinds[row[_TYPE]], self.options.get(row[_TYPE], {})
             where = Place(self.findings.source, f"{LUMP_TYPES[kind]} element {row[_NUMBER]}")

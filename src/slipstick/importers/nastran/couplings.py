@@ -28,7 +28,7 @@ class CoupledCard:
     fields: tuple[str, ...]
 
     def coupling(self, source: str) -> Coupling:
-        """What matrices must hold that were made with it."""
+        """The coupling that matrices made with it must hold."""
         what = "ties degrees of freedom to each other" if self.name == "MPC" else "couples points rigidly"
         return Coupling(where=Place(source, f"line {self.line}", self.name), what=what)
 

@@ -39,7 +39,7 @@ _OF_A_SET = re.compile(r"[KMB]([AFGX])\1")
 
 
 def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Which of the matrices in a file is K, M, C: as told, else the only name that starts with K, M, B.
+    """Names of K, M, C among the matrices of a file: as given, else the only name that starts with K, M, B.
 
     Of several, the one that is of a set of degrees of freedom.
 
@@ -51,7 +51,7 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
     Raises
     ------
     InputError
-        If a name told is not there, or several would do.
+        If a given name is not there, or several names fit.
     """
     chosen, faults = {}, []
     for role, initial in _INITIAL.items():
@@ -89,7 +89,7 @@ def read_op4_model(
     dof_map: Path | None = None,
     constraints: int | None = None,
 ) -> Deck:
-    """Matrices from op4 files; rows told by a map file, or by bulk data when the size shows which set they are.
+    """Matrices from op4 files; rows named by a map file, or by bulk data when the size shows which set they are.
 
     ``constraints`` is the SPC set in force; not needed where the bulk data has one set only.
 
@@ -199,7 +199,7 @@ def tell(deck: Deck, data: BulkData, *, applied: bool = False) -> None:
 
 
 def chosen_supports(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int, int]]:
-    """What the set in force holds, and what the points hold themselves."""
+    """Supports of the set in force, and those of the points themselves."""
     chosen = sorted(number for number in data.held if number and number not in data.combined)
     if constraints is None and len(chosen) > 1:
         raise refused(
