@@ -169,7 +169,7 @@ def _ratios(problem: Problem, low: float, high: float) -> dict[str, float]:
 
 
 def _ratio_of(limit: LinearLimit, rows: tuple[Array, Array], low: float, high: float) -> Array:
-    """Largest second motion over the first, of each contact (n,) in a range refined at its peaks; inf without a first."""
+    """Largest second motion of each contact over its first, (n,), refined at the peaks; inf without a first."""
     known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
     new = np.concatenate([np.linspace(low, high, _GRID), known[(known > low) & (known < high)]])
     w, sizes = np.empty(0), np.empty((2, 0, rows[0].size))
