@@ -21,9 +21,9 @@ from scipy import sparse
 
 import slipstick as ss
 from slipstick.fem.box import box
-from slipstick.fem.kept import skin_rows
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
+from slipstick.fem.retained import skin_rows
 from slipstick.structure.reduction.reduce import reduce_model
 
 SIZE = (0.4, 0.25, 0.008)

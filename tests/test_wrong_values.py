@@ -470,8 +470,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "model": SECTOR_MODEL, "sectors": 6, "low": "low", "high": "high", "axis": {"direction": (0, 0, 1)},
             "tolerance": 1e-6, "surface": "tip", "contacts": 1, "radius": 0.01,
             "between": ("shroud_low", "shroud_high"), "between_contacts": 1, "pressure": {"push": "concave"},
-            "keep": (), "speed": 0.0, "modes": 3, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0,
-            "force": False, "cache": None, "listener": None,
+            "keep": (), "speed": 0.0, "modes": 3, "accuracy": None, "up_to": None, "loss_factor": 0.01,
+            "damping_ratio": 0.0, "force": False, "cache": None, "listener": None,
         },
     ),
     "ReducedSector.mistuned": (

@@ -26,7 +26,7 @@ _JOULES = {
     for force, value in _PREFIXES.items()
     for length, size in (("", 1.0), ("m", 1e-3), ("u", 1e-6))
 }
-"""What a force times a length is in J, where its name says so."""
+"""Energy units in J, by the names of a force and a length."""
 
 _POUND = 0.45359237
 _FORCE = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "dyn": 1e-5, "kgf": 9.80665, "lbf": _POUND * 9.80665}
@@ -126,7 +126,7 @@ class Units:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """What results say of them."""
+        """Attributes of results, by name."""
         return {f"{f.name}_unit": getattr(self, f.name) for f in fields(self)}
 
     def label(self, dimension: str) -> str:

@@ -95,6 +95,18 @@ def test_the_script_makes_the_same(tmp_path: Path) -> None:
     assert [pair.tangential for pair in problem.contacts] == [pair.tangential for pair in case.contacts]
 
 
+def test_an_accuracy_of_a_case_is_that_of_the_library(tmp_path: Path) -> None:
+    text = CASE.replace("modes = 12", 'accuracy = 1e-6\nup_to = "900 rad/s"').replace("sectors = 30", "sectors = 24")
+    found = Case.from_text(text, tmp_path).problem().structure
+    script = python_script(text, "disc.toml", tmp_path)
+    assert "accuracy=1e-6" in script or "accuracy=1e-06" in script
+    sector = ss.reduced_sector(
+        ss.models.bladed_sector("coarse"), surface="tip", contacts=2, between=("shroud_low", "shroud_high"),
+        between_contacts=1, pressure="concave", accuracy=1e-6, up_to=900.0, speed="3000 rpm",
+    )  # fmt: skip
+    np.testing.assert_allclose(found.natural_frequencies, sector.natural_frequencies(3), rtol=1e-10)
+
+
 def _differing() -> str:
     text = CASE.replace("sectors = 30", "sectors = 24").replace("engine_order = -3", "engine_order = 1")
     text = text.replace("speed =", 'mistuning = { spread = 0.02, seed = 3, blade = "blade" }\nspeed =')
@@ -138,6 +150,8 @@ def test_blades_of_elements_that_differ(tmp_path: Path) -> None:
         ('between = ["shroud_low", "shroud_high"]\nbetween_contacts = 1', "", "no contact points towards neighbours"),
         ('surface = "tip"', 'surface = "TIP"', "surface: there is no surface 'TIP'"),
         ('size = "coarse"', 'file = "no.h5"', "no.h5"),
+        ("modes = 12", "modes = 12\naccuracy = 1e-6", "modes is given together with accuracy; keep one"),
+        ("modes = 12", "accuracy = 1e-6", "accuracy is given without up_to; give both"),
         ("modes = 12", "modes = 12\nmistuning = { spread = 0.1 }", "mistuning.blade is missing; give an element set"),
         ("modes = 12", 'modes = 12\nmistuning = { spread = 0.1, blade = "blad" }', "mistuning.blade: .*'blad'"),
         ("modes = 12", 'modes = 12\nmistuning = { blade = "blade" }', "mistuning.stiffness is missing; give one for"),

@@ -18,11 +18,10 @@ from slipstick.case.structure import CACHE
 from slipstick.cli.main import app
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
-from slipstick.fem.kept import kept
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.model import elastic_model
+from slipstick.fem.model import ImportedModel, elastic_model
+from slipstick.fem.retained import retain
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_file import save_model
 from slipstick.structure.reduction.reduce import reduce_model
@@ -76,7 +75,7 @@ def faults(folder: Path, *args: str, **parts: str) -> tuple[str, ...]:
 
 def by_hand(**films: Any) -> Any:
     """The same contact model from the mesh, without import or case file."""
-    return kept(elastic_model(beam(), STEEL, "x0"), surface="y1", contacts=3, pressure={"pressure": "z1"}, **films)
+    return retain(elastic_model(beam(), STEEL, "x0"), surface="y1", contacts=3, pressure={"pressure": "z1"}, **films)
 
 
 def test_curve_is_that_of_the_objects(tmp_path: Path) -> None:

@@ -14,8 +14,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
-from slipstick.importers.import_model import import_model
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import import_model, read_model
 from slipstick.importers.roles import ImportOptions
 from slipstick.io.model_file import load_model, save_model
 

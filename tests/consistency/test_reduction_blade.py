@@ -9,19 +9,19 @@ import pytest
 from helpers.reductions import receptance_errors
 from scipy.sparse.linalg import splu
 
-from slipstick.fem.kept import Kept
+from slipstick.fem.retained import Retained
 from slipstick.models.blade import BladeModel, finite_element_blade
 from slipstick.models.blade_mesh import blade_shape
 from slipstick.structure.reduction.reduce import Reduction, reduce_model
 
 
 @cache
-def full(size: str) -> Kept:
+def full(size: str) -> Retained:
     return finite_element_blade(BladeModel(shape=blade_shape(size)))
 
 
 @cache
-def reduced(size: str, **wishes: object) -> tuple[Kept, Reduction]:
+def reduced(size: str, **wishes: object) -> tuple[Retained, Reduction]:
     whole = full(size)
     return whole, reduce_model(whole.model.K, whole.model.M, **whole.request, **wishes)
 

@@ -9,9 +9,9 @@ from helpers.abaqus import TYPES, needs_ccx, run
 from scipy.sparse.linalg import eigsh
 
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.refine import quadratic
 from slipstick.fem.rotation import at_speed
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh

@@ -11,8 +11,8 @@ from helpers.superelement import Frame, pairs_of, write_delivery
 import slipstick as ss
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
+from slipstick.importers.import_model import read_model
 from slipstick.importers.nastran.bulk import read_bulk
-from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
 
 POINTS = {3: np.array([0.0, 0.0, 0.0]), 7: np.array([2.0, 1.0, 0.0]), 12: np.array([0.5, 3.0, 1.0])}

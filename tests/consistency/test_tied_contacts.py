@@ -7,7 +7,7 @@ from helpers.faults import raises_fault
 from helpers.input_file import write
 
 from slipstick.fem.box import box
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 from slipstick.models.reduced_body import ReducedBody, reduced_body
 
 HALF, WHOLE = box((20.0, 10.0, 8.0), (2, 2, 1), "hex20"), box((40.0, 10.0, 8.0), (4, 2, 1), "hex20")

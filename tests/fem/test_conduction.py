@@ -7,9 +7,9 @@ from slipstick.errors import InputError
 from slipstick.fem.assembly import assemble
 from slipstick.fem.box import box
 from slipstick.fem.conduction import conductance, influence_matrix, steady_temperature
+from slipstick.fem.contact_points import contact_patches, spread_nodes
 from slipstick.fem.loads import area, film_matrix
 from slipstick.fem.materials import Material
-from slipstick.fem.surfaces import contact_patches, spread_nodes
 
 METAL = Material(young=1.0, poisson=0.3, conductivity=25.0)
 

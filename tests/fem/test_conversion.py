@@ -8,11 +8,11 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from slipstick.fem.box import box
-from slipstick.fem.conversion import converted
 from slipstick.fem.equations import NodalEquation
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.unit_systems import Conversion
+from slipstick.importers.import_model import converted
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
 INCH = Conversion(length=0.0254, force=4.4482216152605)

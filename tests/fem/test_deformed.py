@@ -7,10 +7,10 @@ import pytest
 
 from slipstick.fem.assembly import assemble, pattern_of
 from slipstick.fem.box import box
-from slipstick.fem.deformed import deformed
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
+from slipstick.fem.rotation import deformed
 
 SOLID = Material(young=2.0, poisson=0.3, density=1.0)
 KINDS = {"hex8": "hex8", "hex20": "hex8", "tet4": "tet4", "tet10": "tet4", "wedge6": "wedge6", "wedge15": "wedge6"}

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation, directions_in, names_dofs, rows_named
-from slipstick.fem.imported import ImportedModel
+from slipstick.fem.model import ImportedModel
 from slipstick.io.model_file import load_model, save_model
 from slipstick.models.reduced_body import reduced_body
 

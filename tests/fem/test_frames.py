@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.fem.equations import NodalEquation
-from slipstick.fem.frames import cylindrical, in_global, rectangular, supports
+from slipstick.fem.equations import NodalEquation, cylindrical, in_global, rectangular, supports
 from slipstick.structure.constraints import Dependent
 
 AXES = rectangular(np.array([1.0, 2.0, 0.5]), np.array([-1.0, 1.0, 0.0]))

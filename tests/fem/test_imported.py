@@ -11,8 +11,8 @@ from helpers.imported import STEEL
 
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ImportedModel
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
 

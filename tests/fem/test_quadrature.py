@@ -6,7 +6,7 @@ from math import factorial
 import numpy as np
 import pytest
 
-from slipstick.fem.quadrature import gauss, prism, pyramid, tetrahedron, triangle
+from slipstick.fem.elements import gauss, prism, pyramid, tetrahedron, triangle
 
 
 def on_interval(p):

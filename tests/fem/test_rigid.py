@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.fem.rigid import Reference, mean_equations, rigid_equations
+from slipstick.fem.equations import Reference, mean_equations, rigid_equations
 
 PLACES = {2: np.array([1.0, 0.5, 0.0]), 3: np.array([-1.0, 2.0, 0.3]), 4: np.array([0.2, 0.1, 1.0])}
 SHIFT, TURN = np.array([0.3, -0.2, 0.7]), np.array([0.05, -0.4, 0.2])

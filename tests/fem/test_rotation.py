@@ -17,9 +17,9 @@ from slipstick.fem import rotation
 from slipstick.fem.axis import Axis
 from slipstick.fem.box import box
 from slipstick.fem.equations import NodalEquation
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ImportedModel
 from slipstick.fem.rotation import at_speed, centrifugal, kept_centrifugal
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.sparse import block_diag, csr_array
 
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
-from slipstick.fem.support import empty_rows, floating_parts, name_rows
+from slipstick.fem.model import ImportedModel
+from slipstick.importers.matrix_model import empty_rows, floating_parts, name_rows
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)

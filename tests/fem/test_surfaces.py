@@ -5,9 +5,10 @@ import pytest
 from helpers.faults import raises_fault
 from helpers.meshes import nodal_normals
 
-from slipstick.fem import surfaces
+from slipstick.fem import contact_points
 from slipstick.fem.boundary import boundary
 from slipstick.fem.box import box
+from slipstick.fem.contact_points import contact_patches, spread_nodes
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.loads import (
     area,
@@ -18,7 +19,6 @@ from slipstick.fem.loads import (
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.model import elastic_model
-from slipstick.fem.surfaces import contact_patches, spread_nodes
 from slipstick.solve.linear.factorisation import factorise
 
 SIZE = (1.0, 2.0, 0.5)
@@ -132,14 +132,14 @@ def test_the_nearest_of_many_as_by_brute_force():
     between = points[::3] + np.array([0.5, 0.5, 0.0])
     for centres in (between, points[rng.permutation(len(points))[:40]], points[:3], points[:1]):
         whole = np.linalg.norm(points[:, None] - centres, axis=2)
-        np.testing.assert_array_equal(surfaces._owners(points, centres), whole.argmin(axis=1))
+        np.testing.assert_array_equal(contact_points._owners(points, centres), whole.argmin(axis=1))
         chosen = []
         for k in range(len(centres)):
             whole[chosen, k] = np.inf
             chosen.append(int(whole[:, k].argmin()))
-        np.testing.assert_array_equal(surfaces._nearest_different(points, centres), chosen)
+        np.testing.assert_array_equal(contact_points._nearest_different(points, centres), chosen)
     crowded = np.repeat(points[:1], 30, axis=0)
-    assert len(np.unique(surfaces._nearest_different(points, crowded))) == 30
+    assert len(np.unique(contact_points._nearest_different(points, crowded))) == 30
 
 
 def test_patches_of_many_contacts_by_all_faces():
@@ -149,7 +149,7 @@ def test_patches_of_many_contacts_by_all_faces():
     patches = contact_patches(mesh, surface, spread_nodes(mesh, surface, 40))
     for k in range(0, 40, 7):
         weights = np.zeros(mesh.n_nodes)
-        for faces, values, places, areas, _ in surfaces._samples(mesh, surface):
+        for faces, values, places, areas, _ in contact_points._samples(mesh, surface):
             apart = np.linalg.norm(places - patches.points.positions[k], axis=2)
             np.add.at(weights, faces, (areas * np.maximum(1.0 - (apart / patches.radii[k]) ** 2, 0.0)) @ values)
         found = patches.weights[:, [k]].toarray().ravel()

@@ -4,7 +4,7 @@ import pytest
 from helpers.faults import raises_fault
 
 from slipstick.fem.materials import Material
-from slipstick.fem.unit_systems import conversion, factors_of, material_doubts, names_of, system, system_like
+from slipstick.fem.unit_systems import conversion, factors_of, material_warnings, names_of, system, system_like
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_factors_follow():
 )
 def test_materials_are_held_against_each_other_and_the_units(young, density, units, said):
     material = Material(young=young, poisson=0.3, density=density)
-    found = " ".join(material_doubts({"steel": material}, units, "m.inp"))
+    found = " ".join(material_warnings({"steel": material}, units, "m.inp"))
     assert said in found
     assert bool(found) == bool(said)
     assert not found or found.startswith("m.inp: steel: E = ")

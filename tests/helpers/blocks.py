@@ -9,9 +9,9 @@ import numpy as np
 
 import slipstick as ss
 from slipstick.fem.box import box
-from slipstick.fem.kept import Kept, kept, strain_rows
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
+from slipstick.fem.retained import Retained, retain, strain_rows
 from slipstick.structure.reduction.reduce import reduce_model
 
 LOSS = 0.02
@@ -19,10 +19,10 @@ METAL = Material(young=100.0, poisson=0.3, density=1.0)
 
 
 @cache
-def block() -> Kept:
+def block() -> Retained:
     """Held at one end, with two contacts on its top and a pressure on a side."""
     mesh = box((1.0, 0.2, 0.2), (5, 1, 1), "hex20")
-    return kept(elastic_model(mesh, METAL, "x0"), surface="z1", contacts=2, pressure={"push": "y0"})
+    return retain(elastic_model(mesh, METAL, "x0"), surface="z1", contacts=2, pressure={"push": "y0"})
 
 
 @cache
@@ -110,10 +110,10 @@ def pressed(residuals: str) -> ss.Branch:
 
 
 @cache
-def pressed_plate() -> Kept:
+def pressed_plate() -> Retained:
     """Held at one end, with 100 contacts below and a pressure from above."""
     mesh = box((2.0, 1.2, 0.1), (16, 10, 1), "hex20")
-    return kept(elastic_model(mesh, METAL, "x0"), surface="z0", contacts=100, pressure={"push": "z1"})
+    return retain(elastic_model(mesh, METAL, "x0"), surface="z0", contacts=100, pressure={"push": "z1"})
 
 
 def with_structure(made: ss.Branch, structure: ss.ModalStructure) -> ss.Branch:

@@ -7,8 +7,8 @@ from scipy.linalg import eigh
 
 from helpers.abaqus import printed_eigenvalues, run
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ImportedModel
 
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.8e-9\n"
 

@@ -4,8 +4,7 @@ import pytest
 from helpers.plain import STEEL
 
 from slipstick.errors import InputError
-from slipstick.importers.import_model import import_model, summary
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import import_model, read_model, summary
 from slipstick.importers.roles import ImportOptions
 
 

@@ -14,7 +14,7 @@ from slipstick.fem.box import box
 from slipstick.fem.lumped import point_mass
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.unit_systems import NOT_STATED, told
+from slipstick.fem.unit_systems import NOT_STATED, stated_units
 from slipstick.importers.mesh_checks import mass_warnings, material_warnings, unit_notes, variant_warnings
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
@@ -81,15 +81,17 @@ def test_a_mass_that_cannot_be_compared_is_said():
 )
 def test_steel_is_recognised_in_every_system(young, density, system):
     materials = {"steel": Material(young=young, poisson=0.3, density=density)}
-    assert told(NOT_STATED, materials) == f"not stated; E and density look like {system}"
+    assert stated_units(NOT_STATED, materials) == f"not stated; E and density look like {system}"
     assert any(system in note for note in unit_notes(MESH, materials))
     assert "the largest dimension is 2 " in unit_notes(MESH, materials)[0]
 
 
 def test_units_that_fit_nothing_or_two_systems_are_not_guessed():
     odd = Material(young=1.0, poisson=0.3, density=1.0)
-    assert told(NOT_STATED, {"odd": odd}) == told(NOT_STATED, {}) == "not stated"
-    assert told(NOT_STATED, {"a": STEEL, "b": Material(young=2.1e5, poisson=0.3, density=7.8e-9)}) == "not stated"
+    assert stated_units(NOT_STATED, {"odd": odd}) == stated_units(NOT_STATED, {}) == "not stated"
+    assert (
+        stated_units(NOT_STATED, {"a": STEEL, "b": Material(young=2.1e5, poisson=0.3, density=7.8e-9)}) == "not stated"
+    )
     assert len(unit_notes(MESH, {"odd": odd})) == 1
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from slipstick.errors import InputError
 from slipstick.fem.geometry import volume
-from slipstick.importers.mesh_files import read_mesh
+from slipstick.importers.import_model import read_mesh
 
 
 def test_gmsh(gmsh):

@@ -9,7 +9,7 @@ from slipstick.fem.box import box
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 pytest.importorskip("mapdl_archive")
 

@@ -7,7 +7,7 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 
 def test_a_mass_matrix_beside_a_mesh_gives_its_positions(plain):

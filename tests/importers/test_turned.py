@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.importers.deck import Deck
-from slipstick.importers.turned import to_global
+from slipstick.importers.matrix_model import to_global
 
 rng = np.random.default_rng(2)
 AXES = np.linalg.qr(rng.normal(size=(3, 3)))[0]

@@ -8,8 +8,8 @@ import pytest
 
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
+from slipstick.fem.model import ImportedModel
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io import model_file
 from slipstick.io.model_file import load_model, save_model

@@ -9,11 +9,11 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary, face_counts
+from slipstick.fem.contact_points import contact_patches, spread_nodes
 from slipstick.fem.geometry import volume
 from slipstick.fem.loads import area, pressure_load
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
-from slipstick.fem.surfaces import contact_patches, spread_nodes
 from slipstick.models.blade_mesh import ELEMENT_SIZES, BladeShape, blade_mesh, blade_shape
 from slipstick.solve.linear.factorisation import factorise
 

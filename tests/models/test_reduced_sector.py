@@ -15,9 +15,8 @@ import slipstick as ss
 from slipstick.balance.reduction import reduction_warnings, worst_error
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.model import elastic_model
+from slipstick.fem.model import ImportedModel, elastic_model
 from slipstick.fem.ties import project, tie_equations
 from slipstick.models.parametric_sector import SectorShape, sector_shape
 from slipstick.solve.linear.condensation import Condensed
@@ -110,6 +109,9 @@ def test_a_turning_sector_is_the_turning_ring() -> None:
         ({"keep": ["n1w"], "surface": "TIP"}, "'n1w' in the model[^$]*no surface 'TIP'"),
         ({"pressure": "bore"}, "does no work: the nodes of 'bore' are held"),
         ({"modes": 3, "up_to": 1e3}, "both modes and up_to are given"),
+        ({"modes": 3, "accuracy": 1e-5, "up_to": 1e3}, "both modes and accuracy are given"),
+        ({"modes": None, "accuracy": 1e-5}, "accuracy is given without up_to; give the highest frequency"),
+        ({"modes": None, "accuracy": 2.0, "up_to": 1e3}, "accuracy: found 2.0; expected a relative error between 0"),
         ({"speed": -1.0}, "speed"),
         ({"axis": {"direction": (1, 0, 0)}}, "check sectors, axis and faces"),
     ],
@@ -202,6 +204,36 @@ def test_what_does_not_reach_up_to_is_refused_as_of_bodies(tmp_path: Path, monke
         reduce_model(K, M, **body)
     with pytest.warns(SlipstickWarning, match="the receptance of the reduced structure"):
         reduce_model(K, M, **body, force=True)
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-8])
+def test_an_accuracy_holds_against_the_full_sector_up_to_its_frequency(accuracy: float) -> None:
+    """Between the directions kept, and for the load by itself, whose unit is another one."""
+    top = 4.2 * reduced().natural_frequencies(2)[0]
+    sector = reduced(modes=None, accuracy=accuracy, up_to=top, pressure="concave")
+    assert sector.dofs[-1] == "pressure"
+    for k in (0, 2):
+        s = sector.structure.phase_modes(k)
+        assert s.omega.size < MODEL.n_dofs // N
+        for omega in np.linspace(0.05, 1.0, 5) * top:
+            found = (s.shapes * (1 / (s.omega**2 - omega**2) - 1 / s.omega**2)) @ s.shapes.conj().T + s.static
+            exact = sector.phases.direct(k, omega)
+            error, n = found + omega**2 * s.second - exact, len(sector.dofs) - 1
+            for block in ((slice(n), slice(n)), (slice(n), n)):
+                assert np.linalg.norm(error[block]) <= accuracy * np.linalg.norm(exact[block])
+
+
+def test_an_accuracy_is_judged_as_of_bodies_made_or_read(tmp_path: Path) -> None:
+    first = reduced().natural_frequencies(2)[0]
+    asked: dict[str, Any] = {"modes": None, "keep": [MODEL.dofs[-1]], "up_to": 76.0 * first, "cache": tmp_path}
+    for _ in range(2):
+        with raises_fault("nodal diameter 2", says="the receptance of the reduced structure .*keep more modes"):
+            reduced(**asked, accuracy=0.9).natural_frequencies(2)
+        with pytest.warns(SlipstickWarning, match="nodal diameter 2: the receptance of the reduced structure"):
+            reduced(**asked, accuracy=0.9, force=True).natural_frequencies(2)
+    many = reduced(modes=20).natural_frequencies(2)
+    with pytest.raises(InputError, match="rad/s is a natural frequency to working accuracy"):
+        reduced(modes=None, accuracy=1e-3, up_to=many[0]).natural_frequencies(2)
 
 
 def test_a_wave_and_its_disc_tell_what_three_modes_leave_out() -> None:

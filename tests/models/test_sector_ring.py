@@ -12,9 +12,9 @@ from helpers.ring_mesh import in_sector, ring_model
 import slipstick as ss
 from slipstick.errors import InputError
 from slipstick.fem.assembly import assemble
+from slipstick.fem.contact_points import contact_patches
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.surfaces import contact_patches
 from slipstick.models.blade import BLADE_STEEL
 from slipstick.models.parametric_sector import SectorShape
 from slipstick.solve.linear.lanczos import modes

@@ -12,11 +12,14 @@ from pydantic import Field, PlainValidator
 from slipstick.case.disc import DeviationTable, deviation_faults
 from slipstick.case.fe import (
     MOST_CONTACTS,
+    RELATIVE_ERROR,
     Contacts,
     MaterialTable,
     ReductionTable,
+    RelativeError,
     Shapes,
     SurfaceName,
+    accuracy_faults,
     import_call,
     imported_model,
     material_call,
@@ -28,12 +31,12 @@ from slipstick.case.table import Frequency, Positive, RawTable, at, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, SlipstickWarning
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
 
 _OF_FILE = ("quadratic", "fixed", "low", "high", "axis", "tolerance")
 _REDUCED = (
     "low", "high", "tolerance", "surface", "contacts", "radius", "between", "between_contacts", "pressure", "keep",
-    "modes", "loss_factor", "damping_ratio", "axis", "speed", "up_to",
+    "modes", "accuracy", "loss_factor", "damping_ratio", "axis", "speed", "up_to",
 )  # fmt: skip
 
 
@@ -103,6 +106,7 @@ class DiscFeTable(ReductionTable):
     keep: list[str] = Field(
         default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y"]'
     )
+    accuracy: RelativeError | None = Field(default=None, description=RELATIVE_ERROR)
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
     mistuning: SetMistuningTable | None = Field(
         default=None, description='a table such as { spread = 0.02, seed = 1, blade = "BLADE" }'
@@ -111,7 +115,7 @@ class DiscFeTable(ReductionTable):
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The model is said in one way, and something is kept."""
-        faults = [*super().cross_check(raw), *deviation_faults(raw)]
+        faults = [*super().cross_check(raw), *deviation_faults(raw), *accuracy_faults(raw)]
         if "file" in raw and "size" in raw:
             faults.append(Fault("size", "is given together with file", remedy="keep one"))
         if "size" in raw:

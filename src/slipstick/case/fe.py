@@ -30,7 +30,7 @@ from slipstick.case.table import (
 from slipstick.errors import IS_MISSING, Fault, InputError
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
 
 MOST_CONTACTS = 20_000
 """Each keeps three dofs, of which the reduction is a full matrix."""
@@ -126,6 +126,21 @@ def material_call(table: MaterialTable) -> Call:
     return Call("ss.Material", named=table.stated)
 
 
+RelativeError = Annotated[float, Field(gt=0, lt=1)]
+RELATIVE_ERROR = "a number between 0 and 1, the relative error of the receptance"
+
+
+def accuracy_faults(raw: RawTable) -> list[Fault]:
+    """An accuracy beside a number of modes, or without its range."""
+    faults = []
+    if "accuracy" in raw and "modes" in raw:
+        faults.append(Fault("modes", "is given together with accuracy", remedy="keep one"))
+    if "accuracy" in raw and "up_to" not in raw:
+        remedy = 'give both, as in accuracy = 1e-6, up_to = "2 kHz"'
+        faults.append(Fault("accuracy", "is given without up_to", remedy=remedy))
+    return faults
+
+
 class ReductionTable(Table):
     """Keys of every finite element kind."""
 
@@ -188,9 +203,7 @@ class FeTable(StressTable):
     keep: list[str] = Field(
         default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y"]'
     )
-    accuracy: Annotated[float, Field(gt=0, lt=1)] | None = Field(
-        default=None, description="a number between 0 and 1, the relative error of the receptance"
-    )
+    accuracy: RelativeError | None = Field(default=None, description=RELATIVE_ERROR)
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
     residuals: Literal["auto", "written", "solved"] = Field(
         default="auto", description='"written", "solved" or "auto": how what the modes leave out is applied'
@@ -208,12 +221,7 @@ class FeTable(StressTable):
             for key in ("contacts", "radius", "films", "cold")
             if key in raw and "surface" not in raw
         ]
-        if "accuracy" in raw and "modes" in raw:
-            faults.append(Fault("modes", "is given together with accuracy", remedy="keep one"))
-        if "accuracy" in raw and "up_to" not in raw:
-            remedy = 'give both, as in accuracy = 1e-6, up_to = "2 kHz"'
-            faults.append(Fault("accuracy", "is given without up_to", remedy=remedy))
-        return faults
+        return faults + accuracy_faults(raw)
 
 
 def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
@@ -240,7 +248,7 @@ def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
     from slipstick.fem.materials import REQUIRED
     from slipstick.importers.formats import holds
-    from slipstick.importers.read_model import read_model
+    from slipstick.importers.import_model import read_model
     from slipstick.importers.roles import ImportOptions
 
     with at("file"):

@@ -20,7 +20,7 @@ from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import Gathering
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
     from slipstick.structure.matrices import MatrixStructure
 
 KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
@@ -166,7 +166,7 @@ def read_given(value: object, folder: Path) -> Any:
     """A matrix that is given by its rows, or in a file."""
     import numpy as np
 
-    from slipstick.importers.plain.matrix_file import read_matrix
+    from slipstick.importers.plain.matrices import read_matrix
 
     return read_matrix(inside(folder, value)) if isinstance(value, str) else np.array(value, dtype=float)
 

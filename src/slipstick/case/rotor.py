@@ -15,7 +15,7 @@ from slipstick.errors import IS_MISSING, Fault
 from slipstick.quantities import harmonic_orders, read_frequency
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
     from slipstick.typing import Array
 
 WORDS = ("radial", "circumferential", "axial")

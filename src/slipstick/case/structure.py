@@ -17,7 +17,7 @@ from slipstick.errors import Fault, InputError, SlipstickError, SlipstickWarning
 from slipstick.faults import Gathering
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.models.reduced_sector import ReducedSector
     from slipstick.solve.linear.modes import StageProgress

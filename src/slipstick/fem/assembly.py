@@ -131,7 +131,7 @@ def add_values(total: Array, slots: NDArray[np.int32], values: Array) -> None:
 
 
 def chunks(mesh: Mesh, width: int) -> Iterator[tuple[Element, slice]]:
-    """Elements a part at a time: so many that ``width`` numbers for each pair of their nodes take little memory."""
+    """Elements in chunks, each small enough that ``width`` numbers for each pair of nodes take little memory."""
     for element, block in mesh.items():
         step = max(1, int(_CHUNK_BYTES / (8 * width * element.n_nodes**2)))
         for start in range(0, len(block), step):

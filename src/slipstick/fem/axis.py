@@ -82,9 +82,9 @@ class Axis:
         arm, axial = self._arm(positions), np.asarray(self.direction)
         size = np.linalg.norm(arm, axis=1)
         places = np.linalg.norm(np.asarray(positions, dtype=float), axis=1)
-        lost = size <= np.maximum(_ON_AXIS * (places + np.linalg.norm(self.point)), SMALLEST)
-        if np.any(lost):
-            at = f"point {int(np.argmax(lost)) + 1} lies on it, where no direction is radial"
+        on_axis = size <= np.maximum(_ON_AXIS * (places + np.linalg.norm(self.point)), SMALLEST)
+        if np.any(on_axis):
+            at = f"point {int(np.argmax(on_axis)) + 1} lies on it, where no direction is radial"
             raise InputError(Fault("axis", at, remedy="give a point of the axis, and its direction"))
         radial = arm / size[:, None]
         whole = np.broadcast_to(axial, radial.shape)

@@ -1,4 +1,4 @@
-"""Boundary of a mesh: the faces that belong to one element alone, surfaces picked out of them, the skin to be seen."""
+"""Boundary of a mesh: the faces that belong to one element alone, surfaces, and a surface mesh for pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from slipstick.fem.mesh import Mesh, Surface
 from slipstick.typing import Array, BoolArray, IntArray
 
 SKIN_NODES = 1500
-"""So many show the shape of a body; the modes at them are stored with it."""
+"""Nodes of the surface mesh, at most: enough for the shape of a body, and the modes at them are stored."""
 
 
 def all_faces(mesh: Mesh) -> dict[str, IntArray]:
@@ -58,7 +58,7 @@ def surface_where(mesh: Mesh, marked: BoolArray) -> Surface:
 
 
 def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, depth: float = 0.1) -> Surface:
-    """Boundary faces that look in a direction and lie at that end of the body, such as the tip of a blade.
+    """Boundary faces whose normal has a direction and that lie at that end of the body, such as the tip of a blade.
 
     ``angle`` (degrees) is the largest between a face's normal and the direction (3,); ``depth`` how far from the
     extreme point a face's corners may lie, over the extent of the body in that direction.
@@ -93,7 +93,7 @@ def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, de
 def skin_of(
     mesh: Mesh, most: int = SKIN_NODES, fine: IntArray | None = None, most_fine: int = 0
 ) -> tuple[IntArray, IntArray]:
-    """The boundary as triangles to be seen: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
+    """The surface mesh for pictures: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
 
     The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them; where that
     leaves fewer than ``most_fine`` of the nodes ``fine`` of the mesh, these have a finer grid of their own, with the
@@ -115,12 +115,12 @@ def skin_of(
 
 
 def thinned(places: Array, triangles: IntArray, most: int) -> tuple[IntArray, IntArray]:
-    """At most so many of the nodes (n, 3) of a surface, by place, and triangles between them, as of ``skin_of``."""
+    """Indices of at most ``most`` of the nodes (n, 3) of a surface, and triangles between them, as of ``skin_of``."""
     return _merged(triangles, _leaders(places, _sides(places, triangles), most))
 
 
 def _triangles(mesh: Mesh, split: IntArray | None = None) -> IntArray:
-    """Of all faces between their corners; between all their nodes of those that lie on nodes to ``split``."""
+    """Triangles of all faces: between corners, or between all nodes of faces whose nodes are in ``split``."""
     parts = [np.empty((0, 3), dtype=np.int64)]
     for kind, faces in boundary(mesh).faces.items():
         n = FACES[kind].n_corners
@@ -135,7 +135,7 @@ def _triangles(mesh: Mesh, split: IntArray | None = None) -> IntArray:
 
 
 def _sides(places: Array, triangles: IntArray) -> IntArray:
-    """Which of six ways the surface looks at each node (n,): both sides of a thin body stay apart."""
+    """The direction of six nearest to the normal at each node (n,), which separates both sides of a thin body."""
     corners, normals = places[triangles], np.zeros_like(places)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     for corner in range(3):
@@ -162,7 +162,7 @@ def _leaders(places: Array, sides: IntArray, most: int) -> IntArray:
 
 
 def _merged(triangles: IntArray, leader: IntArray) -> tuple[IntArray, IntArray]:
-    """Nodes that stand for others, and the triangles between them; what collapses is left out."""
+    """Nodes that represent others, and the triangles between them without those that collapse."""
     moved = leader[triangles]
     if not np.array_equal(leader, np.arange(len(leader))):
         whole = (moved[:, 0] != moved[:, 1]) & (moved[:, 1] != moved[:, 2]) & (moved[:, 0] != moved[:, 2])

@@ -7,7 +7,7 @@ rotation by ``2 pi / N`` that takes the low face to the high one and the phase `
     K0 = T0' K T0 + T1' K T1,         K1 = T0' K T1
 
 with q the degrees of freedom of the sector alone and p those without its high face. Faces that are meshed differently
-meet as glued surfaces do: with W the shape functions of the coarser face at the nodes of the finer one,
+meet as tied surfaces do: with W the shape functions of the coarser face at the nodes of the finer one,
 ``u_high = e^{-i phi} R W u_low``, or ``u_low = e^{i phi} R' W u_high`` where the low face is the finer one.
 
 A node on the axis is its own neighbour, ``u = e^{-i phi} R u``: it moves along the axis with the phase 0, across it
@@ -35,25 +35,26 @@ from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array, BoolArray, ComplexArray, IntArray
 
 ON_FACE = 1e-3
-"""Distance of paired nodes that is taken without being told, over the distance of neighbouring nodes of the face."""
+"""Default tolerance of the distance of paired nodes, over the distance of neighbouring nodes of the face."""
 
-_APART = 0.05
-"""Distance of a node from the other face, where they are meshed differently, over the mean edge of the coarser one."""
+_FACE_DISTANCE = 0.05
+"""Default tolerance of a node's distance from a face meshed differently, over the mean edge of the coarser face."""
 
-_LITTLE = 0.05
+_HELD_WEIGHT = 0.05
 """Weight of free nodes at a node that is held, up to which faces that are meshed differently count as held alike."""
 
-_SAME = 1e-9
+_NEGLIGIBLE = 1e-9
+"""Weights and direction cosines below it are rounding of their computation."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CyclicSymmetry:
-    """What a model says of the ring it is a sector of.
+    """The ring that a model is a sector of.
 
     Attributes
     ----------
     sectors
-        How many make the ring.
+        Number of sectors of the ring.
     axis
         Of the ring.
     low, high
@@ -84,7 +85,7 @@ def turned(axis: Axis, turn: Array, positions: Array) -> Array:
 
 
 def facing(symmetry: CyclicSymmetry, points: Array, onto: Callable[[Array], Projection]) -> tuple[Projection, Array]:
-    """Where points (n, 3) of one face lie on the other one, turned by a sector; and the rotation (3, 3) to the points.
+    """Nearest places of points (n, 3) of one face on the other one, turned by a sector, and that rotation (3, 3).
 
     Whichever way round that is nearer. ``onto`` finds the nearest places of the other face.
     """
@@ -97,7 +98,7 @@ def facing(symmetry: CyclicSymmetry, points: Array, onto: Callable[[Array], Proj
 
 @dataclass(frozen=True, kw_only=True)
 class Pairing:
-    """How the nodes of the two faces follow each other.
+    """Pairs of nodes of the two faces.
 
     Attributes
     ----------
@@ -162,24 +163,24 @@ def paired(
         name = "low" if len(low) == 0 else "high"
         raise InputError(Fault(name, "has no nodes", remedy="give the nodes of a face of the sector"))
     found, turn = facing(symmetry, at[1], partial(nearest, at[0]))
-    apart, place, edge = found.distances, found.nodes[:, 0], _spacing(at[0])
+    distances, place, edge = found.distances, found.nodes[:, 0], _spacing(at[0])
     back = nearest(at[1], turned(symmetry.axis, turn, at[0])).distances
     allowed = ON_FACE * edge if tolerance is None else tolerance
-    worst, far = int(np.argmax(apart)), int(np.argmax(back))
+    worst, far = int(np.argmax(distances)), int(np.argmax(back))
     alike = len(low) == len(high) and len(np.unique(place)) == len(place)
-    if alike and apart[worst] <= allowed and back[far] <= allowed:
+    if alike and distances[worst] <= allowed and back[far] <= allowed:
         mates = low[place]
         own = high == mates
         weights = csr_array(eye_array(int(np.sum(~own))))
         return Pairing(
             low=mates[~own], high=high[~own], weights=weights, on_axis=high[own], turn=turn,
-            distance=float(apart[worst]), edge=edge,
+            distance=float(distances[worst]), edge=edge,
         )  # fmt: skip
     met = None if mesh is None else _by_shapes(symmetry, turn, low, high, mesh, tolerance)
     if met is not None:
         return met
-    if apart[worst] > allowed:
-        raise InputError(_unpaired(symmetry, high[worst], float(apart[worst]), allowed, at))
+    if distances[worst] > allowed:
+        raise InputError(_unpaired(symmetry, high[worst], float(distances[worst]), allowed, at))
     numbers = f"{len(low)} nodes of low and {len(high)} of high"
     where = f"node {low[far]} of low is {back[far]:.3g} from its place on high"
     remedy = "give both whole" if mesh is not None else "give both whole; faces meshed differently need the mesh"
@@ -197,8 +198,8 @@ def _by_shapes(
     ends = [node_indices(mesh.labels, labels, name) for labels, name in ((low, "low"), (high, "high"))]
     on_low = project(mesh, faces[0], turned(symmetry.axis, turn.T, mesh.nodes[ends[1]]))
     on_high = project(mesh, faces[1], turned(symmetry.axis, turn, mesh.nodes[ends[0]]))
-    apart = max(float(found.distances.max()) for found in (on_low, on_high))
-    if apart > (_APART * edge if tolerance is None else tolerance):
+    distance = max(float(found.distances.max()) for found in (on_low, on_high))
+    if distance > (_FACE_DISTANCE * edge if tolerance is None else tolerance):
         return None
     forward = len(high) >= len(low)
     onto, leading, following = (on_low, low, high) if forward else (on_high, high, low)
@@ -213,7 +214,7 @@ def _by_shapes(
     return Pairing(
         low=low if forward else low[~own], high=high[~own] if forward else high, forward=forward,
         weights=csr_array((values, (follow, column)), shape=(int(np.sum(~own)), len(leading))),
-        on_axis=following[own], turn=turn, distance=apart, edge=edge, between=between,
+        on_axis=following[own], turn=turn, distance=distance, edge=edge, between=between,
     )  # fmt: skip
 
 
@@ -236,10 +237,10 @@ def cyclic_equations(
         If a node has no place on the other side within the tolerance, whichever way the sector is turned.
     """
     tied, turn = sides(mesh, symmetry, dependent, independent)
-    apart = float(tied.distances.max(initial=0.0))
-    if apart > tolerance:
+    distance = float(tied.distances.max(initial=0.0))
+    if distance > tolerance:
         label = mesh.labels[dependent[int(np.argmax(tied.distances))]]
-        statement = f"node {label} of one side is {apart:.3g} away from the other side turned by a sector"
+        statement = f"node {label} of one side is {distance:.3g} away from the other side turned by a sector"
         expected = f"at most {tolerance:.3g}: check the number of sectors and the axis"
         raise InputError(Fault(where, statement, expected=expected))
     for node, masters, weights in zip(dependent.tolist(), tied.nodes.tolist(), tied.weights.tolist(), strict=True):
@@ -256,7 +257,7 @@ def cyclic_equations(
 def sides(
     mesh: Mesh, symmetry: CyclicSymmetry, dependent: IntArray, independent: Surface | IntArray
 ) -> tuple[Projection, Array]:
-    """Where the nodes of one side lie on the other one: see ``facing``; its ``nodes`` are those of the mesh."""
+    """Nearest places of the nodes of one side on the other one, see ``facing``; its ``nodes`` are those of the mesh."""
     points = mesh.nodes[dependent]
     if isinstance(independent, Surface):
         return facing(symmetry, points, partial(project, mesh, independent))
@@ -264,10 +265,12 @@ def sides(
     return replace(found, nodes=np.asarray(independent)[found.nodes]), turn
 
 
-def _unpaired(symmetry: CyclicSymmetry, label: int, apart: float, allowed: float, at: tuple[Array, Array]) -> Fault:
+def _unpaired(symmetry: CyclicSymmetry, label: int, distance: float, allowed: float, at: tuple[Array, Array]) -> Fault:
     angles = [symmetry.axis.angle(part) for part in at]
     between = np.angle(np.mean(np.exp(1j * angles[1])) / np.mean(np.exp(1j * angles[0])))
-    is_at = f"node {label} of high is {apart:.4g} from the nearest node of low turned by 360/{symmetry.sectors} degrees"
+    is_at = (
+        f"node {label} of high is {distance:.4g} from the nearest node of low turned by 360/{symmetry.sectors} degrees"
+    )
     remedy = f"check sectors, axis and faces: seen from this axis they lie {abs(np.rad2deg(between)):.5g} degrees apart"
     return Fault("high", found=is_at, expected=f"at most {allowed:.3g} (tolerance)", remedy=remedy)
 
@@ -283,7 +286,7 @@ def _spacing(places: Array) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Joined:
-    """How the degrees of freedom of a sector follow from those without its high face.
+    """The degrees of freedom of a sector by those without its high face.
 
     Attributes
     ----------
@@ -346,7 +349,7 @@ class Joined:
         count, vectors = len(kept), _alone(self.turn, self.phase(k))
         for places in self.axial:
             for vector in vectors.T:
-                if np.any(np.abs(vector[places < 0]) > _SAME):
+                if np.any(np.abs(vector[places < 0]) > _NEGLIGIBLE):
                     continue
                 rows.append(places[places >= 0])
                 columns.append(np.full(int(np.sum(places >= 0)), count))
@@ -439,9 +442,9 @@ def _mixed(pairing: Pairing, dependent: IntArray) -> Iterator[Fault]:
 def _held(pairing: Pairing, turn: Array, of_leading: IntArray, of_following: IntArray) -> Iterator[Fault]:
     """Nodes that are held on one face and not, or otherwise, on the other."""
     (lead, leading), (name, following) = pairing.leading, pairing.following
-    weights, R = abs(pairing.weights), np.abs(turn) > _SAME
+    weights, R = abs(pairing.weights), np.abs(turn) > _NEGLIGIBLE
     for first in (0, 3):
-        still = weights @ (of_leading[:, first : first + 3] >= 0) <= (_LITTLE if pairing.between else _SAME)
+        still = weights @ (of_leading[:, first : first + 3] >= 0) <= (_HELD_WEIGHT if pairing.between else _NEGLIGIBLE)
         held = of_following[:, first : first + 3] < 0
         for at in np.flatnonzero(still.any(axis=1) | held.any(axis=1)):
             if np.any(R[np.ix_(held[at], ~still[at])]) or np.any(R[np.ix_(~held[at], still[at])]):

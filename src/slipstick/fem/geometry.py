@@ -8,9 +8,8 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.boundary import all_faces
-from slipstick.fem.elements import ELEMENTS, FACES, REDUCED, Element
+from slipstick.fem.elements import ELEMENTS, FACES, REDUCED, Element, Rule
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.quadrature import Rule
 from slipstick.typing import Array, BoolArray, IntArray
 
 _OPPOSITE = ((0, 1), (2, 4), (3, 5))

@@ -14,7 +14,7 @@ from slipstick.fem.mesh import Mesh, user_names
 from slipstick.typing import Array
 
 REQUIRED = ("young", "poisson", "density")
-"""What a material of a model has at least."""
+"""Properties that every material of a model needs."""
 
 
 @dataclass(frozen=True, kw_only=True)

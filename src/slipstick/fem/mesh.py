@@ -123,7 +123,7 @@ class Mesh:
         return self.node_sets[name]
 
     def _unknown(self, what: str, name: str, known: Collection[str]) -> InputError:
-        """What is there instead."""
+        """The exception of an unknown name, with the names there are."""
         sentence = f"{what} '{name}' is not in the mesh; it has: {', '.join(user_names(known)) or 'none'}"
         if name in self.node_sets:
             return InputError(

@@ -1,4 +1,4 @@
-"""A finite element model, imported or assembled here: sparse matrices, what each row is, the mesh if there is one."""
+"""A finite element model, imported or assembled here: sparse matrices, the dofs of their rows, the mesh if any."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from slipstick.fem.equations import (
 from slipstick.fem.materials import Material, Materials
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.refine import linear_warnings
-from slipstick.fem.unit_systems import NOT_STATED, names_of, told
+from slipstick.fem.unit_systems import NOT_STATED, names_of, stated_units
 from slipstick.typing import Array, BoolArray, IntArray, Sparse
 from slipstick.units import Units
 
 _ROUNDING = 1e-13
-"""Sums below this fraction of their terms are rounding."""
+"""Sums below this fraction of their terms are rounding: some hundred terms of 1e-16 each."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +123,7 @@ class FiniteElementModel:
     @property
     def units_told(self) -> str:
         """The units for the reader; where they are not stated, what the materials look like."""
-        return told(self.units, self.materials)
+        return stated_units(self.units, self.materials)
 
     @property
     def n_dofs(self) -> int:
@@ -181,7 +181,7 @@ class FiniteElementModel:
         )
 
     def directions(self, dofs: Sequence[str]) -> csc_array:
-        """Columns (n, len(dofs)) that take these out of a motion, or put unit forces on them: ``columns.T @ q``.
+        """Columns (n, len(dofs)), each a unit force on its dof; ``columns.T @ q`` is the motion of the dofs.
 
         Dependent ones have the columns of what they depend on.
 
@@ -199,7 +199,7 @@ class FiniteElementModel:
         return csc_array(vstack(parts).T) if parts else csc_array((self.n_dofs, 0))
 
     def dof_positions(self, dofs: Sequence[str]) -> Array:
-        """Where the nodes of dofs are (n, 3), nan where it is not known; raises InputError as ``directions`` does."""
+        """Positions (n, 3) of the nodes of dofs, nan where they have none; raises InputError as ``directions`` does."""
         known = dict(zip(self.node_ids.tolist(), self.coordinates, strict=True))
         labels = [
             self.dependent[self._dependent_rows[dof], 0]
@@ -228,7 +228,7 @@ class FiniteElementModel:
         return moved
 
     def nodes_of(self, name: str) -> IntArray:
-        """Node labels of a named set; InputError says which there are."""
+        """Node labels of a named set; InputError lists the sets."""
         if name not in self.node_sets:
             known = user_names(self.node_sets)
             sentence = f"node set '{name}' is not in the imported model; it has: {', '.join(known) or 'none'}"
@@ -280,7 +280,7 @@ class FiniteElementModel:
         return self.mesh
 
     def _places(self, labels: IntArray) -> IntArray:
-        """Where nodes are in the mesh; of those that are not there, any place."""
+        """Indices of nodes in the mesh; of nodes that are not in it, any index."""
         assert self.mesh is not None
         order = np.argsort(self.mesh.labels)
         return order[np.searchsorted(self.mesh.labels, labels, sorter=order).clip(max=len(order) - 1)]
@@ -433,7 +433,7 @@ class FiniteElementModel:
         )
 
     def _combinations(self, rows: Sequence[Pair]) -> dict[Pair, list[tuple[Pair, float]]]:
-        """What each dependent degree of freedom is made of."""
+        """The dependent degrees of freedom by the others."""
         if self.dependence is None:
             return {}
         parts, sparse = self._pairs(*self.dependent.T), self.dependence
@@ -450,7 +450,7 @@ class FiniteElementModel:
         return [*zip(nodes.tolist(), components.tolist(), strict=True)]
 
     def _without(self, held: BoolArray) -> FiniteElementModel:
-        """Rows taken out, of a model in which nothing depends on them."""
+        """The model without some rows, on which nothing depends."""
         kept = np.flatnonzero(~held)
         removed = np.stack([self.dof_nodes[held], self.dof_components[held]], axis=1)
         return replace(
@@ -469,7 +469,7 @@ def _pair(pair: Sequence[int]) -> Pair:
 
 
 def _reduced(basis: csr_array, matrix: csr_array) -> csr_array:
-    """``T' A T``; what is left of cancelled terms (a rigid body's own stiffness) is zero, not rounding."""
+    """``T' A T``; terms that cancel (a rigid body's own stiffness) leave zero, not rounding."""
     part = csr_array(basis.T @ matrix @ basis)
     part = csr_array((part + part.T) * 0.5)
     size = csr_array(abs(basis).T @ abs(matrix) @ abs(basis))
@@ -553,7 +553,7 @@ def elastic_model(mesh: Mesh, materials: Materials, fixed: str | Sequence[str] |
 
 
 def _principal(A: csr_array, kept: IntArray) -> csr_array:
-    """Rows and columns that are kept; one range of them is cut out much faster."""
+    """Chosen rows and columns of a matrix; a single range of them is sliced, which is much faster."""
     if kept[-1] - kept[0] + 1 == len(kept):
         part = slice(int(kept[0]), int(kept[-1]) + 1)
         return A[part, part]

@@ -5,9 +5,15 @@ and the stiffness of small motions about it are those of
 
     f(u) = Mp (x + u - o),    K = df/du - Mp,    Mp = s^2 int rho N' (1 - a a') N,
 
-with the elastic forces f of large displacements (deformed.py): K holds the centrifugal stress, the change of geometry
+with the elastic forces f of large displacements: K holds the centrifugal stress, the change of geometry
 and spin softening, and at small strain it is ``K0 + s^2 K1``. Coriolis forces are those of the velocities,
 ``2 s int rho N' [a x] N u'``, a skew-symmetric matrix that is left out unless it is asked for.
+
+Large displacements (total Lagrangian): with F = 1 + du/dx, the strain is ``E = (F'F - 1) / 2`` and the stress
+``S = lambda tr(E) 1 + 2 mu E``. Nodal forces are ``int F S g_i`` with g_i the gradients of the shape functions, and the
+stiffness is their derivative:
+
+    K[a i, b j] = int lambda f_ia f_jb + mu ((F F')_ab g_i . g_j + f_ja f_ib) + delta_ab g_i . S . g_j,    f = F g.
 """
 
 from __future__ import annotations
@@ -25,10 +31,11 @@ from scipy.sparse import csr_array
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, truth, warn, wrong
-from slipstick.fem.assembly import Pattern, mass_values, pattern_of
+from slipstick.fem.assembly import Pattern, add_values, chunks, mass_values, pattern_of
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import Joined
-from slipstick.fem.deformed import deformed
+from slipstick.fem.elements import Element
+from slipstick.fem.geometry import solid_gradients
 from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.model import ImportedModel
@@ -37,16 +44,18 @@ from slipstick.structure.reduction.store import Store
 from slipstick.typing import Array, Frequency, IntArray, Sparse
 
 _LARGE_STRAIN = 1e-2
-_MASS_BESIDE = 1e-2
-"""Part of the mass that may be missing in the mesh."""
+"""Strain of the static state above which linear elasticity is doubtful: most metals yield below it."""
+
+_MISSING_MASS = 1e-2
+"""Share of the mass of the matrices that the mesh may lack without a warning."""
 
 _PARTS = ("data", "indices", "indptr")
 _STATE = ("displacement", "strain", "mass")
 
-_SMALL_STEP = 1e-7
-"""Of the displacement; the iteration converges quadratically, so that the next step would be far below rounding."""
-_ITERATIONS = 12
-_STEPS = (1, 4, 16)
+_CONVERGED_STEP = 1e-7
+"""Last step over the displacement: Newton's method converges quadratically, so that the next step is below rounding."""
+_MOST_ITERATIONS = 12
+_SPEED_STEPS = (1, 4, 16)
 """Parts in which the square of the speed is brought up, one after another until a way succeeds."""
 
 
@@ -98,7 +107,7 @@ def at_speed(
 def turned_model(
     model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None, coriolis: Any = False
 ) -> ImportedModel:
-    """The same, kept in a folder; what is suspicious is in the model's warnings alone."""
+    """The same, stored in a folder; warnings are those of the model alone, not raised."""
     checks = Gathering()
     checks.take(one, "model", model, ImportedModel, "what ss.import_model returns")
     wanted = checks.take(_speed, speed)
@@ -133,7 +142,7 @@ def turned_model(
             f"at {wanted:g} rad/s about {_shown(about.direction)} through {_shown(about.point)}: largest static "
             f"displacement {moved:.4g}, strain {turning.strain:.3g}; Coriolis forces {forces}",
         ),
-        warnings=(*model.warnings, *_doubts(model, turning)),
+        warnings=(*model.warnings, *_mesh_warnings(model, turning)),
     )
 
 
@@ -168,7 +177,7 @@ def _shown(vector: ArrayLike) -> str:
     return f"({', '.join(f'{x:g}' for x in np.asarray(vector))})"
 
 
-def _doubts(model: ImportedModel, turning: Centrifugal) -> Iterator[str]:
+def _mesh_warnings(model: ImportedModel, turning: Centrifugal) -> Iterator[str]:
     if turning.strain > _LARGE_STRAIN:
         yield (
             f"{model.source}: the strain at speed is {turning.strain:.2g}, beyond what metals bear: check speed, axis "
@@ -176,7 +185,7 @@ def _doubts(model: ImportedModel, turning: Centrifugal) -> Iterator[str]:
         )
     along = (model.dof_components == np.arange(3)[:, None]).astype(float)
     mass = float(np.mean([e @ (model.M @ e) for e in along]))
-    if abs(mass - turning.mass) > _MASS_BESIDE * mass:
+    if abs(mass - turning.mass) > _MISSING_MASS * mass:
         yield (
             f"{model.source}: the mass is {mass:.4g}, that of the mesh {turning.mass:.4g}: centrifugal forces are "
             "those of the mesh"
@@ -217,7 +226,7 @@ def _keys(model: ImportedModel) -> IntArray:
 
 @dataclass(frozen=True, kw_only=True)
 class Centrifugal:
-    """What turning at a speed does.
+    """The static state of a turning body.
 
     Attributes
     ----------
@@ -237,12 +246,12 @@ class Centrifugal:
     mass: float
 
     def arrays(self) -> dict[str, Any]:
-        """To be stored."""
+        """Arrays for the store, by name."""
         return {name: getattr(self.stiffness, name) for name in _PARTS} | {name: getattr(self, name) for name in _STATE}
 
 
 def centrifugal(model: ImportedModel, speed: float, axis: Axis) -> Centrifugal:
-    """What turning at a speed, rad/s, about an axis does.
+    """The static state of a body that turns at a speed, rad/s, about an axis.
 
     Raises
     ------
@@ -279,7 +288,7 @@ def _turning(
 
 def _state(turning: _Turning, speed: float) -> Centrifugal:
     linear = turning.linear(speed)
-    for steps in _STEPS:
+    for steps in _SPEED_STEPS:
         followed = turning.followed(linear, speed, steps)
         if followed is not None:
             return followed
@@ -310,7 +319,7 @@ def sector_at_speed(model: ImportedModel, joined: Joined, speed: float) -> tuple
     change = deformed(mesh, materials, turning.pattern, state.displacement)
     blocks = change.stiffness - speed**2 * turning.mass[:, None, None] * turning.across
     found = csr_array(model.K + motion.T @ turning.pattern.vector_matrix(blocks) @ motion)
-    warn([*_doubts(model, state)])
+    warn([*_mesh_warnings(model, state)])
     moved = np.linalg.norm(state.displacement, axis=1).max()
     return found, (
         f"at {speed:g} rad/s: largest static displacement {moved:.4g}, strain {state.strain:.3g}; Coriolis forces are "
@@ -358,7 +367,7 @@ class _Turning:
         q = linear / steps
         for step in range(1, steps + 1):
             squared = speed**2 * step / steps
-            for _ in range(_ITERATIONS):
+            for _ in range(_MOST_ITERATIONS):
                 residual, stiffness, _ = self._at(q, squared)
                 try:
                     change = _solved(csr_array(self.K + stiffness), residual)
@@ -367,7 +376,7 @@ class _Turning:
                 q = q - change
                 if not np.all(np.isfinite(q)):
                     return None
-                if np.abs(change).max() <= _SMALL_STEP * np.abs(q).max():
+                if np.abs(change).max() <= _CONVERGED_STEP * np.abs(q).max():
                     break
             else:
                 return None
@@ -432,3 +441,95 @@ def _origin(model: ImportedModel) -> Iterator[Any]:
     yield from model.mesh.blocks.values()
     for of in (lambda m: m.lame, lambda m: m.shear_modulus, lambda m: m.density):
         yield from filter(len, element_values(model.mesh, model.materials, of).values())
+
+
+Blocks = dict[tuple[int, int], Array]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deformed:
+    """Changes by a displacement.
+
+    Attributes
+    ----------
+    stiffness
+        Beyond that without displacement, of every coupling, (n_couplings, 3, 3).
+    force
+        Nodal forces beyond ``K0 u``, (n_nodes, 3).
+    strain
+        The largest strain, without sign.
+    """
+
+    stiffness: Array
+    force: Array
+    strain: float
+
+
+def deformed(mesh: Mesh, materials: Materials, pattern: Pattern, displacement: Array) -> Deformed:
+    """Changes of the stiffness and forces of a mesh by a displacement (n_nodes, 3)."""
+    lame = element_values(mesh, materials, lambda m: m.lame)
+    shear = element_values(mesh, materials, lambda m: m.shear_modulus)
+    blocks, force, largest = np.zeros((3, 3, pattern.n_couplings)), np.zeros((mesh.n_nodes, 3)), 0.0
+    for element, part in chunks(mesh, 36):
+        lam, mu = lame[element.name][part, None], shear[element.name][part, None]
+        slots = pattern.slots[element.name][part].ravel()
+        changes, forces, strain = _elements(mesh, element, part, displacement, lam, mu)
+        for (a, b), values in changes.items():
+            add_values(blocks[a, b], slots, values)
+            if a != b:
+                add_values(blocks[b, a], slots, values.transpose(0, 2, 1))
+        nodes = mesh.blocks[element.name][part].ravel()
+        for axis in range(3):
+            force[:, axis] += np.bincount(nodes, forces[..., axis].ravel(), minlength=mesh.n_nodes)
+        largest = max(largest, strain)
+    return Deformed(stiffness=np.ascontiguousarray(blocks.transpose(2, 0, 1)), force=force, strain=largest)
+
+
+def _elements(
+    mesh: Mesh, element: Element, part: slice, displacement: Array, lam: Array, mu: Array
+) -> tuple[Blocks, Array, float]:
+    """Changes of the stiffness (n_elements, n, n) for axes a <= b, of the forces (n_elements, n, 3), largest strain."""
+    nodes = mesh.blocks[element.name][part]
+    gradients, weights = solid_gradients(mesh, element, part.start, nodes)
+    slope = np.matmul(displacement[nodes].transpose(0, 2, 1)[:, None], gradients)  # du_a/dx_b, (e, q, 3, 3)
+    linear = (slope + _transposed(slope)) / 2.0
+    strain = linear + np.matmul(_transposed(slope), slope) / 2.0
+    F, lam, mu = np.eye(3) + slope, weights * lam, weights * mu
+    stress = _stress(strain, lam, mu)
+    excess = np.matmul(F, stress) - _stress(linear, lam, mu)
+    forces = np.matmul(gradients, _transposed(excess)).sum(axis=1)
+    moved, still = (_elastic(gradients, deformation, lam, mu) for deformation in (F, np.eye(3) + 0.0 * slope))
+    tension = _tension(gradients, stress)
+    changes = {(a, b): moved[a, b] - still[a, b] + (tension if a == b else 0.0) for a, b in moved}
+    return changes, forces, float(np.abs(strain).max())
+
+
+def _transposed(matrices: Array) -> Array:
+    return matrices.transpose(0, 1, 3, 2)
+
+
+def _stress(strain: Array, lam: Array, mu: Array) -> Array:
+    volume = np.trace(strain, axis1=2, axis2=3)
+    return 2.0 * mu[..., None, None] * strain + (lam * volume)[..., None, None] * np.eye(3)
+
+
+def _tension(gradients: Array, stress: Array) -> Array:
+    """``g_i . S . g_j`` summed over the points; the stress holds their weights."""
+    pulled = np.matmul(gradients, stress)
+    total = sum(np.matmul(pulled[..., c].transpose(0, 2, 1), gradients[..., c]) for c in range(3))
+    return (total + total.transpose(0, 2, 1)) / 2.0
+
+
+def _elastic(gradients: Array, F: Array, lam: Array, mu: Array) -> Blocks:
+    """Blocks of the elastic stiffness at a deformation F, for axes a <= b; moduli hold the weights of the points."""
+    g, f = (values.transpose(3, 0, 2, 1) for values in (gradients, np.matmul(gradients, _transposed(F))))
+    squared = np.matmul(F, _transposed(F))
+    blocks = {}
+    for a in range(3):
+        for b in range(a, 3):
+            scale = (mu * squared[:, :, a, b])[:, None, :]
+            values = sum(np.matmul(g[c] * scale, g[c].transpose(0, 2, 1)) for c in range(3))
+            values = values + np.matmul(f[a] * lam[:, None, :], f[b].transpose(0, 2, 1))
+            values += np.matmul(f[b] * mu[:, None, :], f[a].transpose(0, 2, 1))
+            blocks[a, b] = (values + values.transpose(0, 2, 1)) / 2.0 if a == b else values
+    return blocks

@@ -1,4 +1,4 @@
-"""Nodes glued to faces: each follows the point of the face where it lies, by the shape functions."""
+"""Nodes tied to faces: each follows the point of the face where it lies, by the shape functions."""
 
 from __future__ import annotations
 
@@ -14,15 +14,19 @@ from slipstick.fem.mesh import Mesh, Surface
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array, IntArray
 
-_NEAREST = 32
-_STEPS = 20
+_NEAREST_MARKS = 32
+"""Nodes and middles of faces nearest to a point, whose faces are searched for its nearest place."""
+
+_NEWTON_STEPS = 20
+"""Gauss-Newton iterations for the nearest place of a face, at most."""
+
 SMALL = 1e-9
 """Shape functions below it are what rounding leaves of a node that lies on another one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Projection:
-    """Where points lie on a surface, or on the nearest of some nodes.
+    """The nearest places of points on a surface, or among some nodes.
 
     ``nodes`` (n, 8) and ``weights`` (n, 8) of the face, padded by zeros; ``places`` (n, 3); ``distances`` (n,).
     """
@@ -43,14 +47,14 @@ def project(mesh: Mesh, surface: Surface, points: Array) -> Projection:
             continue
         who, which = _candidates(mesh, faces, points)
         values, feet = _nearest(kind, mesh.nodes[faces[which]], points[who])
-        apart = np.linalg.norm(feet - points[who], axis=1)
-        order = np.lexsort((apart, who))
+        gaps = np.linalg.norm(feet - points[who], axis=1)
+        order = np.lexsort((gaps, who))
         best = order[np.unique(who[order], return_index=True)[1]]
-        best = best[apart[best] < distances[who[best]]]
+        best = best[gaps[best] < distances[who[best]]]
         at, width = who[best], faces.shape[1]
         nodes[at], weights[at] = 0, 0.0
         nodes[at, :width], weights[at, :width] = faces[which[best]], values[best]
-        places[at], distances[at] = feet[best], apart[best]
+        places[at], distances[at] = feet[best], gaps[best]
     return Projection(nodes=nodes, weights=weights, places=places, distances=distances)
 
 
@@ -60,7 +64,7 @@ def _candidates(mesh: Mesh, faces: IntArray, points: Array) -> tuple[IntArray, I
 
     corners = mesh.nodes[faces]
     marks = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
-    count = min(_NEAREST, marks.shape[0] * marks.shape[1])
+    count = min(_NEAREST_MARKS, marks.shape[0] * marks.shape[1])
     _, near = cKDTree(marks.reshape(-1, 3)).query(points, k=count)
     face = np.asarray(near).reshape(len(points), -1) // marks.shape[1]
     pairs = np.unique(np.stack([np.repeat(np.arange(len(points)), face.shape[1]), face.ravel()], axis=1), axis=0)
@@ -71,7 +75,7 @@ def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array]:
     """Shape functions and place of the nearest point of each face (m, n, 3), by Gauss-Newton inside the face."""
     basis = FACES[kind].basis
     local = np.full((len(points), 2), 1.0 / 3.0 if kind.startswith("tri") else 0.0)
-    for _ in range(_STEPS):
+    for _ in range(_NEWTON_STEPS):
         values, gradients = basis(local)
         gap = points - np.einsum("mn,mna->ma", values, corners)
         across = np.einsum("mna,mnd->mad", corners, gradients)
@@ -117,7 +121,7 @@ def nearest(places: Array, points: Array) -> Projection:
     """The nearest of some places (n_places, 3) for each point (n, 3), as a projection; ``nodes`` are their indices."""
     from scipy.spatial import cKDTree
 
-    apart, which = cKDTree(places).query(points)
+    distances, which = cKDTree(places).query(points)
     padded, weights = np.zeros((len(points), 8), dtype=np.int64), np.zeros((len(points), 8))
     padded[:, 0], weights[:, 0] = which, 1.0
-    return Projection(nodes=padded, weights=weights, places=places[which], distances=np.asarray(apart))
+    return Projection(nodes=padded, weights=weights, places=places[which], distances=np.asarray(distances))

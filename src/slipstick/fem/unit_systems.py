@@ -136,7 +136,7 @@ def conversion(units: str, wanted: str) -> Conversion:
     return Conversion(length=first.length / last.length, force=first.force / last.force, time=first.time / last.time)
 
 
-def material_doubts(materials: Mapping[str, Material], units: str, source: str) -> Iterator[str]:
+def material_warnings(materials: Mapping[str, Material], units: str, source: str) -> Iterator[str]:
     """A sentence for each material whose E and density do not go together, or not with the units that are stated."""
     try:
         stated: Conversion | None = system(units)
@@ -176,8 +176,8 @@ def system_like(material: Material) -> str:
     return next((name for name, factors in _COMMON.items() if _within(factors.material(material), *_STIFF)), "")
 
 
-def told(units: str, materials: Mapping[str, Material]) -> str:
-    """Units for the reader: those that are stated, or what the materials look like."""
+def stated_units(units: str, materials: Mapping[str, Material]) -> str:
+    """A text of the units: those stated, or those that the materials look like."""
     like = looks(materials) if units == NOT_STATED else ""
     return f"{units}; {like}" if like else units
 

@@ -1,4 +1,4 @@
-"""What the files of another code say: a reader fills a ``Deck``, and a model is made of it in the same way for all.
+"""The content of files of another code: each reader fills a ``Deck``, from which models are made in one way.
 
 A mesh is assembled in ``mesh_model``, matrices are checked in ``matrix_model``. docs/architecture.md says how a code is
 added.
@@ -17,8 +17,7 @@ from slipstick.errors import Fault, Place, Where
 from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.elements import ELEMENTS, FACES
-from slipstick.fem.equations import NodalEquation, Pair
-from slipstick.fem.frames import NodeAxes
+from slipstick.fem.equations import NodalEquation, NodeAxes, Pair
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
@@ -30,7 +29,7 @@ from slipstick.typing import Array, IntArray, Matrix
 
 @dataclass(frozen=True, kw_only=True)
 class Stated:
-    """A constraint of a file: where it stands, and its equations between the nodes of the finished mesh.
+    """A constraint of a file: its place, and its equations between the nodes of the finished mesh.
 
     ``nodewise``: it names each node, so that nodes which come to a mesh later are not in it. ``cyclic``: it joins the
     faces of a sector, for equal motion of all sectors.
@@ -76,8 +75,8 @@ class Deck(Findings):
     variants, one_point
         Foreign element types that integrate otherwise than ours, with their counts, by our element; those of them that
         have one point.
-    doubts
-        Warnings beside those of the verdicts, one sentence each; ``extra`` are notes.
+    own_warnings
+        Warnings in addition to those of the verdicts, one sentence each; ``extra`` are notes.
     """
 
     source: str = ""
@@ -98,10 +97,10 @@ class Deck(Findings):
     units: str = NOT_STATED
     variants: dict[str, dict[str, int]] = field(default_factory=dict)
     one_point: set[str] = field(default_factory=set)
-    doubts: list[str] = field(default_factory=list)
+    own_warnings: list[str] = field(default_factory=list)
     middles: Edges = field(default_factory=dict)
     flatten: str = ""
-    """What to do about labels given twice."""
+    """The remedy for labels given twice."""
 
     def element(
         self, kind: str, label: int, nodes: Sequence[int], where: Place, foreign: str = "", *, one_point: bool = False
@@ -135,7 +134,7 @@ class Deck(Findings):
 
     @property
     def labels(self) -> IntArray:
-        """Of the nodes, (n,)."""
+        """Labels of the nodes, (n,)."""
         return np.fromiter(self.nodes, dtype=np.int64, count=len(self.nodes))
 
     @property
@@ -150,7 +149,7 @@ class Deck(Findings):
 
     @property
     def held_rows(self) -> IntArray:
-        """What is held, ascending, (n, 2)."""
+        """Held degrees of freedom, ascending, (n, 2)."""
         return pairs_table(sorted(self.held))
 
     def equate(self, equations: Iterable[NodalEquation]) -> None:
@@ -193,12 +192,12 @@ class Deck(Findings):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is approximated, not understood or doubtful."""
-        return (*super().warnings, *self.doubts)
+        """Sentences on approximations, on entries not understood, and on doubtful data."""
+        return (*super().warnings, *self.own_warnings)
 
     @property
     def applied(self) -> tuple[Coupling, ...]:
-        """What an assembly here applies, and matrices beside the mesh must hold."""
+        """Couplings that an assembly here applies, and that matrices given with the mesh must hold."""
         ties = [Coupling(where=stated.where, what="ties degrees of freedom to each other") for stated in self.stated]
         if self.lumped:
             parts = Place(f"{len(self.lumped)} point masses and springs")

@@ -1,4 +1,4 @@
-"""What a reader meets besides nodes and elements: each keyword, command or card has a verdict, so that none is lost."""
+"""Verdicts on keywords, commands and cards, each of which is read, refused, warned of or listed."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ DAMAGED = "the file is damaged or truncated: write it again"
 def refused(
     where: str | Where, statement: str = "", *, found: str = "", expected: str = "", remedy: str = ""
 ) -> InputError:
-    """The exception of one fault in a file: where it stands, or the name of the file alone."""
+    """The exception of one fault in a file, at a place or with the name of the file alone."""
     place = Place(where) if isinstance(where, str) else where
     return InputError(Fault(place, statement, found=found, expected=expected, remedy=remedy))
 
 
 @contextmanager
 def made_of(source: str) -> Iterator[None]:
-    """What is wrong with what is made of a file stands in it, unless it says itself where it stands."""
+    """Context in which faults are placed in a file, unless they have a place of their own."""
     try:
         yield
     except InputError as error:
@@ -40,7 +40,7 @@ def made_of(source: str) -> Iterator[None]:
 
 
 class Verdict(Enum):
-    """What becomes of an entry."""
+    """The treatment of an entry."""
 
     READ = "read and applied"
     INCOMPLETE = "refused: what the file describes is not all in it"
@@ -52,7 +52,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """What becomes of a keyword, command or card.
+    """The treatment of a keyword, command or card.
 
     ``what`` it does, in words that go on from its name; ``read`` is the function that reads it, ``parameters`` those
     that it understands (None: all), ``stage`` its turn: what says something of all that the file names comes later.
@@ -69,7 +69,7 @@ Reader = TypeVar("Reader", bound=Callable[..., object])
 
 
 class Table(dict[str, Entry]):
-    """Every entry of a code, by name: what becomes of it, once.
+    """Every entry of a code, by name, with its one treatment.
 
     ``rows``: names, separated by blanks, the verdict on them, and what they do.
     """
@@ -99,7 +99,7 @@ class Table(dict[str, Entry]):
 
 @dataclass(frozen=True, kw_only=True)
 class Coupling:
-    """Something the assembly from a mesh does not apply: where it stands, and what it does to the model."""
+    """A coupling that the assembly from a mesh does not apply: its place, and its effect on the model."""
 
     where: Place
     what: str
@@ -130,7 +130,7 @@ class Findings:
     elsewhere: list[Coupling] = field(default_factory=list)
 
     def place(self, line: int, *names: str) -> Place:
-        """Where something stands: file, line, what it is called."""
+        """A place: file, line, name of the entry."""
         name, number = self.origin[line - 1] if 0 < line <= len(self.origin) else (self.source, line)
         return Place(name, f"line {number}", *names)
 
@@ -152,23 +152,23 @@ class Findings:
             raise InputError(faults)
 
     def couple(self, where: Place, what: str) -> None:
-        """Remember what an assembly here would leave out and no single line states."""
+        """Remember a coupling that an assembly here would leave out and that no single line states."""
         self.elsewhere.append(Coupling(where=where, what=what))
 
     @property
     def couplings(self) -> tuple[Coupling, ...]:
-        """What an assembly here would leave out."""
+        """Couplings that an assembly here would leave out."""
         counted = (Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
         return (*counted, *self.elsewhere)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is approximated or not understood."""
+        """Sentences on entries that are approximated or not understood."""
         return tuple(str(Fault(where, what)) for where, what in self._of(Verdict.APPROXIMATED))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is not needed and what is not understood, each in one list with counts."""
+        """Entries that are not needed, and those not understood, each in one list with counts."""
         heads = {Verdict.HARMLESS: "without effect here", Verdict.UNKNOWN: "not understood, without effect here"}
         listed = (
             f"{self.source}: {head}: {', '.join(names)}"

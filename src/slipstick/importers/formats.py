@@ -1,7 +1,8 @@
 """File formats by the ending of the name: what a file holds, and the function that reads it, loaded on use.
 
-A reader of a mesh takes the path and returns a ``Deck``; one of matrices takes the files by role and the options of the
-import (both of ``roles``). Whoever has a reader of his own hands it to ``register``.
+A reader of a mesh takes the path and returns a ``Deck``; a reader of matrices takes the files by role and the options
+of the import (both of ``roles``). A reader of a user's own is handed to ``register``. Packages that a reader needs are
+imported by ``require``.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from slipstick.errors import Fault, InputError
 
@@ -58,12 +59,15 @@ class Format:
 
 FORMATS = [
     Format(suffixes=(".cdb",), holds="mesh", read="ansys.archive:read_archive"),
-    Format(suffixes=(".inp", ".msh"), holds="mesh", read="mesh_files:read_by_content"),
+    Format(suffixes=(".inp", ".msh"), holds="mesh", read="import_model:read_by_content"),
     Format(suffixes=(".bdf", ".nas", ".dat", ".blk"), holds="mesh", read="nastran.mesh:read_bulk_mesh", supports=True),
-    Format(suffixes=(".vtu", ".vtk", ".med", ".xdmf", ".exo", ".e"), holds="mesh", read="mesh_files:read_by_meshio"),
-    Format(suffixes=(".full",), holds="matrices", read="ansys.full:read_matrices", whole=True, rows="nodes"),
+    Format(suffixes=(".vtu", ".vtk", ".med", ".xdmf", ".exo", ".e"), holds="mesh", read="import_model:read_by_meshio"),
+    Format(suffixes=(".full",), holds="matrices", read="ansys.matrices:read_full_file", whole=True, rows="nodes"),
     Format(
-        suffixes=(".matrix", ".hb", ".rsa", ".rua"), holds="matrices", read="ansys.hbmat:read_matrices", rows="nodes"
+        suffixes=(".matrix", ".hb", ".rsa", ".rua"),
+        holds="matrices",
+        read="ansys.matrices:read_hbmat_files",
+        rows="nodes",
     ),
     Format(suffixes=(".op4", ".pch"), holds="matrices", read="nastran.matrices:read_matrices"),
     Format(suffixes=(".sti",), holds="matrices", read="abaqus.calculix:read_matrices", whole=True, rows="global"),
@@ -102,3 +106,22 @@ def is_bulk(path: Path) -> bool:
     """Whether a file is Nastran bulk data, or a punch file that may hold it."""
     known = format_of(path)
     return path.suffix.lower() == ".pch" or (known is not None and known.supports)
+
+
+def require(module: str, distribution: str) -> Any:
+    """The module, or one sentence that says how to get it.
+
+    Raises
+    ------
+    InputError
+        If the module cannot be imported.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        raise InputError(
+            Fault(
+                statement=f"this file is read with the package {distribution}, which is not installed",
+                remedy="pip install slipstick[fe]",
+            )
+        ) from None

@@ -1,4 +1,4 @@
-"""What is suspicious with a mesh, in the same sentences wherever it is read: linear elements, units, its mass."""
+"""Warnings of a mesh, in the same sentences for every code: linear elements, units, its mass."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def variant_warnings(mesh: Mesh, variants: Variants, source: str, one_point: Col
 
 
 def _difference(mesh: Mesh, kind: str) -> str:
-    """How far full integration may be off, by the ratio of longest to shortest edge of the median element.
+    """Error of full integration, by the ratio of longest to shortest edge of the median element.
 
     Linear elements, against a beam in pure bending: the edges of a brick that spans the thickness h stay straight, so
     that E I is multiplied by ``1.15 + (l/h)^2 / (2 (1 + nu))`` for nu = 0.3 and as much width as height; with n across
@@ -137,7 +137,7 @@ def mass_warnings(
 
 
 def _along(mesh: Mesh, pairs: IntArray) -> BoolArray:
-    """Which nodes of the mesh have the directions x, y, z among these dofs (n, 2); as (nodes, 3)."""
+    """Mask (nodes, 3) of the directions x, y, z of mesh nodes that are among these dofs (n, 2)."""
     return np.stack([np.isin(mesh.labels, pairs[pairs[:, 1] == axis, 0]) for axis in range(3)], axis=1)
 
 
@@ -167,7 +167,7 @@ def _mass_of_mesh(mesh: Mesh, density: Mapping[str, Array], free: BoolArray, lum
 
 
 def unit_notes(mesh: Mesh, materials: Mapping[str, Material]) -> tuple[str, ...]:
-    """What the size of the numbers suggests about the units, as sentences; a suspicion, never an error."""
+    """Sentences on the units that the size of the numbers suggests; a suspicion, never an error."""
     size = float(np.ptp(mesh.nodes[mesh.used_nodes], axis=0).max())
     notes = [f"the largest dimension is {size:.4g} length units; stiffness and density must be in the same system"]
     for name, material in materials.items():

@@ -23,7 +23,7 @@ from slipstick.importers.mesh_checks import material_warnings, variant_warnings
 from slipstick.typing import IntArray
 
 MeshModel = Deck
-"""A deck that is a mesh alone."""
+"""A deck with a mesh and no matrices."""
 
 
 def assemble_mesh(
@@ -81,8 +81,8 @@ def assemble_mesh(
     with made_of(source):
         _assemble(whole, mesh, materials)
     whole.extra = [*deck.extra, *_orphans(deck, mesh, source)]
-    whole.doubts = [
-        *deck.doubts,
+    whole.own_warnings = [
+        *deck.own_warnings,
         *refine.linear_warnings(mesh, source),
         *variant_warnings(mesh, deck.variants, source, deck.one_point),
         *hourglass_warnings(mesh, source),
@@ -104,7 +104,7 @@ def assemble_mesh(
 
 
 def _orphans(deck: Deck, mesh: Mesh, source: str) -> Iterator[str]:
-    """Nodes that belong to no element, and that no mass or spring uses; references of couplings are among them."""
+    """Nodes of no element, mass or spring, such as reference nodes of couplings."""
     lone = np.setdiff1d(mesh.labels, mesh.labels[mesh.used_nodes])
     lone = np.setdiff1d(lone, [node for part in deck.lumped for node, _ in part.pairs])
     if len(lone):

@@ -27,12 +27,12 @@ _UNREAD = {
     "EXTSEOUT(DMIGPCH) and give .pch",
     ".asm": "belongs to the run that assembles superelements; give the punch file (.pch) with the .op4 instead",
 }
-"""Files that hold what is wanted and are not read: the way round."""
+"""Files with wanted data that are not read, each with the remedy."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImportOptions:
-    """What the files do not say.
+    """Options of an import: data that the files do not hold.
 
     All of it is checked here, for the command line, a case and Python alike.
 
@@ -103,7 +103,7 @@ class ImportOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Roles:
-    """Which file is what."""
+    """Files by their role."""
 
     matrices: dict[str, Path]
     dof_map: Path | None
@@ -116,7 +116,7 @@ class Roles:
 
     @property
     def bulk(self) -> Path | None:
-        """Bulk data beside the matrices."""
+        """Bulk data given with the matrices."""
         return self.nodes if self.nodes and is_bulk(self.nodes) else None
 
 
@@ -124,8 +124,8 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
     """Files by role: by the options, else by suffix and by the words in the name."""
     matrices: dict[str, Path] = {}
     dof_map, nodes = options.dof_map, options.nodes
-    told = {"M": options.mass, "C": options.damping}
-    matrix_files = [path for path in paths if _holds_matrices(path, paths) and path not in told.values()]
+    stated = {"M": options.mass, "C": options.damping}
+    matrix_files = [path for path in paths if _holds_matrices(path, paths) and path not in stated.values()]
     for path in paths:
         suffix = path.suffix.lower()
         if path in matrix_files:
@@ -142,7 +142,7 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
             dof_map = path
         elif (is_bulk(path) or holds(path, "mesh")) and matrices_follow(paths):
             nodes = path
-    matrices |= {role: Path(path) for role, path in told.items() if path}
+    matrices |= {role: Path(path) for role, path in stated.items() if path}
     return Roles(matrices=matrices, dof_map=Path(dof_map) if dof_map else None, nodes=Path(nodes) if nodes else None)
 
 
@@ -170,16 +170,16 @@ def _role(path: Path) -> str:
 
 
 def refuse_unread(paths: Sequence[Path]) -> None:
-    """Files that are known and not read are refused with the way round."""
+    """Refuse files of known formats that are not read, with the remedy."""
     faults = [Fault(Place(path.name), _UNREAD[path.suffix.lower()]) for path in paths if path.suffix.lower() in _UNREAD]
     if faults:
         raise InputError(faults)
 
 
 def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -> None:
-    """Every file and every option has an effect, or is refused."""
-    told = (options.mass, options.damping, options.dof_map, options.nodes)
-    used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in told if path)}
+    """Refuse every file and every option without effect."""
+    stated = (options.mass, options.damping, options.dof_map, options.nodes)
+    used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in stated if path)}
     if not roles.matrices:
         used = {paths[0]}
     beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}

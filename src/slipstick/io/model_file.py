@@ -171,7 +171,7 @@ def _symmetry(group: h5py.Group, mesh: Mesh | None, path: Path) -> CyclicSymmetr
 
 
 def _array(group: h5py.Group, name: str, path: Path) -> NDArray:
-    """A data set that lies in this file and is no larger than it."""
+    """A data set of this file, refused if it is linked from another or larger than the file."""
     data = own_node(group, name)
     require_own(data)
     if data.dtype.kind not in "iuf":
@@ -180,7 +180,7 @@ def _array(group: h5py.Group, name: str, path: Path) -> NDArray:
 
 
 def _dependence(file: h5py.Group, n: int, path: Path) -> dict[str, Any]:
-    """What depends on the rows, where the file has that."""
+    """Dependent degrees of freedom by the rows, where the file has them."""
     if _DEPENDENT not in file:
         return {}
     dependent = _array(file, _DEPENDENT, path)
@@ -222,7 +222,7 @@ def _mesh(group: h5py.Group, path: Path) -> Mesh:
 
 
 def is_model(path: Path) -> bool:
-    """Whether a file begins as a model of ours."""
+    """Whether a file begins as a model file of slipstick."""
     import h5py
 
     try:

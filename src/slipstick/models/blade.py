@@ -14,9 +14,9 @@ import numpy as np
 from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, count_or_numbers, frequency, number, one, whole, wrong
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.kept import Kept, kept, strain_rows
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
+from slipstick.fem.retained import Retained, retain, strain_rows
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
 from slipstick.models.reduced_body import ReducedBody, wanted_elements
 from slipstick.structure.reduction.data import ReducedData
@@ -41,7 +41,7 @@ _PLACES = ("labels", "positions", "young", "poisson", "nodes")
 
 @dataclass(frozen=True, kw_only=True)
 class BladeModel:
-    """What makes a rubbing blade.
+    """Dimensions, material and options of a rubbing blade.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class BladeModel:
 
 
 def _places(name: str, value: object) -> int | tuple[tuple[float, ...], ...]:
-    """How many contacts, or their positions."""
+    """The number of contacts, or their positions."""
     expected = "how many, or positions (n, 3)"
     places = count_or_numbers(name, value, expected)
     if isinstance(places, int):
@@ -108,9 +108,9 @@ def _check_tools(loss_factor: object, cache: object, listener: object, solver: o
     gathering.end()
 
 
-def finite_element_blade(setup: BladeModel) -> Kept:
-    """The full model and what is kept of it: contact directions, pressure load, influence matrix."""
-    return kept(
+def finite_element_blade(setup: BladeModel) -> Retained:
+    """The full model with its retained dofs: contact directions, pressure load, influence matrix."""
+    return retain(
         elastic_model(blade_mesh(setup.shape), setup.material, "root"),
         surface="shroud_top",
         contacts=setup.contacts,
@@ -196,7 +196,7 @@ def reduced_blade(
 
 @dataclass(frozen=True, kw_only=True)
 class _Blade:
-    """What is stored of a blade: all but its damping."""
+    """The stored part of a blade: all but its damping."""
 
     data: ReducedData
     points: ContactPoints
@@ -205,7 +205,7 @@ class _Blade:
     n_dofs: int
 
     def arrays(self) -> dict[str, Any]:
-        """To be stored."""
+        """Arrays for the store, by name."""
         made = self.data.arrays() | {f"point_{name}": getattr(self.points, name) for name in _POINTS}
         made |= {f"skin_{name}": getattr(self.skin, name) for name in _SKIN}
         if self.strains is not None:
@@ -217,7 +217,7 @@ class _Blade:
 
     @classmethod
     def of(cls, setup: BladeModel, arrays: Mapping[str, Any]) -> _Blade | None:
-        """From the store; None where they do not fit, or a KeyError."""
+        """A blade from stored arrays; None where they do not fit, or a KeyError."""
         points = ContactPoints(**{name: arrays[f"point_{name}"] for name in _POINTS})
         skin = {name: arrays[f"skin_{name}"] for name in _SKIN}
         strains, n_strains = None, 0

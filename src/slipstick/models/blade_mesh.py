@@ -29,7 +29,7 @@ ELEMENT_SIZES = {"small": 6.4e-3, "medium": 3.15e-3, "large": 2.06e-3}
 _RANGES = {"twist": (-90.0, 90.0, "degrees"), "camber": (0.0, 0.25, "of the chord")}
 
 MOST_ELEMENTS = 10_000_000
-"""Of the box around a blade, which no mesh goes beyond."""
+"""Elements of the box around a blade, at most."""
 
 WETTED = ("platform", "concave", "convex", "edges", "shroud_bottom", "shroud_sides", "shroud_top")
 """Surfaces in the gas: convection acts here. The root sits in the disc."""
@@ -227,7 +227,7 @@ def hexahedra(plan: Plan, numbers: IntArray, in_block: BoolArray) -> IntArray:
 
 
 def _surfaces(skin: Surface, plan: Plan, level: IntArray, column: IntArray, in_block: BoolArray) -> dict[str, Surface]:
-    """Sort the boundary faces by where in the plan and on which levels their nodes lie."""
+    """Named surfaces of the boundary faces, by the place of their nodes in the plan and their levels."""
     faces = skin.faces["quad8"]
     low, high = level[faces].min(axis=1), level[faces].max(axis=1)
     root_top, shroud_bottom = 2 * int(np.argmin(in_block)), 2 * (len(in_block) - int(np.argmin(in_block[::-1])))

@@ -18,7 +18,7 @@ from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, fu
 from slipstick.typing import Array, ComplexArray, FrequencyRange
 
 QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""What moves, by how often it is differentiated."""
+"""Measured quantities, by the number of time derivatives of the displacement."""
 _NAMES = {"receptance": "displacement", "mobility": "velocity", "accelerance": "acceleration"}
 """Names of the functions in arrays and datasets."""
 _ORDINATES = {8: "displacement", 11: "velocity", 12: "acceleration"}

@@ -98,13 +98,13 @@ class SectorShape:
             faults.append(
                 Fault(("sector", "shroud_gap"), found=f"{self.shroud_gap:g}", expected="0 to 0.5 of a sector")
             )
-        room = 2.0 * np.pi / self.sectors * (1.0 - max(self.shroud_gap, 0.0))
+        pitch = 2.0 * np.pi / self.sectors * (1.0 - max(self.shroud_gap, 0.0))
         for where, angle, radius in (
             ("stagger", self.stagger, self.rim),
             ("twist", self.stagger + self.twist, self.tip),
         ):
             outline = _turned(_aerofoil(self, *_OUTLINE), angle)
-            ends = np.array([self.width, room * radius]) / 2.0
+            ends = np.array([self.width, pitch * radius]) / 2.0
             if np.any(np.abs(outline).max(axis=0) >= ends) or _folded(outline, ends):
                 remedy = "give a shorter or thicker blade, a smaller angle, a wider disc or more sectors"
                 faults.append(Fault(("sector", where), "the blade does not fit on its sector", remedy=remedy))
@@ -246,7 +246,7 @@ def _turned(flat: Array, degrees: float) -> Array:
 
 
 def _surfaces(skin: Surface, plan: Plan, level: IntArray, column: IntArray, layers: IntArray) -> dict[str, Surface]:
-    """Sort the boundary faces by where in the plan and on which levels their nodes lie."""
+    """Named surfaces of the boundary faces, by the place of their nodes in the plan and their levels."""
     faces = skin.faces["quad8"]
     low, high = level[faces].min(axis=1), level[faces].max(axis=1)
     rim, top = 2 * int(np.sum(layers == 0)), 2 * int(np.sum(layers < 2))

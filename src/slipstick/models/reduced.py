@@ -1,4 +1,4 @@
-"""What reduced bodies and sectors have in common: contact points by side, and checks of what both are asked for."""
+"""Common parts of reduced bodies and sectors: contact points by side, and checks of their options."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.mesh import Surface, user_names
 from slipstick.fem.model import FiniteElementModel
 from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
-from slipstick.structure.reduction.request import tools
+from slipstick.structure.reduction.request import relative_error, tools
 from slipstick.typing import Array
 
 
@@ -38,8 +38,8 @@ class ReducedModel:
         return self.sides[side].cosines(vectors)
 
 
-def taken(gathering: Gathering, **given: Any) -> dict[str, Any]:
-    """What bodies and sectors are asked for alike, its faults gathered: pressures by load shape, keep as names."""
+def checked_options(gathering: Gathering, **given: Any) -> dict[str, Any]:
+    """Checked options that bodies and sectors share, with pressures by load shape and keep as names; gathers faults."""
     surface = given["surface"]
     if not (surface is None or isinstance(surface, str | Surface)):
         surface = gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
@@ -47,25 +47,36 @@ def taken(gathering: Gathering, **given: Any) -> dict[str, Any]:
     shapes = gathering.optional(table, "pressure", pressure, "a surface, or surfaces by load shape") or {}
     for name, on in shapes.items():
         gathering.take(text, ("pressure", name), on, "the name of a surface")
-    asked = {
+    options = {
         "surface": surface,
         "contacts": given["contacts"],
         "radius": gathering.optional(number, "radius", given["radius"], "a length > 0", above=SMALLEST),
         "pressure": shapes,
         "keep": gathering.take(names, "keep", given["keep"]) or (),
         "modes": gathering.optional(whole, "modes", given["modes"], 1),
+        "accuracy": gathering.optional(relative_error, "accuracy", given["accuracy"]),
         "up_to": gathering.optional(frequency, "up_to", given["up_to"]),
     }
     gathering.take(truth, "force", given["force"])
     gathering.take(tools, None, given["cache"], given["listener"])
-    return asked
+    return options
+
+
+def mode_faults(options: Mapping[str, Any]) -> Iterator[Fault]:
+    """A number of modes that is given in two ways, or an accuracy without its range."""
+    modes, accuracy, up_to = options["modes"], options["accuracy"], options["up_to"]
+    other = "up_to" if accuracy is None else "accuracy"
+    if modes is not None and options[other] is not None:
+        yield Fault("modes", f"both modes and {other} are given", remedy="keep one")
+    if accuracy is not None and up_to is None:
+        yield Fault("accuracy", "is given without up_to", remedy="give the highest frequency of that accuracy")
 
 
 def require_names(
-    model: FiniteElementModel, asked: Mapping[str, Any], *, between: Sequence[str] = (), others: Sequence[Fault] = ()
+    model: FiniteElementModel, options: Mapping[str, Any], *, between: Sequence[str] = (), others: Sequence[Fault] = ()
 ) -> None:
     """InputError with ``others``, and every surface, set and dof that is not in the model."""
-    faults = [*others, *_dof_faults(model, asked["keep"]), *_surface_faults(model, asked, between)]
+    faults = [*others, *_dof_faults(model, options["keep"]), *_surface_faults(model, options, between)]
     if faults:
         raise InputError(faults)
 
@@ -78,35 +89,38 @@ def _dof_faults(model: FiniteElementModel, keep: Sequence[str]) -> Iterator[Faul
             yield Fault("keep", f"there is no free dof '{name}' in the model", remedy=remedy)
 
 
-def _surface_faults(model: FiniteElementModel, asked: Mapping[str, Any], between: Sequence[str]) -> Iterator[Fault]:
+def _surface_faults(model: FiniteElementModel, options: Mapping[str, Any], between: Sequence[str]) -> Iterator[Fault]:
     if model.mesh is None:
         return
     known, sets = user_names(model.mesh.surfaces), {*model.mesh.node_sets, *model.mesh.surfaces}
-    named: dict[Where, str] = {("surface",): asked["surface"]} if isinstance(asked["surface"], str) else {}
-    named |= {("pressure", shape): on for shape, on in asked["pressure"].items()}
+    named: dict[Where, str] = {("surface",): options["surface"]} if isinstance(options["surface"], str) else {}
+    named |= {("pressure", shape): on for shape, on in options["pressure"].items()}
     named |= {("between", k): name for k, name in enumerate(between)}
-    named |= {("films", name): name for name in asked.get("films", ()) if name != "boundary"}
+    named |= {("films", name): name for name in options.get("films", ()) if name != "boundary"}
     for where, name in named.items():
         if name not in model.mesh.surfaces:
             films = where[0] == "films"
             remedy = suggestion(name, [*known, "boundary"] if films else known)
             yield Fault("films" if films else where, f"there is no surface '{name}' in the model", remedy=remedy)
-    cold = asked.get("cold")
+    cold = options.get("cold")
     if cold is not None and cold not in sets:
         yield Fault("cold", f"there is no node set '{cold}' in the model", remedy=suggestion(cold, user_names(sets)))
 
 
-_ROUNDING = 1e-12
-"""Of a skew-symmetric matrix, its symmetric part at most."""
+_SKEW_ROUNDING = 1e-12
+"""Largest entry of the symmetric part of a skew-symmetric matrix, over that of the matrix: rounding of its assembly."""
 
 
-def unused(model: FiniteElementModel, modes: str = "real modes", otherwise: str = "") -> Iterator[str]:
-    """A damping matrix, which a reduction to ``modes`` leaves out; ``otherwise``: how Coriolis forces are kept."""
+def damping_warnings(model: FiniteElementModel, modes: str = "real modes", otherwise: str = "") -> Iterator[str]:
+    """Warnings of a damping matrix, which a reduction to ``modes`` leaves out.
+
+    ``otherwise`` names the way that keeps Coriolis forces.
+    """
     if model.C is None or not model.C.nnz:
         return
     if not is_symmetric(model.C):
         yield f"{model.source}: holds Coriolis forces, which a reduction to {modes} leaves out{otherwise}"
-    if abs(symmetric_part(model.C)).max() > _ROUNDING * abs(model.C).max():
+    if abs(symmetric_part(model.C)).max() > _SKEW_ROUNDING * abs(model.C).max():
         yield (
             f"{model.source}: holds a damping matrix, which a reduction to {modes} does not use; give "
             "loss_factor or damping_ratio"

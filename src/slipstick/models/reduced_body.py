@@ -1,4 +1,4 @@
-"""A finite element model reduced to what touches, is loaded or is looked at; with contacts on a surface or without."""
+"""A finite element model reduced to contact points on a surface, loads and named dofs."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from slipstick.faults import (
     wrong,
 )
 from slipstick.fem.equations import COMPONENTS
-from slipstick.fem.kept import Kept, kept, strain_rows
 from slipstick.fem.mesh import Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
-from slipstick.models.reduced import ReducedModel, require_names, taken, unused
+from slipstick.fem.retained import Retained, retain, strain_rows
+from slipstick.models.reduced import ReducedModel, checked_options, damping_warnings, mode_faults, require_names
 from slipstick.structure.reduction.reduce import StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind
 from slipstick.structure.strains import ELEMENTS, MOST_NUMBER, NODES
@@ -65,9 +65,9 @@ class ReducedBody(ReducedModel):
     solver: str
     seconds: Mapping[str, float]
     reused: bool
-    full: Callable[[], Kept] = field(repr=False)
+    full: Callable[[], Retained] = field(repr=False)
     between: ClassVar[None] = None
-    """It has no neighbours, as a sector has."""
+    """None: only a sector has neighbours."""
 
     def modes_below(self, omega: float) -> int | None:
         """How many modes of the full model lie below a frequency, rad/s; one factorisation."""
@@ -130,7 +130,7 @@ def reduced_body(
     films, cold
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
-        Dofs of the full model to keep besides, such as "n123y".
+        Further dofs of the full model to keep, such as "n123y".
     modes, accuracy, up_to
         A number of modes, or as many as bring the receptance to a relative accuracy up to a frequency (rad/s). With
         neither, as many as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency, and
@@ -160,24 +160,23 @@ def reduced_body(
     """
     gathering = Gathering()
     gathering.take(one, "model", model, FiniteElementModel, "what ss.import_model returns")
-    asked = taken(
+    options = checked_options(
         gathering, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep, modes=modes,
-        up_to=up_to, force=force, cache=cache, listener=listener,
+        accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
     ) | {
         "base": gathering.take(_axes, base) or (),
         "films": _films(gathering, films),
         "cold": gathering.optional(text, "cold", cold, "the name of a node set or surface"),
     }  # fmt: skip
-    accuracy = gathering.optional(number, "accuracy", accuracy, "a relative error")
     gathering.take(non_negative, "loss_factor", loss_factor)
     gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
     gathering.take(residuals_kind, residuals)
     elements = gathering.take(wanted_elements, stress, stress_at)
     gathering.end()
-    require_names(model, asked, others=[*_request_faults(model, asked, accuracy)])
-    number_of_modes, highest = asked.pop("modes"), asked.pop("up_to")
+    require_names(model, options, others=[*_request_faults(model, options)])
+    number_of_modes, accuracy, highest = (options.pop(name) for name in ("modes", "accuracy", "up_to"))
     strains = None if elements is None else _strains(model, elements, stress_at)
-    body = kept(model, **asked)
+    body = retain(model, **options)
     within: dict[str, Any] = {} if accuracy is None else {"accuracy": accuracy, "frequency_range": (0.0, highest)}
     reduction = reduce_model(
         model.K,
@@ -195,7 +194,7 @@ def reduced_body(
         residuals=residuals,
         strains=strains,
     )
-    left_out = (*unused(model, otherwise=_CORIOLIS), *([] if strains is None else _unseen_stress(model)))
+    left_out = (*damping_warnings(model, otherwise=_CORIOLIS), *([] if strains is None else _stress_warnings(model)))
     warn(left_out)
     reduction.structure.units = model.unit_names
     return ReducedBody(
@@ -234,22 +233,18 @@ def _axes(axes: object) -> tuple[str, ...]:
     return tuple(dict.fromkeys(directions))
 
 
-def _request_faults(model: FiniteElementModel, asked: Mapping[str, Any], accuracy: float | None) -> Iterator[Fault]:
+def _request_faults(model: FiniteElementModel, options: Mapping[str, Any]) -> Iterator[Fault]:
     if model.symmetry is not None and model.symmetry.alone is None:
         what = f"{model.source} is one of {model.symmetry.sectors} sectors of a disc, and its faces are free"
         yield Fault("model", what, remedy="reduce it with ss.reduced_sector")
-    if asked["surface"] is None:
-        if not asked["keep"]:
+    if options["surface"] is None:
+        if not options["keep"]:
             remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
             yield Fault("surface", "nothing is kept", remedy=remedy)
         for key in ("radius", "pressure", "films", "cold"):
-            if asked[key]:
+            if options[key]:
                 yield Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
-    other = "up_to" if accuracy is None else "accuracy"
-    if asked["modes"] is not None and (asked["up_to"] if accuracy is None else accuracy) is not None:
-        yield Fault("modes", f"both modes and {other} are given", remedy="keep one")
-    if accuracy is not None and asked["up_to"] is None:
-        yield Fault("accuracy", "is given without up_to", remedy="give the highest frequency of that accuracy")
+    yield from mode_faults(options)
 
 
 def wanted_elements(stress: Any, at: Any) -> Any:
@@ -274,7 +269,7 @@ def _strains(model: FiniteElementModel, elements: Any, at: str) -> StrainRows:
     return strain_rows(model, elements, at)
 
 
-def _unseen_stress(model: FiniteElementModel) -> Iterator[str]:
+def _stress_warnings(model: FiniteElementModel) -> Iterator[str]:
     if model.speed:
         yield (
             f"{model.source}: the stress is that of vibration, from the mesh at rest; that of rotation, and what it "

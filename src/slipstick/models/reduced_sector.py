@@ -1,4 +1,4 @@
-"""A finite element sector reduced to what touches, is loaded or is looked at, phase by phase."""
+"""A finite element sector reduced to contact points, loads and named dofs, phase by phase."""
 
 from __future__ import annotations
 
@@ -28,11 +28,18 @@ from slipstick.fem.assembly import assemble
 from slipstick.fem.axis import Axis
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.cyclic import ON_FACE, CyclicSymmetry, Joined, Pairing, face_nodes, joined, paired
-from slipstick.fem.kept import Kept, Neighbours, kept
 from slipstick.fem.mesh import Mesh, Surface, user_names
 from slipstick.fem.model import ImportedModel
+from slipstick.fem.retained import Neighbours, Retained, retain
 from slipstick.fem.rotation import sector_at_speed
-from slipstick.models.reduced import ReducedModel, require_names, taken, two_surfaces, unused
+from slipstick.models.reduced import (
+    ReducedModel,
+    checked_options,
+    damping_warnings,
+    mode_faults,
+    require_names,
+    two_surfaces,
+)
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
 from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.reduce import judge_served
@@ -188,7 +195,7 @@ class ReducedSector(ReducedModel):
 
 
 class Phases:
-    """The full sector, from which phases are reduced when they are asked for.
+    """The full sector, whose phases are reduced on demand.
 
     Parameters
     ----------
@@ -200,20 +207,26 @@ class Phases:
         What is kept, sparse (n, n_keep).
     want
         How many modes.
+    n_loads
+        How many of the directions, the last ones, are load shapes: the response to each has the accuracy of ``want``.
     force
         Take a phase whose modes do not serve what is wanted.
     """
 
     def __init__(
         self, joined: Joined, K: Sparse, M: Sparse, directions: Sparse, want: Accuracy, *,
-        cache: Path | None, listener: StageListener | None, force: bool = False,
+        n_loads: int = 0, cache: Path | None, listener: StageListener | None, force: bool = False,
     ) -> None:  # fmt: skip
         self.joined, self.directions, self.want = joined, csc_array(directions), want
         self.K, self.M = joined.coupled(K), joined.coupled(M)
         self._factors = SectorFactors(self.K, self.M, np.unique(joined.axial[joined.axial >= 0]))
         self._listener, self._force = listener, force
+        # the estimate scales directions, and has loads among them; a measured error does not
+        self._n_loads = 0 if want.highest is None else n_loads
         parts = (*self.K, *self.M, self.directions, joined.axial, joined.turn)
-        self._store = Store(cache, "sector", parts, [joined.sectors, want], ("solve", "structure", "fem"))
+        self._store = Store(
+            cache, "sector", parts, [joined.sectors, want, self._n_loads], ("solve", "structure", "fem")
+        )
         self.seconds: dict[str, float] = {}
         self.complete: dict[int, bool | None] = {}
         self.solver = ""
@@ -243,8 +256,9 @@ class Phases:
     def _reduced(self, k: int, rows: IntArray | None = None) -> ReducedData:
         """With the motion of some degrees of freedom of the sector by the modes, (n_rows, n_modes)."""
         K, M, B = self.matrices(k)
-        seen = None if rows is None else csr_array(self.joined.motion(k)[rows].conj().T)
-        columns = Columns(B, np.zeros((B.shape[0], 0)), seen)
+        observed = None if rows is None else csr_array(self.joined.motion(k)[rows].conj().T)
+        n = B.shape[1] - self._n_loads
+        columns = Columns(B[:, :n], B[:, n:].toarray(), observed)
         where = f"nodal diameter {k}"
         made = reduce_phase(K, M, columns, self.want, self._phase_factors(k), listener=self._listener, where=where)
         self.solver = made.solver
@@ -255,7 +269,7 @@ class Phases:
         self.complete[k] = made.complete
         left_out = made.left_out(self.directions.shape[1])
         below, where = partial(self.modes_below, k), f"nodal diameter {k}"
-        judge_served((left_out,), made.omega, self.want, self._force, below, where)
+        judge_served((left_out,), made.omega, self.want, self._force, below, where, made.error_estimate)
 
     def _phase_factors(self, k: int) -> PhaseFactors:
         return PhaseFactors(self._factors, self.joined.phase(k), self.joined.left(k))
@@ -302,6 +316,7 @@ def reduced_sector(
     keep: Sequence[str] = (),
     speed: Frequency = 0.0,
     modes: int | None = None,
+    accuracy: float | None = None,
     up_to: Frequency | None = None,
     loss_factor: float = 0.0,
     damping_ratio: float = 0.0,
@@ -338,13 +353,15 @@ def reduced_sector(
     pressure
         Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
     keep
-        Dofs of the full model to keep besides, such as "n123y".
+        Further dofs of the full model to keep, such as "n123y".
     speed
         Of rotation about the axis, rad/s: the stiffness is that about the static state under centrifugal forces, with
         stress stiffening and spin softening (Coriolis forces are left out).
-    modes, up_to
-        A number of modes for each nodal diameter; else as many as bring the receptance to 1e-7 up to ten times the
-        first natural frequency and up to ``up_to`` (rad/s), 128 at most.
+    modes, accuracy, up_to
+        A number of modes for each nodal diameter, or as many as bring its receptance to a relative accuracy up to a
+        frequency (rad/s), load shapes included, against one solution of the full sector there. With neither, as many
+        as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency and up to ``up_to``,
+        128 at most.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force
@@ -357,14 +374,16 @@ def reduced_sector(
     InputError
         For names that are not there, faces that do not meet (with the worst node and its distance), nodes held on one
         face alone, and a sector that is not held; when a phase is asked for, an error above 1e-2 up to ``up_to``,
-        unless forced.
+        unless forced, and an ``up_to`` that is a natural frequency.
+    EigenError
+        When a phase is asked for, an ``accuracy`` that 512 modes do not reach.
 
     Warns
     -----
     SlipstickWarning
         A damping matrix, which is not used; faces that are meshed differently and lie more than a thousandth of an edge
-        apart; a load shape without force. When a phase is asked for, computed or read:
-        128 modes that leave an error above 1e-4.
+        apart; a load shape without force. When a phase is asked for, computed or read: an error above 1e-4 that
+        ``accuracy``, or 128 modes, leave.
 
     Examples
     --------
@@ -373,35 +392,39 @@ def reduced_sector(
     >>> sector.sectors, sector.dofs[:3], sector.natural_frequencies(3).size
     (24, ('c1x', 'c1y', 'c1z'), 6)
     """
-    asked, touching = _checked(
+    options, touching = _checked(
         model, sectors=sectors, axis=axis, tolerance=tolerance, between=between, speed=speed, loss_factor=loss_factor,
         damping_ratio=damping_ratio, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep,
-        modes=modes, up_to=up_to, force=force, cache=cache, listener=listener,
+        modes=modes, accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
     )  # fmt: skip
-    symmetry = _symmetry(model, asked.pop("sectors"), low, high, asked.pop("axis"))
+    symmetry = _symmetry(model, options.pop("sectors"), low, high, options.pop("axis"))
     alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
     if alone.speed or model.speed:
         raise InputError(Fault("model", "is a model at speed already", remedy="give speed here instead"))
-    pairing, how = _joined(alone, symmetry, asked.pop("tolerance"))
+    pairing, how = _joined(alone, symmetry, options.pop("tolerance"))
     notes = [_paired_note(pairing, symmetry)]
     K = alone.K
-    if turning := asked.pop("speed"):
+    if turning := options.pop("speed"):
         K, note = sector_at_speed(alone, how, turning)
         notes.append(note)
-    want = Accuracy(modes=asked.pop("modes"), reach=asked.pop("up_to") or 0.0)
-    require_names(alone, asked, between=touching)
+    number_of_modes, accuracy, highest = (options.pop(name) for name in ("modes", "accuracy", "up_to"))
+    if accuracy is None:
+        want = Accuracy(modes=number_of_modes, reach=highest or 0.0)
+    else:
+        want = Accuracy(relative=accuracy, highest=highest)
+    require_names(alone, options, between=touching)
     sides = None
     if touching:
         low_face, high_face = touching
         sides = Neighbours(
             low=low_face, high=high_face, contacts=between_contacts, axis=symmetry.axis, turn=pairing.turn
         )
-    found = kept(alone, **asked, between=sides)
-    directions, names_kept = _with_loads(found, asked["pressure"])
-    warnings = [*unused(alone, "modes"), *_unmet(pairing)]
+    found = retain(alone, **options, between=sides)
+    directions, names_kept = _with_loads(found, options["pressure"])
+    warnings = [*damping_warnings(alone, "modes"), *_face_warnings(pairing)]
     warn(warnings)
     phases = Phases(
-        how, K, alone.M, directions, want,
+        how, K, alone.M, directions, want, n_loads=len(found.loads) if found.names else 0,
         cache=None if cache is None else Path(cache), listener=listener, force=force,
     )  # fmt: skip
     structure = SectorModes(
@@ -418,23 +441,22 @@ def reduced_sector(
 
 
 def _checked(model: Any, **given: Any) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """The arguments that are numbers and tables, and the surfaces that touch the neighbours."""
+    """Checked arguments of numbers and tables, and the surfaces that touch the neighbours."""
     gathering = Gathering()
     gathering.take(one, "model", model, ImportedModel, "what ss.import_model or ss.models.bladed_sector returns")
-    asked = {
+    options = {
         "sectors": gathering.optional(whole, "sectors", given["sectors"], 2, 1000),
         "axis": None if given["axis"] is None else gathering.take(Axis.of, given["axis"]),
         "speed": gathering.take(_speed, given["speed"]),
         "tolerance": gathering.optional(number, "tolerance", given["tolerance"], "a length > 0", above=SMALLEST),
-        **taken(gathering, **given),
+        **checked_options(gathering, **given),
     }
     gathering.take(number, "loss_factor", given["loss_factor"], "a number >= 0", above=0.0)
     gathering.take(number, "damping_ratio", given["damping_ratio"], "a number")
-    if given["modes"] is not None and given["up_to"] is not None:
-        gathering.faults.append(Fault("modes", "both modes and up_to are given", remedy="keep one"))
+    gathering.faults += mode_faults(given)
     between = gathering.take(two_surfaces, "between", given["between"])
     gathering.end()
-    return asked, between or ()
+    return options, between or ()
 
 
 def _speed(given: Any) -> float:
@@ -444,7 +466,7 @@ def _speed(given: Any) -> float:
 
 
 def _symmetry(model: ImportedModel, sectors: int | None, low: Any, high: Any, axis: Axis | None) -> CyclicSymmetry:
-    """What is asked for, and for the rest what the model says."""
+    """The symmetry as given, completed by that of the model."""
     known = model.symmetry
     given: dict[str, Any] = {"sectors": sectors, "axis": axis, "low": low, "high": high}
     if known is None:
@@ -491,22 +513,23 @@ def _paired_note(pairing: Pairing, symmetry: CyclicSymmetry) -> str:
     (lead, _), (follow, nodes) = pairing.leading, pairing.following
     return (
         f"the faces are meshed differently: {len(nodes)} nodes of {follow} follow the faces of {lead} by shape "
-        f"functions{axis}, {pairing.between} of them between its nodes, {_apart(pairing)} at most; {numbered}"
+        f"functions{axis}, {pairing.between} of them between its nodes, {_distance(pairing)} at most; {numbered}"
     )
 
 
-def _apart(pairing: Pairing) -> str:
+def _distance(pairing: Pairing) -> str:
     return f"{pairing.distance:.2g}, {pairing.distance / pairing.edge:.2g} of an edge, apart"
 
 
-def _unmet(pairing: Pairing) -> Iterator[str]:
+def _face_warnings(pairing: Pairing) -> Iterator[str]:
     """Faces that are meshed differently and do not lie on each other."""
     if pairing.between and pairing.distance > ON_FACE * pairing.edge:
-        yield f"the faces lie up to {_apart(pairing)} when turned onto each other: turning as a whole strains the joint"
+        lie = f"the faces lie up to {_distance(pairing)} when turned onto each other"
+        yield f"{lie}: turning as a whole strains the joint"
 
 
-def _with_loads(found: Kept, pressure: Mapping[str, str]) -> tuple[csc_array, tuple[str, ...]]:
-    """What is kept with a column for each load shape, and the names of all; phases treat both alike."""
+def _with_loads(found: Retained, pressure: Mapping[str, str]) -> tuple[csc_array, tuple[str, ...]]:
+    """Retained directions with a column for each load shape, and the names of all; phases treat both alike."""
     if not found.names and not found.loads:
         remedy = 'give surface = "NAME" for contacts on a surface, between, or keep = ["n123y"]'
         raise InputError(Fault("surface", "nothing is kept", remedy=remedy))
@@ -553,12 +576,16 @@ def _blade_share(model: ImportedModel, blade: Any) -> tuple[IntArray, Any]:
     return rows, K[rows][:, rows]
 
 
+_STRAINED = 1e-14
+"""Strain energy of a motion of the blade, over the largest one, below which it is rounding of no energy."""
+
+
 def _by_stiffness(share: Any, motion: Mapping[int, ComplexArray]) -> dict[int, ComplexArray]:
     """Motions (n, n_modes) by phase in fewer coordinates, in which the stiffness is 1: ``F`` with ``W' K W = F' F``."""
     ends = np.cumsum([0, *(W.shape[1] for W in motion.values())])
     every = np.hstack([*(W.real for W in motion.values()), *(W.imag for W in motion.values())])
     values, vectors = np.linalg.eigh(every.T @ (share @ every))
-    kept = values > 1e-14 * values[-1]
-    F = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
+    strained = values > _STRAINED * values[-1]
+    F = np.sqrt(values[strained])[:, None] * vectors[:, strained].T
     half = F.shape[1] // 2
     return {k: F[:, a:b] + 1j * F[:, half + a : half + b] for k, a, b in zip(motion, ends[:-1], ends[1:], strict=True)}

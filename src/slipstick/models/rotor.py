@@ -111,16 +111,16 @@ class Shaft:
 
     @property
     def area(self) -> float:
-        """Of the section."""
+        """Area of the section."""
         return float(0.25 * np.pi * (self.outer**2 - self.inner**2))
 
     @property
     def second_moment(self) -> float:
-        """Of the area about a diameter."""
+        """Second moment of area about a diameter."""
         return float(np.pi / 64.0 * (self.outer**4 - self.inner**4))
 
     def shear_coefficient(self, poisson: float) -> float:
-        """Of a hollow circle [G. R. Cowper, J. Appl. Mech. 33, 1966, 335]."""
+        """Shear coefficient of a hollow circle [G. R. Cowper, J. Appl. Mech. 33, 1966, 335]."""
         ratio = (self.inner / self.outer) ** 2
         round_, hollow = (1.0 + ratio) ** 2, ratio * (20.0 + 12.0 * poisson)
         return 6.0 * (1.0 + poisson) * round_ / ((7.0 + 6.0 * poisson) * round_ + hollow)
@@ -295,7 +295,7 @@ class _Sum:
         self._values.append(block.ravel())
 
     def matrix(self) -> csc_array:
-        """What was added so far."""
+        """The sum of the blocks added by now."""
         if not self._values:
             return csc_array((self._size, self._size))
         places = np.concatenate(self._rows), np.concatenate(self._columns)

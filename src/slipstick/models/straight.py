@@ -1,4 +1,4 @@
-"""Which planar contacts move so straight that the exact element of one direction will do."""
+"""Planar contacts whose motion is straight enough for the exact element of one direction."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def straight_contacts(
     >>> straight_contacts(problem, omega=(5.0, 6.0)).contacts[0].contact
     FrictionContact(kt=100.0, mu=0.3, normal_load=8.0)
     """
-    new, told = straightened(problem, omega, contacts, threshold)
-    warn([told])
+    new, sentence = straightened(problem, omega, contacts, threshold)
+    warn([sentence])
     return new
 
 
@@ -99,13 +99,13 @@ def straightened(problem: Problem, omega: object, contacts: object, threshold: o
             count, planar = count + len(pair), planar + len(pair) * keep
             pair = pair if keep else _one_directional(pair)
         pairs.append(pair)
-    told = (
+    sentence = (
         f"{planar} of {count} contacts are planar, those whose motion across the first direction is more than {most:g} "
         "of that along it in the linear response"
     )
     if planar < count:
-        told += "; the others have neither friction nor stiffness across it"
-    return replace(problem, contacts=pairs), told
+        sentence += "; the others have neither friction nor stiffness across it"
+    return replace(problem, contacts=pairs), sentence
 
 
 def _chosen(problem: Problem, contacts: object) -> set[str]:
@@ -134,8 +134,8 @@ def _one_directional(pair: ContactPair) -> ContactPair:
     law, rubbing = pair.contact, pair.rubbing
     assert isinstance(law, PlanarFrictionContact)
     contact = FrictionContact(kt=law.kt, mu=law.mu, kn=law.kn, gap=law.gap)
-    for told in ("_scaled", "_loaded"):  # which of its parameters were given
-        object.__setattr__(contact, told, getattr(law, told))
+    for given in ("_scaled", "_loaded"):  # which of its parameters were given
+        object.__setattr__(contact, given, getattr(law, given))
     return ContactPair(
         name=pair.name,
         contact=contact,
@@ -169,7 +169,7 @@ def _ratios(problem: Problem, low: float, high: float) -> dict[str, float]:
 
 
 def _ratio_of(limit: LinearLimit, rows: tuple[Array, Array], low: float, high: float) -> Array:
-    """Of each contact (n,), over a range whose highest peaks are looked at closely; inf of one that does not move."""
+    """Largest second motion of each contact over its first, (n,), refined at the peaks; inf without a first."""
     known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
     new = np.concatenate([np.linspace(low, high, _GRID), known[(known > low) & (known < high)]])
     w, sizes = np.empty(0), np.empty((2, 0, rows[0].size))

@@ -108,7 +108,7 @@ def surface_contacts(
 
 
 def _side(body: ReducedModel, between: bool) -> str:
-    """The letter of the points that are asked for."""
+    """The letter of the chosen points."""
     if between and "h" not in body.sides:
         remedy = "give between where the sector is reduced"
         raise InputError(Fault("between", "the body has no contact points towards its neighbours", remedy=remedy))
@@ -127,7 +127,7 @@ def _checked(
     axis: Any,
     between: object,
 ) -> Axis | None:
-    """The axis, if there is one; InputError with everything that is of another kind."""
+    """The axis, or None; InputError with every argument of a wrong kind."""
     gathering = Gathering()
     what = "what ss.reduced_body, ss.reduced_blade or ss.reduced_sector returns"
     gathering.take(one, "body", body, ReducedModel, what)

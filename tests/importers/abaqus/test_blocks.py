@@ -2,7 +2,7 @@
 
 import pytest
 
-from slipstick.importers.abaqus.blocks import blocks
+from slipstick.importers.abaqus.keywords import blocks
 
 PLAIN = "*ELEMENT, TYPE=C3D8, ELSET=All\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
 

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 from scipy.sparse import coo_array
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 from slipstick.importers.roles import ImportOptions
 
 

@@ -7,7 +7,7 @@ from helpers.coupled import STEEL, beam, calculix, frequencies, lines_of
 from helpers.input_file import CUBE, HELD, write
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 from slipstick.importers.roles import ImportOptions
 
 COUNT = 6
@@ -70,7 +70,7 @@ def turned(places: dict[int, np.ndarray]) -> dict[tuple[int, int], float]:
 @pytest.mark.parametrize("kind", ["PLANE", "STRAIGHT"])
 def test_nodes_kept_in_a_plane_or_on_a_line(tmp_path, kind):
     """Rigid motions are allowed, a node that leaves is not."""
-    from slipstick.importers.mesh_files import read_mesh
+    from slipstick.importers.import_model import read_mesh
 
     nodes = "1, 2, 6, 5" if kind == "PLANE" else "2, 3, 6"
     imported = read_mesh(write(tmp_path, CUBE + f"*MPC\n{kind}, {nodes}\n"))

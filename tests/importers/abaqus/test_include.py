@@ -5,7 +5,7 @@ import pytest
 from helpers.input_file import CUBE, HELD, write
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 
 def test_an_included_file_is_part_of_the_text(tmp_path):

@@ -5,8 +5,7 @@ from helpers.input_file import CUBE, HELD, write
 
 from slipstick.errors import InputError
 from slipstick.importers.abaqus.input_file import read_content
-from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_mesh, read_model
 
 
 @pytest.mark.parametrize(

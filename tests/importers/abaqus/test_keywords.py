@@ -7,8 +7,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
 from slipstick.importers.abaqus.keywords import KEYWORDS
 from slipstick.importers.findings import Table, Verdict
-from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_mesh, read_model
 from slipstick.importers.roles import ImportOptions
 
 

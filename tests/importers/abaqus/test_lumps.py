@@ -7,7 +7,7 @@ from helpers.coupled import STEEL, beam, calculix, frequencies, lines_of
 from helpers.input_file import CUBE, HELD, write
 
 from slipstick.errors import InputError, SlipstickWarning
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 HEAD = STEEL + lines_of(beam(), "A") + "*BOUNDARY\nAx0, 1, 3\n"
 DECKS = {

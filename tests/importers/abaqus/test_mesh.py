@@ -9,12 +9,10 @@ from scipy.sparse.linalg import eigsh
 
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.fem.elements import ELEMENTS
+from slipstick.fem.elements import ELEMENTS, gauss
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.quadrature import gauss
-from slipstick.fem.unit_systems import told
-from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.read_model import read_model
+from slipstick.fem.unit_systems import stated_units
+from slipstick.importers.import_model import read_mesh, read_model
 from slipstick.importers.roles import ImportOptions
 
 
@@ -67,7 +65,7 @@ def test_input_file_sets_surfaces_materials(tmp_path):
     assert {k: len(v) for k, v in found.mesh.element_sets["FIRST"].items()} == {"hex20": 2}
     assert found.mesh.surface("FACE").n_faces == 2
     assert found.mesh.surface("ROOT").n_faces == 2
-    assert "N, mm, tonne" in told(found.units, found.materials)
+    assert "N, mm, tonne" in stated_units(found.units, found.materials)
     labels = {3 * i + 5 for i in mesh.node_set("ROOT").tolist()}
     assert {node for node, axis in found.held if axis == 0} == labels
     order = np.argsort(found.mesh.labels)

@@ -11,7 +11,7 @@ from helpers.input_file import write
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.mesh import Mesh
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 from slipstick.io.model_file import load_model, save_model
 from slipstick.models.reduced_sector import reduced_sector
 from slipstick.solve.linear.lanczos import modes

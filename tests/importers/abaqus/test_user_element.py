@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 TEXT = """\
 **

@@ -8,9 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
-from slipstick.importers.import_model import import_model, summary
-from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import import_model, read_mesh, read_model, summary
 from slipstick.importers.roles import ImportOptions
 from slipstick.io.model_file import load_model
 

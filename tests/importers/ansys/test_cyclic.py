@@ -10,7 +10,7 @@ from helpers.ansys import archive_text
 
 import slipstick as ss
 from slipstick.errors import InputError
-from slipstick.importers.ansys.cyclic import read_cyclic
+from slipstick.importers.ansys.archive import read_cyclic
 from slipstick.importers.findings import Findings
 
 FACES = ("CYCLIC_M01L", "CYCLIC_M01H")

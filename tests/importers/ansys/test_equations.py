@@ -5,9 +5,9 @@ import pytest
 from helpers.ansys import CUBE, cube
 
 from slipstick.errors import InputError
-from slipstick.importers.ansys.equations import read_equations
+from slipstick.importers.ansys.couplings import read_equations
 from slipstick.importers.findings import Findings
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 WRITTEN = (
     "CE,R5.0,DEFI,       3,       1,  0.00000000    \n"

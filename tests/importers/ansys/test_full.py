@@ -8,8 +8,7 @@ from helpers.ansys import BEAM
 from scipy.sparse.linalg import eigsh
 
 from slipstick.errors import InputError
-from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_mesh, read_model
 from slipstick.importers.roles import ImportOptions
 
 

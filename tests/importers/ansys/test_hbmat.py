@@ -5,7 +5,7 @@ import pytest
 from helpers.ansys import write_harwell_boeing, write_mapping
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 
 @pytest.fixture

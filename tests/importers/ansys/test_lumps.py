@@ -5,7 +5,7 @@ import pytest
 from helpers.ansys import CUBE, archive_text
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 pytest.importorskip("mapdl_archive")
 

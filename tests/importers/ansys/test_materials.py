@@ -4,9 +4,9 @@ import pytest
 
 from slipstick.errors import InputError
 from slipstick.fem.materials import Material
-from slipstick.importers.ansys.materials import read_materials
+from slipstick.importers.ansys.archive import read_materials
 from slipstick.importers.findings import Findings
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 
 def test_a_mesh_without_material_says_what_to_give(archives):

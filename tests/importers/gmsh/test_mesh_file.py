@@ -8,7 +8,7 @@ from slipstick import Material, import_model
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.geometry import volume
-from slipstick.importers.mesh_files import read_mesh
+from slipstick.importers.import_model import read_mesh
 
 FORMS = [(version, binary) for version in ("2.2", "4.1") for binary in (False, True)]
 

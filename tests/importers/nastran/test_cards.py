@@ -7,8 +7,8 @@ import pytest
 from helpers.nastran import write_text
 
 from slipstick.errors import InputError, SlipstickWarning
+from slipstick.importers.import_model import read_model
 from slipstick.importers.nastran.bulk import read_bulk
-from slipstick.importers.read_model import read_model
 
 BULK = """\
 SOL 103

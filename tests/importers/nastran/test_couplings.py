@@ -8,8 +8,8 @@ from helpers.coupled import lines_of as input_lines
 from helpers.nastran import write_text
 
 from slipstick.errors import InputError
+from slipstick.importers.import_model import read_model
 from slipstick.importers.nastran.couplings import CoupledCard, Points, coupled_equations
-from slipstick.importers.read_model import read_model
 
 BODY = beam()
 FREE = lines_of(BODY) + "".join(card("SPC1", 1, 123, n + 1) for n in BODY.surfaces["x0"].nodes.tolist())

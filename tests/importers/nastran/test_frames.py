@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.importers.nastran.bulk import read_bulk
-from slipstick.importers.nastran.frames import Definition, Frame, Frames
+from slipstick.importers.nastran.bulk import Definition, Frame, Frames, read_bulk
 
 ORIGIN, UP, ALONG = [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 1.0]  # z along y, x along z, so y along x
 TURNED = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])

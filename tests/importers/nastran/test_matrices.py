@@ -7,7 +7,7 @@ import pytest
 from helpers.nastran import BULK, K, write_binary, write_text
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 from slipstick.importers.roles import ImportOptions
 
 

@@ -10,8 +10,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.assembly import assemble
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
-from slipstick.importers.import_model import import_model
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import import_model, read_model
 from slipstick.importers.roles import ImportOptions
 
 STEEL = Material(young=2.1e5, poisson=0.3, density=7.8e-9)

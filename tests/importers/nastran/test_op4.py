@@ -7,7 +7,7 @@ import pytest
 from helpers.nastran import K, M, write_binary, write_text
 
 from slipstick.errors import InputError
-from slipstick.importers.nastran.op4 import read_op4
+from slipstick.importers.nastran.matrices import read_op4
 
 DENSE = """\
        3       3       6       2KGG     1P,3E23.16

@@ -6,7 +6,7 @@ from helpers.ansys import write_harwell_boeing
 from scipy.sparse import coo_array
 
 from slipstick.errors import InputError
-from slipstick.importers.ansys.hbmat import read_harwell_boeing
+from slipstick.importers.ansys.matrices import read_harwell_boeing
 
 
 def test_unsymmetric_harwell_boeing_from_scipy(tmp_path):

@@ -7,7 +7,7 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array, save_npz, tril
 
 from slipstick.errors import InputError
-from slipstick.importers.read_model import read_model
+from slipstick.importers.import_model import read_model
 
 
 @pytest.mark.parametrize("symmetry", ["symmetric", "general"])

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from scipy.sparse import csc_array, csr_array
 
-from slipstick.solve.linear.factorisation import Factorisation, Inertia
+from slipstick.solve.linear.factorisation import Factorisation, Inertia, SingularMatrixError
 from slipstick.structure.cyclic import CyclicStructure
 from slipstick.structure.reduction.data import Columns
 from slipstick.structure.reduction.request import Accuracy
@@ -53,6 +54,23 @@ def test_accuracy_up_to_a_frequency_holds_below_it(accuracy: float) -> None:
         exact = B.T @ np.linalg.solve(K.toarray() - omega**2 * M.toarray(), B.toarray())
         modal = (a * (1.0 / (w2 - omega**2) - 1.0 / w2)) @ a.conj().T + made.static + omega**2 * made.second_residual
         assert np.linalg.norm(modal - exact) <= accuracy * np.linalg.norm(exact)
+
+
+class Resonant(Dense):
+    """Singular but at rest."""
+
+    def at(self, shift: float, solve: bool = True) -> Factorisation:
+        if shift:
+            raise SingularMatrixError("singular")
+        return super().at(shift, solve)
+
+
+def test_a_resonance_at_the_highest_frequency_is_named_with_its_phase() -> None:
+    K, M, B = phase()
+    with raises_fault("up_to", says="1.5 rad/s is a natural frequency .* for nodal diameter 3; choose one beside it"):
+        reduce_phase(
+            K, M, Columns(B, np.zeros((N, 0))), Accuracy(highest=1.5), Resonant(K, M), where="nodal diameter 3"
+        )
 
 
 SECTORS, DOFS = 6, 14

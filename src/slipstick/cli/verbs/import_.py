@@ -68,8 +68,7 @@ def import_(
 
 def _import(files: list[Path], output: Path, options: ImportOptions) -> None:
     """Import and print what came in, one line each; notes that need attention are part of it."""
-    from slipstick.importers.import_model import summary
-    from slipstick.importers.read_model import read_model
+    from slipstick.importers.import_model import read_model, summary
     from slipstick.io.model_file import save_model
 
     say(f"reading {', '.join(path.name for path in files)} ...")

@@ -198,7 +198,7 @@ def read_user_elements(files: dict[str, Path], rows: IntArray | None = None) -> 
         for kind, lines in element.matrices.items():
             role = _TYPES.get(kind)
             if role is None:
-                deck.doubts.append(f"{path.name}: *MATRIX, TYPE={kind} is not used")
+                deck.own_warnings.append(f"{path.name}: *MATRIX, TYPE={kind} is not used")
                 continue
             role = name if len(element.matrices) == 1 else role
             if role in deck.matrices:

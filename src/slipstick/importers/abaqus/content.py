@@ -1,4 +1,4 @@
-"""What has been read of an input file (.inp), as the file says it: labels, names in capitals."""
+"""The content of an input file (.inp), in its own terms: labels, names in capitals."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from slipstick.errors import Fault, Place
 from slipstick.fem.cyclic import CyclicSymmetry
+from slipstick.fem.equations import Reference
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.rigid import Reference
-from slipstick.importers.abaqus.blocks import Block
+from slipstick.importers.abaqus.keywords import Block
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import whole_number
@@ -53,7 +53,7 @@ class Axes:
 
 @dataclass(kw_only=True)
 class Content(Deck):
-    """What has been read so far; labels as in the file, names in capitals (they are not case sensitive)."""
+    """The content read by now; labels as in the file, names in capitals (they are not case sensitive)."""
 
     path: Path
     skipped: dict[str, dict[int, list[int]]] = field(default_factory=dict)
@@ -77,7 +77,7 @@ class Content(Deck):
     loaded: bool = False
 
     def note(self, verdict: Verdict, block: Block, what: str = "") -> None:
-        """What becomes of a keyword."""
+        """Note the treatment of a keyword."""
         self.add(verdict, block.shown, what, block.line)
 
     def reference(self, node: int) -> Reference:

@@ -12,14 +12,20 @@ from functools import partial
 import numpy as np
 
 from slipstick.errors import Place
-from slipstick.fem.equations import NodalEquation
-from slipstick.fem.frames import cylindrical, in_global, rectangular
+from slipstick.fem.equations import (
+    NodalEquation,
+    Reference,
+    cylindrical,
+    in_global,
+    mean_equations,
+    rectangular,
+    rigid_equations,
+    rigid_rows,
+)
 from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.rigid import Reference, mean_equations, rigid_equations, rigid_rows
-from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
-from slipstick.importers.abaqus.keywords import KEYWORDS
+from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number

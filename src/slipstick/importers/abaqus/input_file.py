@@ -13,10 +13,19 @@ import numpy as np
 from slipstick.errors import Fault, InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
-from slipstick.importers.abaqus.blocks import Block, blocks, whole_text
 from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import read_axes, unfinished_coupling
-from slipstick.importers.abaqus.keywords import KEYWORDS, LAWS, LOADING, OTHER_SECTIONS, ElementType, solid_type
+from slipstick.importers.abaqus.keywords import (
+    KEYWORDS,
+    LAWS,
+    LOADING,
+    OTHER_SECTIONS,
+    Block,
+    ElementType,
+    blocks,
+    solid_type,
+    whole_text,
+)
 from slipstick.importers.abaqus.ties import about_diameters
 from slipstick.importers.findings import Entry, Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number

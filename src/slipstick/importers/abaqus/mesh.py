@@ -12,7 +12,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS, FACES
-from slipstick.fem.frames import supports
+from slipstick.fem.equations import supports
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.abaqus.content import Content, named
@@ -54,14 +54,14 @@ def read_input(path: Path) -> Deck:
         raise refused(path.name, what, remedy="give the file with the mesh")
     mesh = moved_onto(deck, _mesh(deck))
     materials, faults = _materials(deck)
-    deck.mesh, told = _named_places(deck, mesh)
+    deck.mesh, notes = _named_places(deck, mesh)
     deck.materials, deck.material_faults, deck.axes = materials, [*faults], frames(deck)
-    deck.extra = [*touching(deck), *told, *deck.extra, *_mass_note(deck.mesh, path), *unit_notes(deck.mesh, materials)]
+    deck.extra = [*touching(deck), *notes, *deck.extra, *_mass_note(deck.mesh, path), *unit_notes(deck.mesh, materials)]
     meant = {(node, axis) for node, axis in deck.held if axis < 3 or node in deck.turning}
     deck.held, along = supports(meant, deck.axes, Place(path.name, "*BOUNDARY of nodes with *TRANSFORM"))
     if along:
         deck.stated.append(Stated(where=Place(path.name, "*TRANSFORM"), equations=lambda _: along))
-    deck.doubts += tie_warnings(deck, deck.mesh)
+    deck.own_warnings += tie_warnings(deck, deck.mesh)
     deck.symmetry = partial(symmetry_of, deck)
     return deck
 
@@ -130,7 +130,7 @@ def touching(content: Content) -> tuple[str, ...]:
     }
     bare = {kind: labels for kind, labels in bare.items() if labels}
     if bare:
-        content.doubts.append(
+        content.own_warnings.append(
             f"{content.path.name}: {_counts(bare)} share nodes with solids, and no section that is read says what they "
             "are: left out"
         )
@@ -164,9 +164,10 @@ def _known(content: Content, name: str, members: list[int]) -> IntArray:
     labels = np.unique(np.array(members, dtype=np.int64))
     there = np.isin(labels, list(content.nodes))
     if not there.all():
-        lost = labels[~there]
+        missing = labels[~there]
         content.extra.append(
-            f"{content.path.name}: node set {name} names {len(lost)} nodes that are not in the file ({lost[0]}, ...)"
+            f"{content.path.name}: node set {name} names {len(missing)} nodes that are not in the file "
+            f"({missing[0]}, ...)"
         )
     return labels[there]
 

@@ -14,9 +14,8 @@ from slipstick.fem.cyclic import CyclicSymmetry, cyclic_equations, rotation, sid
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.ties import Projection, face_size, nearest, project, tie_equations
-from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Content, Tie, nodes_of, surface_of
-from slipstick.importers.abaqus.keywords import KEYWORDS
+from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -28,8 +27,8 @@ _DEFAULT = 0.05
 _SIDES = 0.05
 """The same for the two sides of a sector."""
 
-_TOLD, _MEET = 1e-2, 1e-3
-"""Distance over the mean edge of the faces from which tied surfaces, and sides of a sector, are told to lie apart."""
+_WARNED, _MEET = 1e-2, 1e-3
+"""Gap over the mean edge of the faces above which tied surfaces, and sides of a sector, are warned of."""
 
 
 @KEYWORDS.reads("TIE", "ADJUST CYCLICSYMMETRY MULTISTAGE NAME NOROTATION POSITIONTOLERANCE TYPE", stage=2)
@@ -73,7 +72,7 @@ def moved_onto(content: Content, mesh: Mesh) -> Mesh:
             most = _length(projection.distances, size)
             by = f"moves {moved.sum()} nodes onto the other surface, by {most} at most (ADJUST)"
             if projection.distances.max() > _DEFAULT * size:
-                content.doubts.append(f"{tie.where} {by}: the elements there change their shape")
+                content.own_warnings.append(f"{tie.where} {by}: the elements there change their shape")
             else:
                 content.extra.append(f"{tie.where} {by}")
     return mesh
@@ -124,7 +123,7 @@ def _untied(content: Content, tie: Tie, mesh: Mesh) -> Iterator[str]:
             f"{tie.independent} and are not tied"
         )
     size = face_size(mesh, onto)
-    if projection.distances.max(initial=0.0) > _TOLD * size:
+    if projection.distances.max(initial=0.0) > _WARNED * size:
         yield (
             f"{tie.where} ties nodes that lie up to {_length(projection.distances, size)}, from {tie.independent}: "
             "turning as a whole strains the joint"
@@ -149,8 +148,8 @@ def _unlike(content: Content, tie: Tie, ring: CyclicSymmetry, where: Place, mesh
     faces = mesh.surfaces[tie.dependent].faces if tie.dependent in mesh.surfaces else {}
     whole = {kind: part[np.isin(part, dependent).all(axis=1)] for kind, part in faces.items()}
     back = Surface(faces={kind: part for kind, part in whole.items() if len(part)})
-    apart = (project(mesh, back, places) if back.faces else nearest(mesh.nodes[dependent], places)).distances
-    alone = apart > _SIDES * size
+    distances = (project(mesh, back, places) if back.faces else nearest(mesh.nodes[dependent], places)).distances
+    alone = distances > _SIDES * size
     if alone.any():
         yield (
             f"{where}: {alone.sum()} of {len(other)} nodes of {tie.independent} ({mesh.labels[other[alone][0]]}, ...) "
@@ -226,7 +225,7 @@ def on_diameters(content: Content, block: Block) -> None:
 
 
 def about_diameters(content: Content) -> None:
-    """As a body a sector has the family of 0 nodal diameters alone, which is real: a request for others is told."""
+    """Warnings of a request for other nodal diameters than 0: as a body a sector has the family of 0 alone."""
     lines = [tie for tie in content.ties if tie.cyclic]
     if not lines:
         return

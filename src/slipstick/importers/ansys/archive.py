@@ -1,31 +1,32 @@
 """Meshes from Ansys archives (.cdb, CDWRITE): nodes, solid elements, components, linear materials, supports.
 
 Nodes, elements and components come from ``mapdl-archive``. Bricks may be degenerate: Ansys writes a wedge as a brick
-with K = L and O = P, a pyramid with M = N = O = P, a tetrahedron with both.
+with K = L and O = P, a pyramid with M = N = O = P, a tetrahedron with both. Materials must be isotropic and constant.
+CYCLIC gives the number of sectors, the coordinate system of the axis and the components of the two faces.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
-from slipstick.fem.equations import NodalEquation
-from slipstick.fem.frames import in_global, supports
+from slipstick.fem.axis import Axis
+from slipstick.fem.cyclic import CyclicSymmetry
+from slipstick.fem.equations import NodalEquation, in_global, supports
+from slipstick.fem.materials import Material
 from slipstick.fem.unit_systems import NOT_STATED
-from slipstick.importers.ansys.commands import COMMANDS, classify_commands
-from slipstick.importers.ansys.cyclic import read_cyclic
-from slipstick.importers.ansys.equations import read_equations
-from slipstick.importers.ansys.lumps import Lumps
-from slipstick.importers.ansys.materials import read_materials
+from slipstick.importers.ansys.commands import COMMANDS, classify_commands, commands
+from slipstick.importers.ansys.couplings import Lumps, read_equations
 from slipstick.importers.deck import Deck, with_surfaces
-from slipstick.importers.extras import require
-from slipstick.importers.findings import DAMAGED, Coupling, refused
+from slipstick.importers.findings import DAMAGED, Coupling, Findings, Verdict, refused
+from slipstick.importers.formats import require
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.midsides import whole_row
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
@@ -97,7 +98,7 @@ ELEMENT_TYPES: dict[int, ElementType] = {
     **_named("BEAM", 188, 189),
     **_named("COMBI", 214),
 }
-"""What is not in it adds stiffness, mass or constraints and is not read."""
+"""Known element types; elements of any other type add stiffness, mass or constraints and are not read."""
 
 _MESH200_SOLID = {8, 9, 10, 11}
 _UNITS = {"SI": "SI (m, kg, s)", "MKS": "m, kg, s", "CGS": "cm, g, s", "BIN": "inch, lbf, s", "BFT": "foot, slug, s"}
@@ -167,10 +168,10 @@ def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupl
 
 def _refuse_missing(tied: Sequence[NodalEquation], labels: set[int]) -> None:
     """Nodes of CE and CP that the file does not have."""
-    lost = {e.where: node for e in reversed(tied) for node, _ in e.pairs if node not in labels}
-    if lost:
+    missing = {e.where: node for e in reversed(tied) for node, _ in e.pairs if node not in labels}
+    if missing:
         raise InputError(
-            [Fault(where, f"names node {node}, which the file does not have") for where, node in lost.items()]
+            [Fault(where, f"names node {node}, which the file does not have") for where, node in missing.items()]
         )
 
 
@@ -246,7 +247,7 @@ def _check_counts(text: str, path: Path) -> None:
 
 @COMMANDS.reads("NBLOCK EBLOCK CMBLOCK ET KEYOP KEYOPT RLBLOCK MPTEMP")
 def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
-    """Solids by element set "material <number>"; how many there are of each other type."""
+    """Add solids to element sets "material <number>"; the number of elements of each other type."""
     solid = dict(_solid_types(archive))
     skipped: dict[int, int] = {}
     types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
@@ -304,3 +305,164 @@ def _shape(nodes: Sequence[int], number: int, path: Path) -> tuple[str, Sequence
 def _units(text: str) -> str:
     match = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
     return _UNITS.get(match.group(1).upper(), match.group(1)) if match else NOT_STATED
+
+
+_PROPERTIES = {"EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density", "KXX": "conductivity"}
+_OTHER_AXES = {"EY": "EX", "EZ": "EX", "NUYZ": "NUXY", "NUXZ": "NUXY", "PRYZ": "PRXY", "PRXZ": "PRXY"}
+_DAMPING = {"DAMP", "ALPD", "BETD", "DMPR", "DMPS"}
+_LAWS = {"ELAS", "ANEL", "HYPE", "AHYPER", "USER", "DENS", "PRONY", "SMA", "GASKET", "CONCR", "MPLANE"}
+_UNUSED = {"CTE", "THERM", "FRIC", "FLUID", "PIEZ", "DPER", "SDAMP", "PERF", "FCON", "CGCR", "FATI", "STATE"}
+
+Values = dict[tuple[int, str], list[float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialTable:
+    """Materials by number, and for others what is wrong with them."""
+
+    materials: Mapping[int, Material] = field(default_factory=dict)
+    faults: Mapping[int, list[Fault]] = field(default_factory=dict)
+
+
+@COMMANDS.reads("MP MPDATA TB")
+def read_materials(findings: Findings, text: str) -> MaterialTable:
+    """Materials of the MP, MPDATA and TB commands; what is left out of them goes to ``findings``."""
+    values: Values = {}
+    faults: dict[int, list[Fault]] = {}
+    for line, name, words in commands(text):
+        where = Place(findings.source, f"line {line}", name)
+        with reading(where):
+            if name == "MP":
+                _property(findings, line, values, faults, where, words[0], words[1], words[2:])
+            elif name == "MPDATA":
+                at = 1 if words[0][:1].isalpha() else 0  # a release such as R5.0, or UNBL
+                _property(
+                    findings, line, values, faults, where, words[at + 1], words[at + 2], words[at + 4 :], table=True
+                )
+            elif name == "TB":
+                _table(findings, line, faults, where, words)
+    materials: dict[int, Material] = {}
+    for number in sorted({number for number, _ in values}):
+        known = _constant(findings.source, values, number, faults)
+        try:
+            if {"young", "poisson"} <= known.keys():
+                materials[number] = Material(**known)
+        except InputError as error:
+            faults.setdefault(number, []).extend(
+                fault.inside(findings.source, f"material {number}") for fault in error.faults
+            )
+    return MaterialTable(materials=materials, faults=faults)
+
+
+def _property(
+    findings: Findings,
+    line: int,
+    values: Values,
+    faults: dict[int, list[Fault]],
+    where: Place,
+    label: str,
+    number: str,
+    words: list[str],
+    *,
+    table: bool = False,
+) -> None:
+    label, material = label.upper(), int(number)
+    if label in _DAMPING:
+        what = "damping is not read; give the structure's loss_factor or damping_ratio"
+        findings.add(Verdict.APPROXIMATED, f"{label} of material {material}", what, line)
+    if label not in (*_PROPERTIES, *_OTHER_AXES, "GXY", "GYZ", "GXZ"):
+        return
+    numbers = [fortran_real(word) for word in words if word]
+    if not table and any(numbers[1:]):
+        faults.setdefault(material, []).append(
+            Fault(Place(*where[:-1], f"{where[-1]} of material {material}"), f"{label} depends on temperature")
+        )
+    values.setdefault((material, label), []).extend(numbers if table else numbers[:1])
+
+
+def _table(findings: Findings, line: int, faults: dict[int, list[Fault]], where: Place, words: list[str]) -> None:
+    law = words[0].upper()
+    if any(law.startswith(name) for name in _LAWS):
+        fault = Fault((*where, f"{law} of material {words[1]}"), "is not isotropic elasticity by MP")
+        faults.setdefault(int(words[1]), []).append(fault)
+    elif not any(law.startswith(name) for name in _UNUSED):
+        what = "is left out: the structure is linear, its material elastic"
+        findings.add(Verdict.APPROXIMATED, f"TB, {law} of material {words[1]}", what, line)
+
+
+def _constant(source: str, values: Values, number: int, faults: dict[int, list[Fault]]) -> dict[str, float]:
+    """The properties of one material where they are the same at every temperature and along every axis."""
+    tables = {label: numbers for (material, label), numbers in values.items() if material == number and numbers}
+    known: dict[str, float] = {}
+    wrong: list[str] = []
+    for label, numbers in tables.items():
+        if len(set(numbers)) > 1:
+            wrong.append(f"{label} depends on temperature ({numbers[0]:.6g} to {numbers[-1]:.6g})")
+        first = tables.get(_OTHER_AXES.get(label, label), numbers)
+        if first[0] != numbers[0]:
+            wrong.append(f"{label} is {numbers[0]:.6g}, along x {first[0]:.6g}: not isotropic")
+        if label in _PROPERTIES:
+            known[_PROPERTIES[label]] = numbers[0]
+    if {"young", "poisson"} <= known.keys():
+        shear = known["young"] / (2.0 * (1.0 + known["poisson"]))
+        for label in ("GXY", "GYZ", "GXZ"):
+            if label in tables and abs(tables[label][0] - shear) > 1e-3 * abs(shear):
+                wrong.append(f"{label} is {tables[label][0]:.6g}, of an isotropic material {shear:.6g}: not isotropic")
+    faults.setdefault(number, []).extend(Fault(Place(source, f"material {number}"), what) for what in wrong)
+    return known
+
+
+_LOCAL = re.compile(r"^LOCAL,R5\.\d,(LOC|ANG),\s*(\d+)\s*,([^!\r\n]*)", re.MULTILINE | re.IGNORECASE)
+
+
+@COMMANDS.reads("CYCLIC")
+def read_cyclic(findings: Findings, text: str, components: Collection[str]) -> CyclicSymmetry | None:
+    """What ``CYCLIC, NSECTOR, ANGLE, KCN, Name`` says, with the components Name_M01L, Name_M01H, ...; None without it.
+
+    What cannot be understood is refused as a coupling.
+    """
+    found = None
+    for line, name, words in commands(text):
+        if name != "CYCLIC" or (words and words[0].upper() in ("STATUS", "OFF", "UNDOUBLE")):
+            continue
+        refuse = partial(findings.add, Verdict.COUPLING, name, line=line)
+        try:
+            found = _symmetry(text, words, components)
+        except ValueError as error:
+            refuse(f"cannot be read ({error})")
+    return found
+
+
+def _symmetry(text: str, words: Sequence[str], components: Collection[str]) -> CyclicSymmetry:
+    count, angle, system, name = [*words, *[""] * 4][:4]
+    each = fortran_real(angle) if angle else 0.0
+    sectors = fortran_real(count) if count else 360.0 / each if each else 0.0
+    if sectors < 2 or abs(sectors - round(sectors)) > 1e-3:
+        raise ValueError("expected a number of sectors from 2 up, or their angle")
+    prefix = (name or "CYCLIC").upper()
+    low, high = (
+        sorted(part for part in components if re.fullmatch(rf"{re.escape(prefix)}_M\d+{end}", part.upper()))
+        for end in "LH"
+    )
+    if not low or len(low) != len(high):
+        raise ValueError(f"expected the node components {prefix}_M01L and {prefix}_M01H of its faces")
+    return CyclicSymmetry(sectors=round(sectors), axis=_axis(text, system), low=tuple(low), high=tuple(high))
+
+
+def _axis(text: str, system: str) -> Axis:
+    """The third axis of a coordinate system; 0, 1 and 2 are global ones, whose axis is z."""
+    number = int(fortran_real(system)) if system else 0
+    if number in (0, 1, 2):
+        return Axis()
+    stated = {
+        kind.upper(): [fortran_real(word) if word.strip() else 0.0 for word in rest.split(",")]
+        for kind, own, rest in _LOCAL.findall(text)
+        if int(own) == number
+    }
+    if "LOC" not in stated or len(stated["LOC"]) < 4:
+        raise ValueError(f"the file does not define coordinate system {number}")
+    from scipy.spatial.transform import Rotation
+
+    angles = [*stated.get("ANG", []), 0.0, 0.0, 0.0][:3]
+    third = Rotation.from_euler("ZXY", angles, degrees=True).as_matrix() @ np.array([0.0, 0.0, 1.0])
+    return Axis(point=stated["LOC"][1:4], direction=third)

@@ -1,4 +1,4 @@
-"""What becomes of each command of an Ansys archive (.cdb) that is neither node, element, component nor material."""
+"""The treatment of each command of an Ansys archive (.cdb) other than nodes, elements, components and materials."""
 
 from __future__ import annotations
 

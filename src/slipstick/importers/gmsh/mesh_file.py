@@ -61,7 +61,7 @@ _Order = Literal["<", ">"]
 
 @dataclass(kw_only=True)
 class GmshFile:
-    """What the file says: labels and places of nodes, cells with their physical groups by name.
+    """The content of the file: labels and positions of nodes, cells with their physical groups by name.
 
     ``unnamed``: groups without a name, as (dimension, number).
     """
@@ -407,7 +407,7 @@ def _indexed(part: Cells, labels: IntArray, names: dict[tuple[int, int], str], p
 
 
 def _our_order(kind: str) -> list[int]:
-    """Which of their nodes stands at each place of ours.
+    """The permutation of their nodes to our order.
 
     >>> _our_order("tet10")
     [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]

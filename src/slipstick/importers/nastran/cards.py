@@ -19,7 +19,7 @@ _SUPER = (
 
 SYSTEMS = " ".join(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
 SETS = "ASET BSET CSET QSET"
-"""What the analysis set is made of: boundary and generalised degrees of freedom."""
+"""Cards of the analysis set: boundary and generalised degrees of freedom."""
 
 
 MATRIX_CARDS = Table()
@@ -85,7 +85,7 @@ def cards(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str, list[s
 def _bulk_lines(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str]]:
     """Lines between BEGIN BULK and ENDDATA, or all, without comments and empty ones.
 
-    A punch file of one superelement is what follows its BEGIN SUPER; one beside other cards is told as card SUPER.
+    A punch file of one superelement is what follows its BEGIN SUPER; one among other cards is reported as card SUPER.
     """
     lines = text.splitlines()
     begins = re.compile(r"\s*BEGIN(\s*,?\s*BULK)?\b", re.IGNORECASE)

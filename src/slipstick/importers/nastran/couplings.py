@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.errors import Place
-from slipstick.fem.equations import NodalEquation
-from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
+from slipstick.fem.equations import NodalEquation, Reference, mean_equations, rigid_rows
 from slipstick.importers.findings import Coupling, refused
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
@@ -29,7 +28,7 @@ class CoupledCard:
     fields: tuple[str, ...]
 
     def coupling(self, source: str) -> Coupling:
-        """What matrices must hold that were made with it."""
+        """The coupling that matrices made with it must hold."""
         what = "ties degrees of freedom to each other" if self.name == "MPC" else "couples points rigidly"
         return Coupling(where=Place(source, f"line {self.line}", self.name), what=what)
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
-from slipstick.fem.equations import NodalEquation
-from slipstick.fem.frames import supports
+from slipstick.fem.equations import NodalEquation, supports
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.importers.deck import Deck
@@ -228,7 +227,7 @@ def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[Faul
 def _supports(
     data: BulkData, number: int | None, path: Path, turning: set[int]
 ) -> tuple[set[tuple[int, int]], list[NodalEquation]]:
-    """What is held, also along directions of points; of rotations those that take part."""
+    """Supports, also along directions of points; of rotations those that take part."""
     held = chosen_supports(data, number, path)
     meant = {(node, axis) for node, axis in held if axis < 3 or node in turning}
     return supports(meant, {node: axes.T for node, axes in data.directions.items()}, Place(path.name, "SPC"))
@@ -245,7 +244,7 @@ def _left_out(deck: Cards, path: Path) -> Iterator[str]:
 def lumped_of(
     findings: Findings, point_cards: Sequence[Card], points: Points, solid: set[int], factor: float
 ) -> tuple[tuple[Lumped, ...], set[int]]:
-    """What the cards add, and the points whose rotations take part; ``factor`` multiplies masses (PARAM,WTMASS).
+    """Masses and springs, and the points whose rotations take part; ``factor`` multiplies masses (PARAM,WTMASS).
 
     Raises
     ------

@@ -177,6 +177,8 @@ def wanted_modes(
                 break
         else:
             assert want.highest is not None
+            if (omega == want.highest).any():
+                raise InputError(at_resonance(want.highest))
             error = data.band_error(n_keep, want.highest, probe.exact)
             if error <= (1.0 if last else 0.5) * want.relative or n_modes == iteration.n:
                 return n_modes, error
@@ -256,8 +258,13 @@ def direct_receptance(
     try:
         factors = factorise(shifted(K, M, omega**2), solver=solver)
     except SingularMatrixError as error:
-        raise InputError(f"{omega:g} rad/s is a natural frequency to working accuracy; choose one beside it") from error
+        raise InputError(at_resonance(omega)) from error
     return probed(factors, directions, forces)
+
+
+def at_resonance(omega: float, where: str = "") -> str:
+    """Why the full model has no receptance at a frequency (rad/s)."""
+    return f"{omega:g} rad/s is a natural frequency to working accuracy{where}; choose one beside it"
 
 
 def probed(factors: Factorisation, directions: Sparse, forces: Sparse | None = None) -> Probe:

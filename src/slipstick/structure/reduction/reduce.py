@@ -277,14 +277,23 @@ def judge_served(
     force: bool,
     below: Callable[[float], int | None],
     where: str = "",
+    measured: float | None = None,
 ) -> None:
-    """Where the number of modes was left to the estimate: whether as many as are allowed serve what they should.
+    """Where the number of modes is not given: whether as many as are allowed serve what they should.
 
     Bodies and the phases of sectors alike, made or read: up to ``want.reach`` an error above 1e-2 is refused, unless
     forced, and one above 1e-4 warned of; where nothing is asked, up to ten times the first natural frequency, it is
-    warned of. ``below`` tells how many modes lie below a frequency.
+    warned of. Of an accuracy up to ``want.highest`` the error ``measured`` there is judged by the same limits.
+    ``below`` tells how many modes lie below a frequency.
     """
-    if want.modes is not None or want.highest is not None:
+    if want.modes is not None:
+        return
+    if want.highest is not None:
+        assert measured is not None
+        worst = WorstError(
+            value=measured, relative=measured, omega=want.highest, last_mode=float(omega.max()), reach=want.highest
+        )
+        _judge(worst, force, partial(below, worst.needed), where)
         return
     top = reached(omega, want)
     grid = band(omega, 0.0, top)

@@ -120,7 +120,7 @@ def checked_request(
     expected = "two angular frequencies >= 0 (rad/s), not both 0"
     ends = None if frequency_range is None else faults.take(_range, frequency_range, expected)
     modes = None if modes is None else faults.take(whole, "modes", modes, 1, n)
-    accuracy = faults.take(_below_one, "accuracy", accuracy)
+    accuracy = faults.take(relative_error, "accuracy", accuracy)
     dofs = None if dofs is None else faults.take(name_list, "dofs", dofs, "the name of each dof, in order")
     names = None if names is None else faults.take(name_list, "names", names, "a name for each direction")
     shapes = named_shapes(load_shapes, faults.faults)
@@ -180,7 +180,8 @@ def _pair(name: str, value: Any, expected: str, some: bool = False) -> tuple[flo
     return float(ends[0]), float(ends[1])
 
 
-def _below_one(name: str, value: Any) -> float:
+def relative_error(name: str, value: Any) -> float:
+    """A number between 0 and 1."""
     expected = "a relative error between 0 and 1, such as 1e-7"
     share = number(name, value, expected)
     if not 0.0 < share < 1.0:

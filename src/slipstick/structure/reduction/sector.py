@@ -21,7 +21,7 @@ from slipstick.solve.linear.lanczos import BlockLanczos, Factors
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.checks import array_faults, checked_names, number_faults, real
 from slipstick.structure.cyclic import NEXT, CyclicStructure, PhaseModes, influences
-from slipstick.structure.reduction.compute import probed, reduced_data
+from slipstick.structure.reduction.compute import at_resonance, probed, reduced_data
 from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.request import Accuracy
 from slipstick.typing import Array, ComplexArray, Sparse
@@ -58,7 +58,10 @@ def reduce_phase(
         raise InputError(Fault("model", count, remedy="check material, speed and prestress"))
     probe = None
     if want.modes is None and want.highest is not None:
-        probe = probed(factors.at(want.highest**2), columns.all)
+        try:
+            probe = probed(factors.at(want.highest**2), columns.all)
+        except SingularMatrixError as error:
+            raise InputError(Fault("up_to", at_resonance(want.highest, f" for {where}"))) from error
     data = reduced_data(iteration, M, columns, want, probe=probe)
     if not np.all(data.omega > 0.0):
         raise InputError(Fault("model", f"a mode has no stiffness for {where}", remedy="hold the disc"))

@@ -1,6 +1,6 @@
-"""What a reduction keeps of a finite element model: directions with their names and places, loads, contact points.
+"""Retained dofs of a finite element model that is to be reduced: directions with names and places, loads, contacts.
 
-All three directions of every contact point are kept, so that rubbing direction and contact law can change without a
+All three directions of every contact point are retained, so that rubbing direction and contact law can change without a
 new reduction.
 """
 
@@ -19,24 +19,25 @@ from slipstick.faults import count_or_numbers, shown, whole, wrong
 from slipstick.fem.axis import Axis
 from slipstick.fem.boundary import skin_of, surface_towards
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
-from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.contact_points import ContactPatches, ContactPoints, contact_patches, spread_nodes
 from slipstick.fem.cyclic import turned
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.fem.model import FiniteElementModel
 from slipstick.fem.strains import chosen_elements, strain_matrix
-from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows
 from slipstick.typing import Array, Reals
 
+_OPPOSITE = 0.1
+"""Distance of opposite contact points of neighbours that is accepted, over the root of a point's area."""
+
 _NODES_A_CONTACT, _MOST_AT_CONTACTS = 4, 45_000
-"""Of the skin on the surface where contacts lie: so many show each where the mesh has them, and so many are there at
-most."""
+"""Nodes of the surface mesh that show each contact, where the mesh has them; nodes at all contacts, at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kept:
-    """What is kept of a model.
+class Retained:
+    """Retained dofs, loads and contact points of a model.
 
     Attributes
     ----------
@@ -45,14 +46,14 @@ class Kept:
     directions
         Sparse (n, n_keep); the motion of each is its column times that of the rows.
     names, places
-        Of the directions, (n_keep,), and where they are, (n_keep, 3), nan where it is not known.
+        Of the directions, (n_keep,), and their positions, (n_keep, 3), nan where they have none.
     loads
         Force on the rows (n,) by load shape.
     sides
         Contact points by the letter of their names: "c" on the surface of a body, "h" and "l" of a sector towards its
         neighbours. The directions begin with theirs, in this order.
     surface
-        Where the points "c" lie.
+        The surface of the points "c".
     """
 
     model: FiniteElementModel
@@ -65,7 +66,7 @@ class Kept:
 
     @property
     def points(self) -> ContactPoints | None:
-        """The contact points on the surface; their influence is None without convection and anything cold."""
+        """The contact points on the surface; their influence is None without films and a cold set."""
         return self.sides.get("c")
 
     @property
@@ -80,7 +81,7 @@ class Kept:
 
     @cached_property
     def skin(self) -> SkinRows | None:
-        """The surface of the body; None of a model without the mesh of its rows, which can be computed and not seen."""
+        """The surface mesh of the body, for pictures; None of a model without the mesh of its rows."""
         try:
             self.model.in_mesh("a skin")
         except InputError:
@@ -115,7 +116,7 @@ class Neighbours:
     turn: Array
 
 
-def kept(
+def retain(
     model: FiniteElementModel,
     *,
     surface: str | Surface | Mapping[str, Any] | None = None,
@@ -128,8 +129,8 @@ def kept(
     keep: Sequence[str] = (),
     between: Neighbours | None = None,
     solve: LinearSolver = default_solver,
-) -> Kept:
-    """What is kept of a constrained model: the motion of contact points, then that of named dofs.
+) -> Retained:
+    """Retained dofs of a constrained model: the motion of contact points, then that of named dofs.
 
     Parameters
     ----------
@@ -169,7 +170,7 @@ def kept(
         sides["c"] = replace(sides["c"], influence=_influence(model, patches["c"], films or {}, cold, solve))
     columns = [*(_axes(model, part) for part in patches.values()), *([model.directions(keep)] if keep else [])]
     places = [*(np.repeat(side.positions, 3, axis=0) for side in sides.values()), model.dof_positions(keep)]
-    return Kept(
+    return Retained(
         model=model,
         directions=csc_array(hstack(columns)) if columns else csc_array((model.n_dofs, 0)),
         names=(*(name for side in sides.values() for name in side.dofs), *keep),
@@ -197,7 +198,7 @@ def _patches(mesh: Mesh, on: Surface, name: str, contacts: int | Reals, radius: 
 
 
 def _contact_nodes(name: str, wanted: int | Reals, mesh: Mesh) -> Any:
-    """How many, node indices of labels, or positions."""
+    """A number of nodes, indices of node labels, or positions."""
     expected = "how many, node labels (n,), or positions (n, 3)"
     places = count_or_numbers(name, wanted, expected)
     if isinstance(places, int):
@@ -227,11 +228,11 @@ def _facing(mesh: Mesh, between: Neighbours, radius: float | None) -> dict[str, 
         opposite = contact_patches(mesh, low, back, float(patches.radii.max()) if radius else None)
     except InputError as error:
         raise InputError([fault.inside("between") for fault in error.faults]) from None
-    apart = np.linalg.norm(opposite.points.positions - back, axis=1)
+    distances = np.linalg.norm(opposite.points.positions - back, axis=1)
     size = np.sqrt(patches.points.areas)
-    worst = int(np.argmax(apart / size))
-    if apart[worst] > 0.1 * size[worst]:
-        statement = f"point {worst + 1} of '{between.high}' lies {apart[worst]:.3g} from '{between.low}'"
+    worst = int(np.argmax(distances / size))
+    if distances[worst] > _OPPOSITE * size[worst]:
+        statement = f"point {worst + 1} of '{between.high}' lies {distances[worst]:.3g} from '{between.low}'"
         remedy = "give surfaces of shrouds that touch, in the order low, high"
         raise InputError(Fault("between", f"{statement} of the next sector", remedy=remedy))
     return {"h": patches, "l": opposite}
@@ -259,9 +260,9 @@ def _influence(
 def skin_rows(
     model: FiniteElementModel, places: Array | None = None, surface: Any = None, contacts: int = 0
 ) -> SkinRows:
-    """The surface of a body, with its dofs: what shows its shape, and the contacts on the nodes of a ``surface``.
+    """The surface mesh of a body, with its dofs, fine at the contacts on the nodes of a ``surface``.
 
-    ``places`` (n_keep, 3) are those of what is kept.
+    ``places`` (n_keep, 3) are those of the retained dofs.
     """
     mesh = model.in_mesh("a skin")
     nodes, triangles = skin_of(mesh, fine=surface, most_fine=min(_NODES_A_CONTACT * contacts, _MOST_AT_CONTACTS))

@@ -10,10 +10,9 @@ from slipstick.errors import InputError
 from slipstick.fem.assembly import assemble, conduction
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.box import box
-from slipstick.fem.imported import ImportedModel
-from slipstick.fem.kept import kept
 from slipstick.fem.materials import Material
-from slipstick.fem.model import elastic_model
+from slipstick.fem.model import ImportedModel, elastic_model
+from slipstick.fem.retained import retain
 from slipstick.solve.linear.factorisation import factorise
 
 METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)
@@ -21,7 +20,9 @@ METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)
 
 def test_what_is_kept_of_a_block():
     mesh = box((1.0, 1.0, 0.5), (4, 4, 2), "hex20")
-    body = kept(elastic_model(mesh, METAL, "z0"), surface="z1", contacts=4, pressure={"push": "x0"}, films={"x1": 3.0})
+    body = retain(
+        elastic_model(mesh, METAL, "z0"), surface="z1", contacts=4, pressure={"push": "x0"}, films={"x1": 3.0}
+    )
     assert body.points.names == ("c1", "c2", "c3", "c4")
     assert body.points.dofs[:4] == ("c1x", "c1y", "c1z", "c2x")
     assert body.directions.shape == (len(body.model.free), 12)
@@ -29,11 +30,11 @@ def test_what_is_kept_of_a_block():
     np.testing.assert_allclose(body.directions.T @ rigid, np.tile([1.0, 2.0, 3.0], 4), rtol=1e-12)
     assert body.loads["push"].reshape(-1, 3).sum(axis=0)[0] == pytest.approx(0.5, rel=0.2)  # the fixed edge takes some
     assert body.points.influence.shape == (4, 4)
-    assert kept(elastic_model(mesh, METAL, "z0"), surface="z1", contacts=2).points.influence is None
+    assert retain(elastic_model(mesh, METAL, "z0"), surface="z1", contacts=2).points.influence is None
     with pytest.raises(InputError, match="no material has a conductivity"):
-        kept(elastic_model(mesh, replace(METAL, conductivity=0.0), "z0"), surface="z1", films={"x1": 3.0})
+        retain(elastic_model(mesh, replace(METAL, conductivity=0.0), "z0"), surface="z1", films={"x1": 3.0})
     with pytest.raises(InputError, match="surface 'top' is not in the mesh"):
-        kept(elastic_model(mesh, METAL, "z0"), surface="top")
+        retain(elastic_model(mesh, METAL, "z0"), surface="top")
 
 
 def imported_block(mesh):
@@ -56,7 +57,7 @@ def test_contacts_on_an_imported_model():
     mesh = box((1.0, 1.0, 0.5), (3, 3, 2), "hex20")
     model, imported = imported_block(mesh)
     options = {"surface": "z1", "contacts": 2, "films": {"boundary": 1.0}, "pressure": {"push": "z1"}}
-    ours, theirs = kept(model, **options), kept(imported, **options)
+    ours, theirs = retain(model, **options), retain(imported, **options)
     compliance = [
         np.asarray(body.directions.T @ factorise(body.model.K).solve(body.directions.toarray()))
         for body in (ours, theirs)
@@ -70,7 +71,7 @@ def test_contacts_on_an_imported_model():
         replace(imported, mesh=replace(imported.mesh, node_labels=imported.mesh.labels + 1)).in_mesh("contacts")
     bare = replace(imported, materials={})
     with pytest.raises(InputError, match="no material has a conductivity"):
-        kept(bare, **options)
+        retain(bare, **options)
 
 
 def test_conduction_alone_and_faces_towards():
