@@ -173,8 +173,8 @@ class Iteration:
                 friction.append((X, still, moved, still, sliders.Fx, sliders.Fy, own))
             else:
                 laws.append(law_in_time(batch, values, detail.inputs.batches[k].speed(detail.omega)))
-                Q, u, f = (np.concatenate(part) for part in (motion.Q, rubbing[k], forces[k]))
-                rows.append((Q, u, f, motion.drift.reshape(-1)))
+                Q, u, force = (np.concatenate(part) for part in (motion.Q, rubbing[k], forces[k]))
+                rows.append((Q, u, force, motion.drift.reshape(-1)))
         moved, prescribed, force, drift = (np.concatenate(part) for part in zip(*rows, strict=True))
         *motion_and_force, each = zip(*friction, strict=True)
         X, Y, u, u_normal, fx, fy = (np.concatenate(part) for part in motion_and_force)
