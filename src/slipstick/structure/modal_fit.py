@@ -15,11 +15,9 @@ from time import monotonic
 import numpy as np
 
 from slipstick.errors import Fault, InputError
-from slipstick.structure.measured import CLEAR, FLOOR, Receptances, checked, reciprocal
-from slipstick.structure.measurement_noise import deviation
+from slipstick.structure.measured import CLEAR, FLOOR, Poles, Receptances, checked, deviation, reciprocal
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.modal_least_squares import BELOW, BEYOND, MOST_DAMPING, LeastSquares, Shaped
-from slipstick.structure.modal_poles import Poles
 from slipstick.typing import Array
 
 _MOST_MODES = 60

@@ -14,9 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipstick.structure.measured import Receptances
-from slipstick.structure.measurement_noise import deviation
-from slipstick.structure.modal_poles import Poles
+from slipstick.structure.measured import Poles, Receptances, deviation
 from slipstick.typing import Array, ComplexArray, IntArray
 
 BELOW, BEYOND = 0.3, 1.5

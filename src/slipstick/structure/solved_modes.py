@@ -156,7 +156,7 @@ class SolvedModes(ModalStructure):
         if min(np.shape(rows)[1], np.shape(columns)[1]) <= FEW:
             return super().project(rows, columns, shapes)
         residuals, left, right = self._residuals(rows, columns, shapes)
-        return SolvedReceptance(
+        return SolvedModesReceptance(
             residuals, left=left, right=right, stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
             damping=2.0 * self._viscous * self.omega, factor=self.damping,
         )  # fmt: skip
@@ -192,7 +192,7 @@ class SolvedModes(ModalStructure):
         return f"SolvedModes({self.omega.size} modes, {len(self._dofs)} dofs of {self.full.K.shape[0]})"
 
 
-class SolvedReceptance(ModalReceptance):
+class SolvedModesReceptance(ModalReceptance):
     """A ``ModalReceptance`` whose residuals are applied by solutions; its entries are written out if they are few."""
 
     def __init__(
@@ -210,7 +210,7 @@ class SolvedReceptance(ModalReceptance):
     def _parts(self) -> Residuals:
         return self._residuals
 
-    def nearly(self) -> SolvedReceptance:
+    def nearly(self) -> SolvedModesReceptance:
         """The same without solutions, see ``SolvedResiduals.nearly``; where there are none, this."""
         residuals = self._residuals.nearly()
         if residuals is self._residuals:

@@ -23,8 +23,7 @@ from numpy.typing import ArrayLike
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
 from slipstick.structure.checks import array_faults, checked_names, known_shapes, number_faults
-from slipstick.structure.measured import FLOOR, resonances
-from slipstick.structure.measurement_noise import FEW, deviation, seen
+from slipstick.structure.measured import FEW, FLOOR, deviation, resonances, seen
 from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Receptance
 from slipstick.structure.truncation import Truncation

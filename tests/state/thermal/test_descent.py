@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.state.thermal.descent import TemperatureCells, downhill, near
+from slipstick.state.thermal.equilibrium import TemperatureCells, downhill, near
 
 T_LOW, T_HIGH = 0.0, 10.0
 

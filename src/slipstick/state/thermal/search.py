@@ -9,8 +9,17 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.state.thermal.descent import SHORTEST_CELL, TemperatureCells, bracketed
-from slipstick.state.thermal.equilibrium import PowerFunction, checked, dissipated, equilibrium, is_stable, onto
+from slipstick.state.thermal.equilibrium import (
+    SHORTEST_CELL,
+    PowerFunction,
+    TemperatureCells,
+    bracketed,
+    checked,
+    dissipated,
+    equilibrium,
+    is_stable,
+    onto,
+)
 from slipstick.typing import Array, BoolArray
 
 Scalar = Callable[[float], tuple[float, float]]

@@ -15,9 +15,8 @@ from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.solve.linear.modes import EigenError, StageListener, StageProgress
 from slipstick.structure.matrix_checks import matrix_faults, name_of, scaled, smallest_pivot
 from slipstick.structure.reduction.data import Columns, ReducedData
-from slipstick.structure.reduction.near_field import sampled
+from slipstick.structure.reduction.near_field import near_residuals, sampled
 from slipstick.structure.reduction.request import Accuracy
-from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, cheaper_solved, near_residuals
 from slipstick.typing import AnyArray, Array, IntArray, Sparse
 
 MOST_BY_DEFAULT = 128
@@ -30,6 +29,18 @@ _TOGETHER = 256
 
 _HELD, _SLICE = 1024, 32
 """Columns whose solutions are held together; more are solved for in slices."""
+
+_PRODUCTS = 1000
+"""Products with a receptance that a curve takes, for the choice between both kinds."""
+
+_COLUMNS = 11
+"""Of each: the harmonics 0 to 5."""
+
+ALWAYS_WRITTEN = 500
+"""Directions up to which residuals are written out."""
+
+MOST_WRITTEN_BYTES = 4e9
+"""Memory that residuals written out may take."""
 
 
 def compute(
@@ -67,6 +78,20 @@ def compute(
     if not (data.omega > 0.0).all():
         raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
     return replace(data, seconds=clock.stop())
+
+
+def cheaper_solved(n_keep: int, factors: int) -> bool:
+    """Whether solutions cost less than matrices, over reduction and one curve, by operations.
+
+    ``factors`` are the bytes of the factorised stiffness.
+    """
+    if n_keep <= ALWAYS_WRITTEN:
+        return False
+    if 16.0 * n_keep**2 > MOST_WRITTEN_BYTES:
+        return True
+    solution = 4.0 * factors / 12.0
+    matrices = 2.0 * n_keep * solution + _PRODUCTS * _COLUMNS * 4.0 * n_keep**2
+    return (2.0 * _COLUMNS * _PRODUCTS + 500.0) * solution < matrices
 
 
 def reduced_data(

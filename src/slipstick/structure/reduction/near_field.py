@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
+from slipstick.solve.linear.lanczos import BlockLanczos
+from slipstick.structure.reduction.data import ReducedData
 from slipstick.structure.residuals import NearField
 from slipstick.typing import Array, IntArray, Sparse
 
@@ -146,3 +148,22 @@ def _near_field(near: Any, entries: Array, sample: IntArray, exact: Array) -> Ne
         place[near.indices[near.indptr[column] : near.indptr[column + 1]]] = 0.0
         least += size[column] * (size.sum() - size[near.indices[near.indptr[column] : near.indptr[column + 1]]].sum())
     return NearField(entries=found, share=float(far.sum() / least) if least > 0.0 else 0.0)
+
+
+def near_residuals(
+    iteration: BlockLanczos, M: Sparse, directions: Any, data: ReducedData
+) -> tuple[NearField, NearField]:
+    """Both residuals of ``data`` between directions (n, n_keep), near themselves; a few solutions for each."""
+    n, omega, sample = directions.shape[1], data.omega, data.sample
+    assert sample is not None
+    kept, s = data.amplitudes[:n], len(sample)
+
+    def residual(x: Array) -> Array:
+        U = iteration.solve(np.asfortranarray(directions @ x))
+        modal, out = kept.T @ x, np.empty((2, *x.shape))
+        out[0] = directions.T @ U - kept @ (modal / omega[:, None] ** 2)
+        out[1] = directions.T @ iteration.solve(np.asfortranarray(M @ U)) - kept @ (modal / omega[:, None] ** 4)
+        return out
+
+    exact = np.array([data.left_over(data.static, 2), data.left_over(data.second, 4)])
+    return near_fields(residual, neighbours(iteration.K, directions), sample, exact[:, :n, :s])
