@@ -116,7 +116,7 @@ def test_columns_solved_in_parts(solved: Any, monkeypatch: pytest.MonkeyPatch) -
     forces, second = rng.standard_normal((len(solved.dofs), 8)), np.arange(8) % 3 > 0
     whole = B._residuals.both(forces, second)
     monkeypatch.setattr(residuals, "SOLVED", 3)
-    B._residuals._known = None
+    B._residuals._last = None
     close(B._residuals.both(forces, second), whole)
     assert not whole[1][:, ~second].any()
 

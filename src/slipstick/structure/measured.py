@@ -1,8 +1,18 @@
-"""Measured receptances between points of a structure, and whether they are what they are taken for.
+"""Measured receptances between points of a structure: checks of what was measured, their poles and their noise.
 
 A driving point of a passive structure is ``A(w) = sum_r R_r / (w_r^2 + 2 i zeta_r w_r w - w^2) + S - m / w^2`` with
-``R_r, S, m >= 0``; accelerance is ``-w^2 A``, mobility ``i w A``, and in the other sign of time all is conjugated.
-Which of these it is follows from fits with such coefficients (non-negative least squares), with the poles of the table.
+``R_r, S, m >= 0``. Accelerance is ``-w^2 A``, mobility ``i w A``, and with the time dependence ``exp(-i w t)`` all are
+conjugated. Fits with such coefficients (non-negative least squares) and the poles of the table tell which one it is.
+
+Poles are those of the least-squares complex frequency method. All receptances have one denominator,
+``A(w) = B(z) / a(z)`` with ``z = exp(i T (w - w_a))``: polynomials in ``z`` are well conditioned at any order. The
+numerators are eliminated, the denominator follows by linear least squares (P. Guillaume, P. Verboven, S. Vanlanduit,
+Proc. ISMA 23, 1998; B. Cauberghe, thesis, Vrije Universiteit Brussel, 2004). Physical poles stay where they are while
+the order grows; poles of noise move, and most of them are unstable.
+
+The variance of the noise of a receptance is ``a + b (w_1 / w)^4 + c |A|^2``: the floor of a sensor of displacement,
+that of one of acceleration (whose receptance is divided by ``w^2``), and errors in proportion to the receptance. The
+three are found by maximum likelihood from the squares of deviations.
 """
 
 from __future__ import annotations
@@ -18,24 +28,27 @@ from slipstick.errors import Fault, InputError
 from slipstick.typing import Array, ComplexArray, IntArray
 
 FLOOR = 0.02
-"""Errors are judged relative to the receptance, and to this share of its size where that is small."""
+"""Errors are relative to the receptance, or to this fraction of its size where the receptance is smaller."""
 _PROMINENT = 0.05
-"""Decades by which a peak of the sum of all receptances stands out."""
-_RECIPROCAL = 0.05
+"""Prominence of a resonance in the sum of all receptances, decades."""
+
 CLEAR = 1.5
-"""As many times what noise explains is more than noise."""
+"""Factor on the noise above which a deviation is no noise."""
+_ASYMMETRIC = 0.05
+"""Relative difference of reciprocal receptances above which a warning is given."""
 _ACTIVE, _SURE = 0.02, 4.0
-"""What is suspicious: of reciprocity, of power out of a driving point, and this in deviations of the noise."""
-_SHARE = 0.05
-"""Accuracy that is asked of a fit that tells what functions are, relative."""
+"""Fraction of the receptance, and deviations of the noise, above which power out of a driving point is suspicious."""
+
+_FIT_ERROR = 0.05
+"""Relative accuracy of the fits that tell what kind of function was measured."""
 _UNFIT, _BETTER = 0.01, 0.25
-"""Functions are not what they are taken for where they fit worse than the first, and something else leaves only the
-share of the second; both of the sum of squares."""
-_TOLD = 6
-"""Driving points that are looked at: the strongest."""
+"""Fractions of the sum of squares. Functions are of another kind where as receptances they leave more than the first,
+and as that kind less than the second of what they leave as receptances."""
+_MOST_POINTS = 6
+"""Driving points that these fits use: the strongest."""
 _QUANTITIES = ("receptances", "mobilities", "accelerances")
 _CHOICES = tuple((order, sign) for order in range(3) for sign in (1.0, -1.0))
-"""What functions may be: how often differentiated, with which sign; first what they are taken for and its negative."""
+"""Kinds of functions: number of time derivatives, and sign; first receptances and their negatives."""
 _MOVES = ("displacement", "velocity", "acceleration")
 
 
@@ -58,7 +71,7 @@ class Receptances:
         return np.asarray(self.rows == self.columns)
 
     def name(self, pair: int) -> str:
-        """Of a pair, in words."""
+        """Description of a pair in messages."""
         return f"'{self.dofs[self.rows[pair]]}' by a force on '{self.dofs[self.columns[pair]]}'"
 
     @property
@@ -78,9 +91,9 @@ class Receptances:
         yield from ((k, place[j, i]) for (i, j), k in place.items() if i < j and (j, i) in place)
 
     def warnings(self, unit: str) -> Iterator[str]:
-        """What is suspicious in what was measured."""
+        """Sentences on suspicious measurements."""
         for k, _, off, noise in self._differences():
-            if off > max(_RECIPROCAL, CLEAR * noise):
+            if off > max(_ASYMMETRIC, CLEAR * noise):
                 yield (
                     f"reciprocity: {self.name(k)} and the other way round differ by {100 * off:.2g} %; "
                     "their mean is taken"
@@ -99,7 +112,7 @@ class Receptances:
 
 
 def reciprocal(measured: Receptances) -> Receptances:
-    """With the mean of what was measured both ways, each pair once."""
+    """Receptances of each pair once: the mean where a pair was measured both ways."""
     groups: dict[tuple[int, int], list[int]] = {}
     for k, (i, j) in enumerate(zip(measured.rows.tolist(), measured.columns.tolist(), strict=True)):
         groups.setdefault((min(i, j), max(i, j)), []).append(k)
@@ -108,8 +121,8 @@ def reciprocal(measured: Receptances) -> Receptances:
     return Receptances(dofs=measured.dofs, omega=measured.omega, values=values, rows=rows, columns=columns)
 
 
-class _Taken(NamedTuple):
-    """What functions may be: conjugated or not, how often differentiated, with which sign; and the misfit."""
+class _Kind(NamedTuple):
+    """Kind of functions: conjugated or not, number of time derivatives, sign; and the misfit."""
 
     conjugated: bool
     order: int
@@ -128,16 +141,16 @@ def checked(measured: Receptances) -> Poles:
     noise = deviation(measured.omega, measured.values)
     poles = stable_poles(measured.omega, measured.values, 1.0 / noise)
     points = np.flatnonzero(measured.driving)
-    points = points[np.argsort(-np.linalg.norm(measured.values[:, points], axis=0))][:_TOLD]
+    points = points[np.argsort(-np.linalg.norm(measured.values[:, points], axis=0))][:_MOST_POINTS]
     if not points.size:
         return poles
     left = _misfits(measured, noise, poles, points)
-    kinds = [_Taken(False, *choice, float(off)) for choice, off in zip(_CHOICES, left.mean(axis=0), strict=True)]
+    kinds = [_Kind(False, *choice, float(off)) for choice, off in zip(_CHOICES, left.mean(axis=0), strict=True)]
     own, best = kinds[0], min(kinds, key=lambda kind: kind.misfit)
     if best.misfit > _UNFIT:
         other = replace(measured, values=measured.values.conj())
         turned = _misfits(other, noise, stable_poles(other.omega, other.values, 1.0 / noise), points).mean(axis=0)
-        best = min(best, _Taken(True, 0, 1.0, float(turned.min())), key=lambda kind: kind.misfit)
+        best = min(best, _Kind(True, 0, 1.0, float(turned.min())), key=lambda kind: kind.misfit)
     for point, (right, reversed_) in zip(points, left[:, :2], strict=True):
         if reversed_ < _BETTER * right and right > _UNFIT and best[:2] == (False, 0):
             raise InputError(
@@ -169,9 +182,9 @@ def checked(measured: Receptances) -> Poles:
 
 
 def _misfits(measured: Receptances, noise: Array, poles: Poles, points: IntArray) -> Array:
-    """Of driving points, for all choices of what they may be, (n_points, n_choices): shares of the sum of squares.
+    """Misfits of driving points as each kind of function, (n_points, n_choices): fractions of the sum of squares.
 
-    What the noise makes of it is taken off.
+    The part of the noise is subtracted.
     """
     from scipy.optimize import nnls
 
@@ -182,7 +195,7 @@ def _misfits(measured: Receptances, noise: Array, poles: Poles, points: IntArray
         if not wr.size:
             break
         A = measured.values[:, point]
-        g = 1.0 / np.hypot(noise[:, point], _SHARE * np.abs(A))
+        g = 1.0 / np.hypot(noise[:, point], _FIT_ERROR * np.abs(A))
         b, hidden = np.concatenate([(A * g).real, (A * g).imag]), 2.0 * float(np.sum((noise[:, point] * g) ** 2))
         for k, (order, sign) in enumerate(_CHOICES):
             Y = sign * X * (1j * w / w[-1]) ** order * g[:, None]
@@ -192,7 +205,7 @@ def _misfits(measured: Receptances, noise: Array, poles: Poles, points: IntArray
 
 
 def resonances(w: Array, size: Array) -> list[tuple[float, float, float]]:
-    """Frequency, damping ratio by the half-power width, and prominence of the resonances seen."""
+    """Frequency, damping ratio by the half-power width, and prominence of the resonances."""
     from scipy.signal import find_peaks
 
     places, about = find_peaks(np.log10(size), prominence=_PROMINENT)
@@ -214,15 +227,15 @@ Poles = tuple[Array, Array]
 _ORDERS = (60, 150)
 """Highest order of the denominator, usual and at most."""
 _COLUMNS = 16
-"""Functions that denominators are sought of: the strongest combinations where more were measured."""
+"""Functions for which a common denominator is fitted: the strongest combinations where more were measured."""
 _BEYOND = 0.1
-"""Poles are sought up to this share of the range above its end."""
+"""Poles are found up to this fraction of the range above its end."""
 _SAME, _SAME_DAMPING = 0.01, 0.2
-"""Relative differences of a stable pole from one order to the next, as Ewins has them in his chapter 4."""
+"""Relative differences of a stable pole from one order to the next (D. J. Ewins, Modal Testing, 2000, chapter 4)."""
 _STABLE = 0.3
-"""Share of the orders in which a stable pole is found."""
+"""Fraction of the orders that have to agree on a stable pole."""
 _DAMPED = 0.3
-"""Damping ratio up to which a resonance is taken for one."""
+"""Highest damping ratio of a resonance."""
 
 
 def stable_poles(omega: Array, values: ComplexArray, weight: Array, *, many: int = 0) -> Poles:
@@ -290,23 +303,24 @@ def _by_order(
 # noise
 
 _STEPS = 200
+"""Steps towards the largest likelihood, at most."""
 _LIKELIER = 15.0
-"""By how much three terms have to be likelier than one; fourth differences of neighbours are not independent."""
+"""Gain of log-likelihood that three terms need over one; fourth differences of neighbours are not independent."""
 _SMALLEST = 1e-13
-"""Deviation below which noise is rounding, relative to the size of a function."""
+"""Deviation of rounding, relative to the size of a function."""
 _NEARBY = 5
 """Lines whose median size stands for the size without noise, except at antiresonances."""
 _AROUND, _GROWS = 9, 8.0
-"""Lines over which squares are compared, and from which factor on they do not stem from noise (256 where smooth)."""
-FEW = 0.2
-"""Share of lines that have to show noise."""
+"""Lines over which squares are averaged, and growth with the stride from which on they are no noise (smooth: 256)."""
+FEWEST_NOISY = 0.2
+"""Fraction of lines that have to show noise."""
 
 
-def seen(values: ComplexArray) -> tuple[Array, NDArray[np.bool_]]:
-    """Squares of what functions (n, n_pairs) deviate from smooth ones, by fourth differences, and where this is noise.
+def noise_squares(values: ComplexArray) -> tuple[Array, NDArray[np.bool_]]:
+    """Squared deviations of functions (n, n_pairs) from smooth ones, by fourth differences, and where they are noise.
 
-    In the mean the squares are the variance of the noise. Where lines are too coarse for the function they are not:
-    then they are many times larger with every second line, while those of noise stay.
+    The mean of the squares is the variance of the noise. Where the lines are too coarse for the function, squares with
+    every second line are many times larger; those of noise stay the same.
     """
     from scipy.ndimage import convolve1d, maximum_filter1d
 
@@ -332,7 +346,7 @@ def deviation(omega: Array, values: ComplexArray, squares: Array | None = None, 
     values
         Functions (n, n_pairs).
     squares
-        Squares of deviations (n, n_pairs); by default those that fourth differences show.
+        Squares of deviations (n, n_pairs); by default those of fourth differences.
     size
         Sizes without noise, (n, n_pairs), by default the medians of neighbours, where these are smaller.
     """
@@ -342,8 +356,8 @@ def deviation(omega: Array, values: ComplexArray, squares: Array | None = None, 
         size = np.minimum(np.abs(values), median_filter(np.abs(values), (_NEARBY, 1), mode="nearest"))
     used = np.ones(values.shape, dtype=bool)
     if squares is None:
-        squares, used = seen(values)
-        used = used | (used.mean(axis=0) < FEW)
+        squares, used = noise_squares(values)
+        used = used | (used.mean(axis=0) < FEWEST_NOISY)
     mean = np.mean(np.abs(values) ** 2, axis=0)
     out = np.empty(values.shape)
     low = (omega[0] / omega) ** 4
@@ -358,13 +372,14 @@ def deviation(omega: Array, values: ComplexArray, squares: Array | None = None, 
 def _likeliest(terms: Array, squares: Array) -> Array:
     """Factors >= 0 of terms (n, n_terms) whose sum is the variance of which exponential ``squares`` (n,) are samples.
 
-    One term alone, where all together are hardly likelier: a trace of another would stand where the first is small.
-    Multiplicative steps that never lose likelihood (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation 21, 2009).
+    One term alone where all together are hardly likelier: else a trace of another would rule where the first is small.
+    Multiplicative steps that never decrease the likelihood (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation
+    21, 2009).
     """
     factors = np.full(terms.shape[1], float(np.mean(squares))) / np.mean(terms, axis=0) / terms.shape[1]
     alone = np.maximum(terms, 1e-300)
     single = np.mean(squares[:, None] / alone, axis=0)
-    unlikely = [_unlikely(alone[:, k] * factor, squares) for k, factor in enumerate(single)]
+    unlikely = [_negative_log_likelihood(alone[:, k] * factor, squares) for k, factor in enumerate(single)]
     for _ in range(_STEPS):
         inverse = 1.0 / (terms @ factors)
         step = np.sqrt(((squares * inverse**2) @ terms) / (inverse @ terms))
@@ -372,11 +387,11 @@ def _likeliest(terms: Array, squares: Array) -> Array:
         if np.all(np.abs(step - 1.0) < 1e-3):
             break
     best = int(np.argmin(unlikely))
-    if unlikely[best] < _unlikely(terms @ factors, squares) + _LIKELIER:
+    if unlikely[best] < _negative_log_likelihood(terms @ factors, squares) + _LIKELIER:
         factors = np.where(np.arange(len(single)) == best, single, 0.0)
     return np.asarray(factors)
 
 
-def _unlikely(variance: Array, squares: Array) -> float:
+def _negative_log_likelihood(variance: Array, squares: Array) -> float:
     """Negative logarithm of the likelihood of squares (n,)."""
     return float(np.sum(np.log(variance) + squares / variance))
