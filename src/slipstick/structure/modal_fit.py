@@ -161,7 +161,7 @@ def _poles(problem: LeastSquares, poles: Poles, until: float) -> tuple[LeastSqua
     """Poles of all modes that stand out of the noise, with this noise, and whether there was time for all."""
     for _ in range(_MOST_MODES):
         poles = _pruned(problem, problem.refined(_pruned(problem, poles)))
-        problem = problem.again(poles)
+        problem = problem.reweighted(poles)
         poles = _merged(problem, _pruned(problem, problem.refined(poles)))
         if monotonic() > until:
             return problem, poles, False
