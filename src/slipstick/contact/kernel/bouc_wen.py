@@ -1,12 +1,12 @@
-"""The Bouc-Wen element along a periodic motion: a march over the period in steps that keep to a tolerance.
+"""The Bouc-Wen element along a periodic motion: a march over the period in steps with an error tolerance.
 
-``dz/dw = 1 - |z|^n (beta sign(w' z) + gamma)``: the law does not know how fast it is moved. Between reversals z is a
-function of the way made since, ``z = Z(w - w_r, z_r)``, so ``dz = (dz/dw) dw(tau) + E c`` with a constant c for each
-way and ``E = dZ/dz_r``: the derivatives by all coefficients take two numbers of the march.
+``dz/dw = 1 - |z|^n (beta sign(w' z) + gamma)``: the law does not depend on the velocity. Between reversals z is a
+function of the path since the last one, ``z = Z(w - w_r, z_r)``. So ``dz = (dz/dw) dw(tau) + E c`` with a constant c
+for each path and ``E = dZ/dz_r``: the derivatives by all coefficients follow from two numbers of the march.
 
-Loading goes on over the way ``(beta + gamma)^(-1/n)``, unloading over ``1 / (n (beta - gamma) |z|^(n - 1))``, and
-where n is no integer ``|z|^n`` is not smooth at ``z = 0``: three scales, of which each may be much the smallest. Small
-motions leave next to nothing of ``z - w``, which decides about the mean: it is integrated for itself.
+Loading has the scale ``(beta + gamma)^(-1/n)``, unloading ``1 / (n (beta - gamma) |z|^(n - 1))``, and where n is no
+integer ``|z|^n`` is not smooth at ``z = 0``: three scales, each of which may be by far the smallest. For small motions
+``z - w`` is small and decides the mean, so it is integrated separately.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _TOLERANCE = 1e-11
 _ROUNDING = 1e-14
 """Error of a step by rounding, relative to the slope."""
 _WILD = 1e3
-"""Stiffness lost while loading, over that at the beginning, from which a stage tells nothing of its step."""
+"""Stiffness lost while loading, over that at the beginning, from which the stages of a step are useless."""
 _SATURATED = 1e-14
 """Distance of z from its largest value, relative to that, at which the remaining way is an exponential."""
 _ZERO = 1e-15
@@ -87,9 +87,9 @@ class March(NamedTuple):
 
 @part
 def slopes(y: Array, sigma: float, s: float, p: Array, full: bool, whole: bool, out: Array) -> None:
-    """Derivatives of the state by the way made in the direction s, z on the side sigma.
+    """Derivatives of the state by the path in the direction s, with the sign sigma of z.
 
-    ``whole``: of the derivatives by parameters over E instead, whose rates are as smooth as that of z.
+    ``whole``: for derivatives by parameters over E instead, whose rates are as smooth as that of z.
     """
     n, size = p[2], max(0.0, sigma * y[_Z])
     q = p[0] * sigma + p[1] * s
@@ -117,7 +117,7 @@ def slopes(y: Array, sigma: float, s: float, p: Array, full: bool, whole: bool, 
 
 @part
 def side_of(z: float, s: float) -> float:
-    """The side that z is on, or goes to."""
+    """Sign of z, or of its change where z is zero."""
     return 1.0 if z > 0.0 else -1.0 if z < 0.0 else s
 
 
@@ -129,7 +129,7 @@ def share_lost(z: float, s: float, p: Array) -> float:
 
 @part
 def allowed(reach: float, small: bool, p: Array, out: Array) -> None:
-    """Errors of a step that are allowed in each number of the state; ``reach`` is the largest z there can be."""
+    """Error tolerances of a step for each number of the state; ``reach`` is the largest possible z."""
     n, most = p[2], p[0] + abs(p[1])
     power = reach**n
     lost = min(1.0, most * power)
@@ -152,9 +152,9 @@ def march_step(y: Array, now: float, sigma: float, s: float, p: Array, march: Ma
                 total += _A[r, c] * K[c, i]
             at[i] = y[i] + now * total
         slopes(at, sigma, s, p, full, whole, K[r])
-        if sigma == s and not -s * K[r, _D] < _WILD:  # its power, or that of the next stage, may be no number
+        if sigma == s and not -s * K[r, _D] < _WILD:  # its power, or that of the next stage, may overflow
             return np.inf
-    if not -s * K[6, _D] < (1.0 if whole else 2.0):  # far beyond what z tends to
+    if not -s * K[6, _D] < (1.0 if whole else 2.0):  # far beyond the limit of z
         return np.inf
     worst = 0.0
     for i in range(_LOG if not whole else _D, 6 if full else 3):
@@ -170,7 +170,7 @@ def march_step(y: Array, now: float, sigma: float, s: float, p: Array, march: Ma
 
 @part
 def advance(y: Array, way: float, s: float, p: Array, march: March, full: bool, stop: bool) -> float:
-    """Carry ``y`` along a way without reversal, or ``stop`` where z becomes zero; what is left of the way."""
+    """Integrate ``y`` along a path without reversal, with ``stop`` up to where z becomes zero; the rest of the path."""
     K, at, scale = march.K, march.at, march.scale
     n, largest = p[2], (p[0] + p[1]) ** (-1.0 / p[2])
     left, fresh, made = way, True, 0
@@ -196,7 +196,7 @@ def advance(y: Array, way: float, s: float, p: Array, march: March, full: bool, 
                     return left
                 continue
             now = min(now, to_zero(size, lost))
-        elif not whole:  # longer steps swing about what z tends to, within the tolerance
+        elif not whole:  # longer steps would oscillate about the limit of z
             now = min(now, largest / n)
         if full and whole:
             for i in range(_BETA, 6):
@@ -234,7 +234,7 @@ def advance(y: Array, way: float, s: float, p: Array, march: March, full: bool, 
 
 @part
 def to_zero(size: float, lost: float) -> float:
-    """The way on which z unloads to zero, or a little less; exact for n = 1."""
+    """Path on which z unloads to zero, or a little less; exact for n = 1."""
     return size * (np.log1p(-lost) / -lost if lost < -1e-8 else 1.0)
 
 
@@ -247,7 +247,7 @@ def moving(X: Array, m: Array, v: float) -> tuple[Element, Workspace]:
 
 @part
 def ways(e: Element, work: Workspace, times: Array) -> Array:
-    """Phases at which the ways of a period begin and end: its reversals; without any, where it is cut."""
+    """Phases of the reversals in a period, between which paths run; without any, the phase at which it begins."""
     kinds = np.empty(times.size, np.int64)
     highest = max(1.0, e.m[-1]) if e.m.size else 1.0
     count = breakpoints(np.zeros(1), e, int(np.ceil(TWO_PI * _CELLS * highest)), work, times, kinds)
@@ -266,7 +266,7 @@ def tangent(z: float, s: float, p: Array) -> float:
 
 @part
 def moved(a: float, b: float, X: Array, m: Array, v: float) -> float:
-    """The way between two phases, exact to rounding of itself."""
+    """Path between two phases, with a small relative error."""
     middle, half, way = 0.5 * (a + b), 0.5 * (b - a), v * (b - a)
     for j in range(m.size):
         wave = X[2 * j + 2] * np.cos(m[j] * middle) - X[2 * j + 1] * np.sin(m[j] * middle)
@@ -276,7 +276,7 @@ def moved(a: float, b: float, X: Array, m: Array, v: float) -> float:
 
 @part
 def periodic(X: Array, m: Array, v: float, p: Array, edges: Array, march: March, y: Array) -> tuple[float, bool]:
-    """z at the cut, and whether the motion is small; Newton's method on the map of a period, between bounds."""
+    """z at the start of the period, and whether the motion is small; Newton on the period map, between bounds."""
     largest = (p[0] + p[1]) ** (-1.0 / p[2])
     count = edges.size - 1
     lengths, at, low, high = np.empty(count), 0.0, 0.0, 0.0
@@ -319,7 +319,7 @@ def periodic(X: Array, m: Array, v: float, p: Array, edges: Array, march: March,
 
 @part
 def phase_of(way: float, t: float, h: float, X: Array, m: Array, v: float) -> float:
-    """How far after t a way is made that is made within h."""
+    """Phase after t at which a path is completed, at most h."""
     first, last, before, after = 0.0, h, -way, abs(moved(t, t + h, X, m, v)) - way
     for i in range(80):
         at = last - after * (last - first) / (after - before)
@@ -337,11 +337,11 @@ def phase_of(way: float, t: float, h: float, X: Array, m: Array, v: float) -> fl
 
 @part
 def over_shortest(z: float, unloads: bool, way: float, s: float, p: Array) -> float:
-    """A way over the shortest scale of z on it and as far again."""
+    """Length of a path over the shortest scale of z along twice that path."""
     size, n = abs(z), p[2]
     if unloads:
         gained = (p[0] - p[1]) * size**n
-        # |z|^n of a large n is no polynomial to the rule, however little there is of it
+        # for large n the rule does not resolve |z|^n, however small it is
         return way * n / size * (max(1.0, gained) if n > 4.0 and gained > 1e-9 else gained)
     largest = (p[0] + p[1]) ** (-1.0 / n)
     if abs(s * largest - z) <= _SATURATED * largest:
@@ -372,7 +372,7 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
         a, b = edges[i], edges[i + 1]
         s = 1.0 if moved(a, b, X, m, v) > 0.0 else -1.0
         y[_LOG], y[_BETA], y[_GAMMA], y[_N] = 0.0, 0.0, 0.0, 0.0
-        # c = dz - (dz/dw) dw where the way begins: the tangent jumps there
+        # c = dz - (dz/dw) dw where the path begins: the tangent jumps there
         jump = share_lost(y[_Z], s, p) - lost
         wave[:] = 0.0
         add_motion(jump, a, m, wave)
@@ -442,12 +442,12 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
         c *= np.exp(y[_LOG])
         c[L + 1 :] += y[_BETA:]
         so_far += y[_LOG]
-    # a change of z at the cut, beside that of the motion, comes back with its own
+    # a change of z at the start returns with its own
     wave[:] = 0.0
     add_motion(lost, edges[-1], m, wave)
     c[:L] -= wave
     c[L] += TWO_PI - lost * edges[-1]
-    if so_far >= 0.0:  # any mean repeats: the motion is put in the middle
+    if so_far >= 0.0:  # any mean is periodic: the motion is centred
         c[:] = 0.0
         at_cut, low, high = 0.0, 0.0, 0.0
         first, other = edges[0], edges[0]

@@ -167,7 +167,7 @@ def event_value(code: int, tau: float, side: float, held: float, e: Element, pie
 
 @compiled(allocates=True)
 def root(code: int, a: float, b: float, side: float, held: float, e: Element, piece: Array, work: Workspace) -> float:
-    """The zero between two phases of different sign (Illinois' rule, safeguarded by bisection)."""
+    """Zero between two phases of different sign (Illinois method, safeguarded by bisection)."""
     fa, fb = event_value(code, a, side, held, e, piece, work), event_value(code, b, side, held, e, piece, work)
     if fa == 0.0:
         return a
@@ -198,7 +198,7 @@ def root(code: int, a: float, b: float, side: float, held: float, e: Element, pi
 def extreme(
     code: int, a: float, b: float, sign: float, side: float, held: float, e: Element, piece: Array, work: Workspace
 ) -> tuple[float, float]:
-    """Phase and value of the least of ``sign`` times the function between two phases (golden section)."""
+    """Phase and value where ``sign`` times the function is least between two phases (golden section)."""
     c, d = a + _GOLDEN * (b - a), b - _GOLDEN * (b - a)
     fc, fd = (
         sign * event_value(code, c, side, held, e, piece, work),
@@ -218,7 +218,7 @@ def extreme(
 
 @compiled(allocates=True)
 def _deepest(before: float, now: float, after: float) -> float:
-    """Eight times as far as a parabola through a lowest sample and its neighbours goes below it; 0 where it is none."""
+    """Eight times the depth of a parabola below a lowest sample and its neighbours; 0 where it is not the lowest."""
     return before + after - 2.0 * now if now <= before and now <= after else 0.0
 
 
@@ -235,7 +235,7 @@ def first_below(
         after = event_value(code, right, side, held, e, piece, work)
         if after < 0.0:
             peak, height = left, now
-            if i == 0:  # where it begins at the bound it is zero but for rounding
+            if i == 0:  # zero to rounding where it begins at the bound
                 c, most = extreme(code, left, right, -1.0, side, held, e, piece, work)
                 if most > now:
                     peak, height = c, most
@@ -334,7 +334,7 @@ def march(
             motion_at(t, e, now)
             bound(now, e, piece, by, out)
             at_bound = 1.0 if f >= (1.0 - _AT_BOUND) * out[_B] else -1.0 if f <= (_AT_BOUND - 1.0) * out[_B] else 0.0
-            if i > 0 and pieces[i - 1, _CLOSED] == 0.0:  # it has just closed
+            if i > 0 and pieces[i - 1, _CLOSED] == 0.0:  # contact has just closed
                 at_bound = 1.0 if now[_W1] > 0.0 else -1.0
             if at_bound != 0.0 and kt * now[_W1] * at_bound > out[_B1]:
                 side = at_bound
@@ -379,7 +379,7 @@ def march(
 def anchor(
     a: Array, shift: float, pieces: Array, kinds: Array, levels: Array, e: Element, work: Workspace, out: Array
 ) -> None:
-    """Derivatives of ``f - kt w`` of a stick by all arguments (see ``evaluate``); it began ``shift`` periods before."""
+    """Derivatives of ``f - kt w`` of a stick, begun ``shift`` periods before, by all arguments (see ``evaluate``)."""
     at, by, b = work.motion, work.by, work.bound
     m, t, side = e.m, a[_PHASE], a[_SIDE]
     L = 2 * m.size + 1
@@ -434,11 +434,11 @@ def add_rate(factor: float, tau: float, m: Array, out: Array) -> None:
 def slope_of_bound(side: float, tau: float, e: Element, work: Workspace, out: Array) -> None:
     """Add the derivatives of ``side B`` by all arguments, at the motion and bound in the workspace."""
     m, at, by, b = e.m, work.motion, work.by, work.bound
-    L, omega, mu, normal, felt = 2 * m.size + 1, e.omega, b[_MU], b[_NORMAL], side * b[_SLOPE] * b[_NORMAL]
-    add_rate(felt * omega, tau, m, out[:L])
+    L, omega, mu, normal, slope_force = 2 * m.size + 1, e.omega, b[_MU], b[_NORMAL], side * b[_SLOPE] * b[_NORMAL]
+    add_rate(slope_force * omega, tau, m, out[:L])
     add_motion(side * mu * e.kn, tau, m, out[L : 2 * L])
-    out[2 * L + _DRIFT] += felt * omega
-    out[2 * L + _OMEGA] += felt * at[_W1]
+    out[2 * L + _DRIFT] += slope_force * omega
+    out[2 * L + _OMEGA] += slope_force * at[_W1]
     out[2 * L + _KN] += side * mu * normal / e.kn
     out[2 * L + _GAP] -= side * mu * e.kn
     for j in range(by.size):
@@ -470,7 +470,7 @@ def evaluate(
     pieces_of(count, times, levels, e, work, pieces)
     anchors, sides = np.zeros((len(at), 4)), np.zeros((2, 4))
     ends, found = np.zeros(2), 0
-    # the map of a period is a shift by the drift, cut off on both sides: its ends are those of the largest forces
+    # the period map is a shift by the drift, clipped on both sides: its ends are those of the largest forces
     motion_at(_START, e, now)
     bound(now, e, pieces[0], by, b)
     first = b[_B]
