@@ -144,7 +144,7 @@ def planar_forces(pair: ss.ContactPair, h: ss.Harmonics, Q: np.ndarray, omega: f
     orders = np.arange(1, len(h.orders))
     F, gap = marched(orders, X[None], np.array([[*v, *(values[name][0] for name in ("kt", "mu", "kn", "gap"))]]))
     found = law.respond(Motion(h, 1.0, tuple(x[None] for x in X), np.array([*v, 0.0])[:, None]), values)
-    if found.detail.loose[0]:
+    if found.detail.stuck_all_period[0]:
         F[0, :, 0] = [found.force[i][0, 0] for i in (0, 1)]
     elif gap[0] > 1e-9 * np.abs(F).max():
         raise ValueError(f"the march of {pair.name} does not settle: {gap[0]:g}")

@@ -98,7 +98,7 @@ def worst_beside_marching(X: Array, par: Array, steps: int) -> Array:
     F, gap = marched(np.arange(1, X.shape[2] // 2 + 1), X, par, steps=steps)
     limit = par[:, 3] * par[:, 4] * (np.abs(X[:, 2]).sum(1) - par[:, 5])
     error = np.abs(np.stack(found.force[:2], axis=1) - F).max(axis=(1, 2)) / limit
-    return np.where(found.detail.loose, 0.0, np.where(gap <= 1e-11 * limit, error, np.nan))
+    return np.where(found.detail.stuck_all_period, 0.0, np.where(gap <= 1e-11 * limit, error, np.nan))
 
 
 class TestClosedForms:
@@ -178,7 +178,7 @@ class TestClosedForms:
         X[0, 1], X[1, 2] = a, a
         r = respond(X, [0, 0, 100.0, 0.3, 1.0, -800.0])
         np.testing.assert_allclose(r.force[0][0, :3], [0.0, 100.0 * a, 0.0], atol=1e-9)
-        assert r.detail.loose[0]
+        assert r.detail.stuck_all_period[0]
 
 
 class TestBesideMarching:
@@ -256,8 +256,8 @@ class TestMeanOfAContactThatNeverSlips:
         Z[:, :2] = np.einsum("ij,ejl->eil", turn, Z[:, :2])
         mean, moved = (np.stack(r.force[:2], axis=1)[:, :, 0] for r in (first, respond(Z, par)))
         error = np.abs(mean @ turn.T - moved).max(axis=1) / (par[:, 2] * np.abs(X[:, :2]).max(axis=(1, 2)))
-        assert first.detail.loose.mean() > 0.95
-        assert error[first.detail.loose].max() < 1e-8
+        assert first.detail.stuck_all_period.mean() > 0.95
+        assert error[first.detail.stuck_all_period].max() < 1e-8
 
     @pytest.mark.parametrize("varying", [False, True])
     def test_no_other_mean_is_farther_from_the_limit(self, varying: bool) -> None:
@@ -350,7 +350,7 @@ def beside_differences(X: Array, par: Array, e: float = 1e-5) -> tuple[Array, Ar
 def assert_derivatives(X: Array, par: Array) -> None:
     """Of states that slip: of the others see the mean. Central differences of second order, 1e-5 apart, are 3e-7 off
     where the third derivative is large; those of fourth order 3e-11."""
-    slips = ~respond(X, par).detail.loose
+    slips = ~respond(X, par).detail.stuck_all_period
     error, one_side = beside_differences(X[slips], par[slips])
     assert np.quantile(error, 0.97) < 1e-8, np.sort(error)[-5:]
     # where all ports reverse at one instant the sides differ too, and from the derivative

@@ -7,8 +7,7 @@ import pytest
 from helpers.faults import raises_fault
 from scipy.linalg import eigh
 
-from slipstick.structure.measured import Receptances, checked
-from slipstick.structure.measurement_noise import deviation
+from slipstick.structure.measured import Receptances, checked, deviation
 from slipstick.structure.modal_fit import ModalFit, fit_modes
 
 MANY = 12

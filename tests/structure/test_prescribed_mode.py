@@ -92,3 +92,31 @@ def test_modes_that_damping_couples():
     force = np.array([0.0, 1.0, 0.0, 0.0])  # the mode held at 1 by a force on it
     q = np.linalg.solve(Z[0], force)
     assert np.allclose(value[0, :, 3], shapes @ (q / q[1]) / held.scale, rtol=1e-10)
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_coupled_modes_with_others_left_out(second: bool) -> None:
+    """Three of five modes with residuals come close to the dense solution with all, as the next power of w says."""
+    rng = np.random.default_rng(7)
+    shapes, omega = rng.standard_normal((3, 5)), np.array([3.0, 5.0, 9.0, 200.0, 300.0])
+    b = rng.standard_normal((3, 2))
+    viscous = 0.1 * np.eye(3) + 0.1 * b @ b.T
+    kept, out = shapes[:, :3], shapes[:, 3:]
+    structure = ss.ModalStructure(
+        omega=omega[:3], mode_shapes=kept, static_compliance=(shapes / omega**2) @ shapes.T, dofs=["a", "b", "c"],
+        loss_factor=0.02, second_residual=(out / omega[3:] ** 4) @ out.T if second else None,
+    )  # fmt: skip
+    receptance = PrescribedMode(structure, 1, 1.0, viscous).project(np.eye(3), np.eye(3), [MODE])
+    value, slope = receptance.at(ORDERS, 4.0)
+    for order, found in zip(ORDERS, value, strict=True):
+        w = 4.0 * order
+        Z = np.diag(omega**2 * (1.0 + 0.02j) - w * w)
+        Z[:3, :3] += 1j * w * viscous
+        moving = [0, 2, 3, 4] if order == 1.0 else [0, 1, 2, 3, 4]
+        exact = shapes[:, moving] @ np.linalg.solve(Z[np.ix_(moving, moving)], shapes[:, moving].T)
+        power = 2 if second else 1
+        rest = (out**2 / omega[3:] ** 2).sum() * (w / omega[3]) ** (2 * power)
+        assert np.abs(found[:, :3] - exact).max() < 1.1 * rest
+    assert np.allclose(slope, difference(lambda w: receptance.at(ORDERS, w)[0], 4.0, 1e-3), rtol=1e-7, atol=1e-10)
+    by_xi = difference(lambda xi: receptance.changed(xi=xi).at(ORDERS, 4.0)[0], 0.0, 1e-3)
+    assert np.allclose(receptance.by_parameter(XI, ORDERS, 4.0), by_xi, rtol=1e-7, atol=1e-10)

@@ -105,7 +105,7 @@ def modal() -> ModalReceptance:
 def test_large_receptances_are_the_sum_without_their_products(monkeypatch: pytest.MonkeyPatch) -> None:
     frequencies = [0.0, 0.7, 3.3, 20.0]
     kept = modal().at([1], frequencies)
-    monkeypatch.setattr(receptance, "_LARGE", 0)
+    monkeypatch.setattr(receptance, "_MOST_PRODUCTS", 0)
     large = modal()
     formed = large.at([1], frequencies)
     assert "_products" not in vars(large)

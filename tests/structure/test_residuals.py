@@ -24,7 +24,7 @@ def written(n=70, loads=2, **options):
 @pytest.mark.parametrize("tile", [7, 16, 70, 100])
 def test_one_half_of_symmetric_matrices_is_all_of_them(tile, given, monkeypatch):
     """Tiles that part the rows evenly and not; with loads, without, and on the first columns alone."""
-    monkeypatch.setattr(residuals, "_CACHED", 100)
+    monkeypatch.setattr(residuals, "_CACHE_ENTRIES", 100)
     monkeypatch.setattr(residuals, "_TILE", tile)
     matrices, own = written(symmetric=True)
     x = np.random.default_rng(3).standard_normal((given, 6)).view(complex)
@@ -33,7 +33,7 @@ def test_one_half_of_symmetric_matrices_is_all_of_them(tile, given, monkeypatch)
 
 
 def test_what_is_not_symmetric_is_taken_whole(monkeypatch):
-    monkeypatch.setattr(residuals, "_CACHED", 100)
+    monkeypatch.setattr(residuals, "_CACHE_ENTRIES", 100)
     rng = np.random.default_rng(4)
     left, whole = rng.standard_normal((30, 5)), rng.standard_normal((30, 32))
     half = whole[:, :30] + whole[:, :30].T

@@ -17,10 +17,10 @@ from slipstick.fem.model import FiniteElementModel, elastic_model
 from slipstick.structure import residuals, solved_modes
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.reduction import compute as reduction_compute
+from slipstick.structure.reduction.compute import cheaper_solved
 from slipstick.structure.reduction.near_field import neighbours
-from slipstick.structure.reduction.solved import cheaper_solved
 from slipstick.structure.residuals import FullModel, load_compliance, own_compliance
-from slipstick.structure.solved_modes import SolvedModes, SolvedReceptance
+from slipstick.structure.solved_modes import SolvedModes, SolvedModesReceptance
 
 STEEL = Material(young=2.08e11, poisson=0.3, density=8200.0)
 ORDERS, OMEGA = np.array([1.0, 2.0, 5.0]), 3300.0
@@ -73,7 +73,7 @@ def close(found: Any, expected: Any, rtol: float = 1e-9) -> None:
 def test_products_are_those_of_written_matrices(written: Any, solved: Any, change: dict[str, float]) -> None:
     """Both ways, for values and slopes, also where parameters of the structure have changed."""
     A, B = (receptance.changed(**change) for receptance in both(written, solved))
-    assert isinstance(B, SolvedReceptance)
+    assert isinstance(B, SolvedModesReceptance)
     rng = np.random.default_rng(1)
     G = rng.standard_normal((*A.static.shape[1:], 4)) + 1j * rng.standard_normal((*A.static.shape[1:], 4))
     f, g = (one.factors(ORDERS, OMEGA) for one in (A, B))
@@ -116,7 +116,7 @@ def test_columns_solved_in_parts(solved: Any, monkeypatch: pytest.MonkeyPatch) -
     forces, second = rng.standard_normal((len(solved.dofs), 8)), np.arange(8) % 3 > 0
     whole = B._residuals.both(forces, second)
     monkeypatch.setattr(residuals, "SOLVED", 3)
-    B._residuals._known = None
+    B._residuals._last = None
     close(B._residuals.both(forces, second), whole)
     assert not whole[1][:, ~second].any()
 
@@ -139,7 +139,7 @@ def test_few_directions_are_written_out(written: ModalStructure, solved: SolvedM
     row = np.eye(len(solved.dofs))[:, [4]]
     for rows, columns in ((row, ports(solved)), (ports(solved), row), (row, row)):
         A, B = (s.project(rows, columns, ["tip"]) for s in (written, solved))
-        assert not isinstance(B, SolvedReceptance)
+        assert not isinstance(B, SolvedModesReceptance)
         close(B.static, A.static)
         close(B.at(ORDERS, OMEGA)[0], A.at(ORDERS, OMEGA)[0])
 

@@ -1,4 +1,4 @@
-"""From the profile of a casing or disc over angle to the normal motion that contacts running along it feel."""
+"""Normal motion of contacts that run along the profile of a casing or disc."""
 
 from __future__ import annotations
 
@@ -33,11 +33,14 @@ WARNED_PROFILE = 1e-2
 """Truncation error of a profile over its range, above which it is warned of."""
 
 HIGHEST_LOBES = 360
-"""Lobe numbers up to which a profile is looked at for the symmetry of a wave."""
+"""Lobe numbers up to which the symmetry of a profile is checked for a wave."""
 
 _FEWEST_SAMPLES = 8192
+"""Angles at which a profile function is sampled, at least."""
 _ZERO = 1e-13
-"""Coefficients below it, over the largest height, are rounding."""
+"""Fourier coefficient, over the largest height, that is rounding."""
+_NO_LOBES = 1e-9
+"""Amplitude of a lobe number, over the range of the profile, that is rounding."""
 _EXPECTED = (
     "a function of the angle (rad) with period 2 pi, a table of rows (angle, height) over one turn, or a series "
     'such as {"cos": {2: 3e-4}} by orders per turn'
@@ -71,7 +74,7 @@ class ProfileSeries:
 
 
 def profile_series(profile: Profile, orders: Iterable[int]) -> ProfileSeries:
-    """Fourier series of a profile over one turn, with what it misses.
+    """Fourier series of a profile over one turn, with its error.
 
     A function is sampled at 8192 angles or more: finite Fourier series come out exactly. Between the rows of a table
     the profile is straight; its coefficients are those of that polygon, exactly.
@@ -119,7 +122,7 @@ def casing_motion(
     backward: bool = False,
     wave: Any = None,
 ) -> RubbingMotion:
-    """Motion of a lobed, oval or eccentric opposing surface as the contacts of a rotor feel it.
+    """Motion of a lobed, oval or eccentric opposing surface under the contacts of a rotor.
 
     A contact at ``angle`` runs along the profile with ``speed``: it meets the height ``h(angle + speed t)``, which
     moves the surface towards it, and slides with ``radius * speed``. The fundamental frequency ``omega`` is ``lobes *
@@ -187,8 +190,8 @@ def casing_motion(
             Fault("speed", found=f"{turning:g} with engine order {wave.around.engine_order}", expected=expected)
         )
     series = profile_series(profile, (count * order for order in kept.orders))
-    _tell(series, count, kept)
-    cos, sin = _met(series, at, float(np.sign(turning)))
+    _warn_of_error(series, count, kept)
+    cos, sin = _in_time(series, at, float(np.sign(turning)))
     places = {int(m) // count: i for i, m in enumerate(series.orders) if series.cos[i] or series.sin[i]}
     slid = np.broadcast_to(arm * turning, np.broadcast_shapes(at.shape, arm.shape))
     return RubbingMotion(
@@ -197,10 +200,6 @@ def casing_motion(
         normal_cos={order: cos[..., i] for order, i in places.items()},
         normal_sin={order: sin[..., i] for order, i in places.items() if order},
     )
-
-
-_SEEN = 1e-9
-"""Height of a lobe number over the range of the profile that is none."""
 
 
 def _of_wave(profile: Profile, wave: Any, lobes: int, backward: bool) -> tuple[int, bool]:
@@ -216,7 +215,7 @@ def _of_wave(profile: Profile, wave: Any, lobes: int, backward: bool) -> tuple[i
         raise InputError(Fault("wave", found="engine order 0", expected="one whose frequency is that of a rotation"))
     series = profile_series(profile, range(1, HIGHEST_LOBES + 1))
     size = np.hypot(series.cos, series.sin)
-    others = series.orders[(size > _SEEN * max(series.range, 1e-300)) & (series.orders % abs(E) != 0)].tolist()
+    others = series.orders[(size > _NO_LOBES * max(series.range, 1e-300)) & (series.orders % abs(E) != 0)].tolist()
     if others:
         some = ", ".join(map(str, others[:5])) + (", ..." if len(others) > 5 else "")
         found = f"lobe number{'s' if len(others) > 1 else ''} {some}"
@@ -229,7 +228,7 @@ def _of_wave(profile: Profile, wave: Any, lobes: int, backward: bool) -> tuple[i
 def _checked(
     angles: Any, radius: Any, speed: Any, orders: Any, lobes: Any, backward: Any
 ) -> tuple[Array, Array, float, Harmonics, int]:
-    """The arguments as they are computed with, a speed that sweeps for each rad/s; InputError with all faults."""
+    """The checked arguments, with a sweeping speed for each rad/s; InputError with all faults."""
     checks = Gathering()
     at = checks.take(number_or_numbers, "angles", angles, "an angle in rad, or one for each contact")
     arm = checks.take(number_or_numbers, "radius", radius, "a length > 0, or one for each contact")
@@ -256,14 +255,14 @@ def _turning(speed: Any) -> float:
     return number("speed", in_radians("speed", speed), "a speed in rad/s other than 0, or None")
 
 
-def _met(series: ProfileSeries, angle: Array, sign: float) -> tuple[Array, Array]:
+def _in_time(series: ProfileSeries, angle: Array, sign: float) -> tuple[Array, Array]:
     """Cosine and sine coefficients over time of ``h(angle + sign m t)``, (..., n)."""
     turned = angle[..., None] * series.orders
     c, s = np.cos(turned), np.sin(turned)
     return c * series.cos + s * series.sin, sign * (c * series.sin - s * series.cos)
 
 
-def _tell(series: ProfileSeries, lobes: int, kept: Harmonics) -> None:
+def _warn_of_error(series: ProfileSeries, lobes: int, kept: Harmonics) -> None:
     if series.error <= WARNED_PROFILE * series.range:
         return
     equal = f", which have to be {lobes} equal lobes," if lobes > 1 else ""
@@ -291,9 +290,9 @@ def _summed(series: Mapping[Any, Any]) -> Callable[[Any], Any]:
 
 
 def _sampled(profile: Callable[[Any], Any], angle: Array) -> Array:
-    """Heights (n,) of a function at angles (n,), which has to be the same a turn later."""
+    """Heights (n,) of a function at angles (n,); InputError where they differ a turn later."""
     heights = _heights(profile, angle)
-    probes = 0.123 + angle[:: max(1, angle.size // 16)]  # off round places, where profiles have their edges
+    probes = 0.123 + angle[:: max(1, angle.size // 16)]  # profiles have edges at round angles
     once, again = _heights(profile, probes), _heights(profile, probes + 2.0 * np.pi)
     differ = np.abs(again - once) > 1e-6 * max(float(np.ptp(heights)), 1e-6 * float(np.abs(heights).max()))
     if np.any(differ):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 SERIAL = 64
-"""Below this number of elements threads cost more than they give."""
+"""Number of elements from which threads are faster."""
 
 
 def _vector(row: int, text: str) -> Any:
@@ -69,7 +69,7 @@ class ContactForces:
 
     @property
     def of_batch(self) -> tuple[Array, ...]:
-        """Of a batch: Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv and work, quicker than one by one."""
+        """Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv and work of a batch, faster than one by one."""
         vectors, matrices = self._vectors, self._matrices
         return (
             vectors[:, 0], vectors[:, 1], matrices[:, 0], matrices[:, 1], matrices[:, 2], vectors[:, 2],
@@ -97,7 +97,7 @@ class ContactForces:
 
     @property
     def dFx_domega(self) -> Array:
-        """By frequency: ``-(v / omega) dFx/dv``, v of what does not grow with omega alone [THEORY.md (6.1)]."""
+        """By frequency: ``-(v / omega) dFx/dv``, with the part of v whose velocity is constant [THEORY.md (6.1)]."""
         return -(np.asarray(self._v)[..., None] / self._frequency) * self.dFx_dv
 
     @property
@@ -129,7 +129,7 @@ class ContactForces:
 
 
 def _all_states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
-    """A few hundred elements at a time: the room for their intervals is that of the worst case."""
+    """States of a few hundred elements at a time: arrays of intervals have the size of the worst case."""
     parts = (slice(i, i + 512) for i in range(0, len(X), 512))
     return [states for part in parts for states in _states(harmonics, X[part], Y[part], par[part])]
 
@@ -147,54 +147,54 @@ def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[I
 def _evaluate(
     harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False
 ) -> tuple[tuple[Array, Array, Array], tuple[IntArray, Array, IntArray]]:
-    """Results of a batch in new arrays of their own, and its intervals where they are asked for."""
+    """Results of a batch in new arrays, and with ``states`` its intervals."""
     kernel, (count, L) = _kernel(), X.shape
     tables = kernel.grid(harmonics)
     out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
-    intervals = _room(count, kernel.most_intervals(tables.top)) if states else kernel.no_room
+    intervals = _interval_arrays(count, kernel.most_intervals(tables.top)) if states else kernel.no_intervals
     work = ((X, Y, par), tuple(tables), out, intervals)
-    for e in shared_out(count, SERIAL, kernel.run_elements, *work):
+    for e in run_in_threads(count, SERIAL, kernel.run_elements, *work):
         if e != kernel.done:
             raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
     return out, intervals
 
 
-def _room(count: int, most: int) -> tuple[IntArray, Array, IntArray]:
-    """Room for the intervals of ``count`` elements."""
+def _interval_arrays(count: int, most: int) -> tuple[IntArray, Array, IntArray]:
+    """Arrays for the intervals of ``count`` elements."""
     return np.empty(count, np.int64), np.empty((count, most, 3)), np.empty((count, most, 2), np.int64)
 
 
 class _Kernel(NamedTuple):
-    """What is compiled, and what goes with it."""
+    """Compiled functions and their constants."""
 
     run_elements: Callable[..., int]
     grid: Callable[[Harmonics], Any]
     most_intervals: Callable[[int], int]
-    no_room: tuple[IntArray, Array, IntArray]
+    no_intervals: tuple[IntArray, Array, IntArray]
     done: int
     too_many: str
 
 
 @cache
 def _kernel() -> _Kernel:
-    """Loaded with the first forces: to import it takes a while."""
+    """The kernel, imported at the first evaluation because its import is slow."""
     from slipstick.contact.kernel.batch import ALL_DONE, most_intervals, run_elements
     from slipstick.trig.basis import grid
     from slipstick.trig.roots import TOO_MANY
 
-    return _Kernel(run_elements, grid, most_intervals, _room(0, 0), ALL_DONE, TOO_MANY)
+    return _Kernel(run_elements, grid, most_intervals, _interval_arrays(0, 0), ALL_DONE, TOO_MANY)
 
 
 def _threads() -> int:
-    """NUMBA_NUM_THREADS, or what there is; numba's own threads, which a fork does not survive, are not started."""
+    """NUMBA_NUM_THREADS, or the number of processors; numba's own threads do not survive a fork and are not started."""
     import numba
 
     config: Any = numba.config
     return int(config.NUMBA_NUM_THREADS)
 
 
-def shared_out(count: int, serial: int, run: Callable[..., _T], *work: Any) -> list[_T]:
-    """What ``run(first, last, *work)`` returns for parts of a batch, in threads from ``serial`` elements on."""
+def run_in_threads(count: int, serial: int, run: Callable[..., _T], *work: Any) -> list[_T]:
+    """Results of ``run(first, last, *work)`` for parts of a batch, in threads from ``serial`` elements on."""
     parts = 1 if count < serial else _threads()
     if parts == 1:
         return [run(0, count, *work)]
@@ -208,13 +208,13 @@ def _pool() -> ThreadPoolExecutor:
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_pool.cache_clear)  # the threads stay behind in the parent
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not exist in the child
 
 
 def element_forces(
     harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
 ) -> ContactForces:
-    """Forces of a batch without checks, for callers that have checked: what ``contact_forces`` stands on.
+    """Forces of a batch without checks of the arguments, see ``contact_forces``.
 
     ``X`` (n, L) is the relative motion plus the periodic rubbing motion ``X + U``, ``Y`` (n, L); ``v = velocity/omega``
     and the parameters are (n,). ``omega`` is not known here: use ``dFx_dv`` and ``work``.
@@ -225,7 +225,7 @@ def element_forces(
 
 
 def one_element_forces(harmonics: Harmonics, X: Array, Y: Array, parameters: Array) -> ContactForces:
-    """The same of a single element: motion (L,), ``v, kt, mu, kn, gap`` (5,), results without a leading axis."""
+    """Forces of a single element: motion (L,), ``v, kt, mu, kn, gap`` (5,), results without a leading axis."""
     X, Y, par = X[None], Y[None], parameters[None]
     (vectors, matrices, scalars), _ = _evaluate(harmonics, X, Y, par)
     return ContactForces(vectors[0], matrices[0], scalars[0], parameters[0], (harmonics, X, Y, par, True))
@@ -241,19 +241,19 @@ def element_states(
 def element_intervals(
     harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
 ) -> States:
-    """The same as arrays, with how each stick began."""
+    """The intervals as arrays, with the state before each stick."""
     from slipstick.contact.kernel.tuples import States
 
     return States(*_evaluate(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)), states=True)[1])
 
 
 def _batch(X: Array, Y: Array, parameters: tuple[Array, ...]) -> tuple[Array, Array, Array]:
-    """Motion and parameters (n, 5) as the one compiled version takes them: writable and contiguous."""
+    """Motion and parameters (n, 5) as writable contiguous arrays, the only types that are compiled."""
     par = np.empty((len(X), len(parameters)))
     for i, value in enumerate(parameters):
         par[:, i] = value
-    return _fitting(X), _fitting(Y), par
+    return _contiguous(X), _contiguous(Y), par
 
 
-def _fitting(array: Array) -> Array:
+def _contiguous(array: Array) -> Array:
     return array if array.flags.carray else np.require(array, float, ["C", "W"])

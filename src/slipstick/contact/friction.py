@@ -1,4 +1,4 @@
-"""Friction contact elements as users see them: their parameters, and their forces at given motion."""
+"""Friction contact elements: their parameters, and their forces at given motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from slipstick.faults import LARGEST, Gathering, frequency, number_or_numbers, n
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency, Numbers, Orders, Reals
 
-_SAME = 1e-9
+_SAME_LOAD = 1e-9
+"""Relative difference of normal loads by gap and as given that is rounding."""
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -60,7 +61,7 @@ class FrictionContact(FrictionLaw):
     kn: Numbers
     gap: Numbers
     _scaled: ClassVar[bool]
-    """Whether kn was not given (of each object; no parameter)."""
+    """Whether kn was not given (set for each object; no parameter)."""
     _loaded: ClassVar[bool] = False
     """Whether a normal load was given, and no gap."""
     _stop: ClassVar[bool]
@@ -118,13 +119,13 @@ class FrictionContact(FrictionLaw):
         if self._stop:
             del shown["kt"], shown["mu"]
         again = {**shown, "normal_load": self.normal_load}
-        if self._loaded and self._says(again):
+        if self._loaded and self._makes_equal(again):
             shown = again
         else:
             shown["gap"] = self.gap
         return f"{type(self).__name__}({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
 
-    def _says(self, arguments: Mapping[str, Numbers]) -> bool:
+    def _makes_equal(self, arguments: Mapping[str, Numbers]) -> bool:
         """Whether such arguments make the same contact."""
         return bool(np.array_equal(type(self)(**arguments).gap, self.gap))
 
@@ -167,7 +168,7 @@ def _gap(kn: Any, gap: Any, load: Any) -> Any:
     kn, load = np.asarray(kn), np.asarray(load)
     if gap is not None:
         carried = kn * np.maximum(-np.asarray(gap), 0.0)
-        if np.any(np.abs(carried - load) > _SAME * np.maximum(carried, load)):
+        if np.any(np.abs(carried - load) > _SAME_LOAD * np.maximum(carried, load)):
             raise InputError(
                 Fault(
                     statement=f"gap = {shown(gap)} carries the normal load {shown(carried.tolist())}, but "

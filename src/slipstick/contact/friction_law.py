@@ -1,4 +1,4 @@
-"""The friction element as a law on ports: what the balance and everything round it ask of it, by names alone."""
+"""The friction element as a law on ports, for the balance and the analyses."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from slipstick.typing import Array, Numbers
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
 EDGE = 1e-12
-"""Phase (rad) by which intervals reach over their ends: a phase between two is in one of them."""
+"""Phase (rad) by which intervals overlap, so that each phase is in one of them."""
 LARGEST_FRICTION = 2.0
-"""A friction coefficient above it is more than dry surfaces reach."""
+"""Highest friction coefficient of dry surfaces."""
 
 
 class FrictionLaw(Law):
@@ -74,12 +74,12 @@ class FrictionLaw(Law):
         return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **values)
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
-        """Friction and normal force (n, k) at phases (k,): those of the states, with corners (THEORY.md (3.1))."""
+        """Friction and normal force (n, k) at phases (k,): with their corners (THEORY.md (3.1))."""
         return friction_in_time(motion, values, tau)
 
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
-        """Contacts that are stuck all period at rest: their mean friction force is one of an interval."""
+        """Contacts that are stuck all period without sliding: their mean friction force is indeterminate."""
         low, high = response.detail.residual_traction.T
         return np.asarray(low < high)
 
@@ -90,7 +90,7 @@ class FrictionLaw(Law):
 
     @staticmethod
     def warnings(values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-        """What is suspicious in one contact's parameters."""
+        """Sentences on suspicious parameters of a contact."""
         mu, kt, kn = values["mu"], values["kt"], values["kn"]
         if "normal" not in ports and values["gap"] >= approach:
             yield "the normal load is 0 and the contact has no normal direction, so it never acts"
@@ -106,7 +106,7 @@ class FrictionLaw(Law):
             yield f"mu = {mu:g} is more than dry surfaces reach; expected below {LARGEST_FRICTION:g}"
 
     def springs(self, response: Response) -> dict[int, Array]:
-        """Contact springs as far as they act: with the fractions of the period in stick, slip and contact."""
+        """Effective contact springs, by the fractions of the period in stick, slip and contact."""
         f, p = response.detail, response.values
         slipping = p["mu"] * p["kn"] * f.slip_fraction
         return {0: p["kt"] * f.stick_fraction + slipping, 1: p["kn"] * (1.0 - f.separation_fraction)}
@@ -121,11 +121,11 @@ class FrictionLaw(Law):
 
     @staticmethod
     def linear(state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
-        """The law with contact and friction held in one state.
+        """The law with contact and friction fixed in one state.
 
-        "free": no contact; "stuck": those closed at rest hold by kt and kn; "sliding": the friction force follows the
-        normal one in the direction of the constant rubbing velocity, where there is any. "pressed": as "stuck" with
-        those closed too that are open at rest.
+        "free": no contact; "stuck": contacts closed at rest are springs kt and kn; "sliding": the friction force is mu
+        times the normal force, in the direction of the constant rubbing velocity, if any; "pressed": all contacts are
+        springs kt and kn.
         """
         closed = np.logical_or(state == "pressed", values["gap"] < 0).astype(float)
         kn = values["kn"] * closed
@@ -140,7 +140,7 @@ class FrictionLaw(Law):
 
     @staticmethod
     def ramps(values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
-        """Parameters whose growth from a fraction leads to a first point: label, name, fraction at the start."""
+        """Ramps of parameters towards a first point: label, parameter, starting fraction."""
         yield "friction ramp", "mu", 0.0
         if np.any(values["gap"] < 0):
             yield "normal load ramp", "gap", 0.001
@@ -153,7 +153,7 @@ class FrictionLaw(Law):
 
 
 def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
-    """Friction and normal force (n, k) at phases (k,): those of the states, with corners (THEORY.md (3.1))."""
+    """Friction and normal force (n, k) at phases (k,): with their corners (THEORY.md (3.1))."""
     from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
 
     h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
@@ -173,7 +173,7 @@ def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) ->
 
 
 def is_friction(law: Law) -> bool:
-    """Whether a law is that of the friction element. Names of ports say nothing of it: any law may use the same."""
+    """Whether a law is that of the friction element, whatever the names of its ports."""
     return law.kind == FrictionLaw.kind
 
 

@@ -16,13 +16,15 @@ from slipstick.faults import Gathering, number_or_numbers, plain, same_length, s
 from slipstick.typing import Array, Numbers, Reals
 
 MOST_SLIDERS = 10_000
+"""Sliders of an Iwan element."""
 SHARPEST = 20.0
 """Largest exponent of a Bouc-Wen element, up to which its accuracy was checked."""
 _STEP = 1e-30
+"""Imaginary part of a complex step."""
 
 
 class Hysteresis(Law):
-    """What the three have in common: one port, "tangential", parameters by name, and no state that is told."""
+    """Base class of the three laws: one port, "tangential", parameters by name, and no states."""
 
     ports = ("tangential",)
     stiffness_names: ClassVar[Mapping[int, str]] = {0: "kt"}
@@ -30,7 +32,7 @@ class Hysteresis(Law):
     values: Mapping[str, Numbers]
 
     def _take(self, given: Mapping[str, Any], ranges: Mapping[str, tuple[float, float, str]]) -> None:
-        """Keep the parameters; InputError for those that are no numbers within their range (least excluded)."""
+        """Set the parameters; InputError outside their ranges (the lower end excluded)."""
         checks = Gathering()
         values: dict[str, Any] = {name: checks.take(number_or_numbers, name, value) for name, value in given.items()}
         for name, value in values.items():
@@ -74,12 +76,12 @@ class Hysteresis(Law):
 
     @default
     def variables(self) -> Mapping[str, Variable]:
-        """The stiffness under the name it has with friction contacts, the others under their own."""
+        """Parameters; the stiffness has the name of that of friction contacts."""
         own = {name: Variable(name, (), self.unit(name), f"parameter {name}") for name in self.values}
         return {**own, "tangential_stiffness": FrictionLaw.variables["tangential_stiffness"]}
 
     def linear(self, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
-        """The spring before it yields ("stuck"), or nothing."""
+        """The spring before it yields ("stuck"), or no force."""
         del drift
         return Linear({(0, 0): values["kt"]} if state == "stuck" else {}, {}) if state in ("stuck", "free") else None
 
@@ -148,7 +150,7 @@ class IwanContact(Hysteresis):
 
     @property
     def _last(self) -> bool:
-        """Whether the last spring has a stiffness."""
+        """Whether the last spring has any stiffness."""
         return bool(np.any(np.asarray(self.values["beta"]) > 0.0))
 
     def slider_parameters(self, values: Mapping[str, Any]) -> tuple[Array, Array]:
@@ -168,7 +170,7 @@ class IwanContact(Hysteresis):
         return np.concatenate([k, last], axis=1), np.concatenate([moments, last * largest], axis=1)
 
     def _single(self, motion: Motion, values: Mapping[str, Array]) -> tuple[Motion, dict[str, Array]]:
-        """Every contact as its sliders: friction contacts with mu = 1 and kn = 1."""
+        """Motion and parameters of the sliders of every contact: friction contacts with mu = 1 and kn = 1."""
         k, limits = (part.reshape(-1) for part in self.slider_parameters(values))
         X = np.repeat(motion.Q[0], self.slider_count, axis=0)
         v, one = np.repeat(motion.drift[0], self.slider_count), np.ones(k.size)
@@ -181,7 +183,7 @@ class IwanContact(Hysteresis):
 
     @default
     def slider_count(self) -> int:
-        """With the last spring, where it has a stiffness."""
+        """Number of sliders, with the last spring where it has any stiffness."""
         return self.sliders + self._last
 
     def _total(self, of_sliders: Array) -> Array:
@@ -208,8 +210,8 @@ class IwanContact(Hysteresis):
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """The force (n, k) at phases (k,)."""
-        told = _SLIDER.forces_in_time(*self._single(motion, values), tau)
-        return (self._total(told[0]),)
+        forces = _SLIDER.forces_in_time(*self._single(motion, values), tau)
+        return (self._total(forces[0]),)
 
     def size(self, values: Mapping[str, Array]) -> Array:
         """Motion in which it yields, length (n,)."""
@@ -255,7 +257,7 @@ class _Smooth(Hysteresis):
             da, db, dg, dn = (np.broadcast_to(np.imag(c) / _STEP, len(X))[:, None] for c in stepped)
             along = by[..., L + 1] * db + by[..., L + 2] * dg + by[..., L + 3] * dn
             out = kt * (da * (X - f) + (1.0 - a) * along)
-            if name == "alpha":  # of what slides there is none: with alpha > 0 its force has no bound
+            if name == "alpha":  # undefined while it slides: with alpha > 0 its force is unbounded
                 out[motion.drift[0] != 0.0] = np.nan
             return {0: out + force / kt if name == "kt" else out}
 

@@ -1,8 +1,8 @@
-"""What a contact law is: ports, named parameters, and an answer to multiharmonic motion.
+"""Base class of contact laws: ports, named parameters, and forces at a multiharmonic motion.
 
 A port is a direction of relative motion with the force along it. Forces act ON the left-hand side of the structure's
-equations: they resist the motion (THEORY.md (1.1)). The balance and everything round it know ports and names only,
-so a new law is one subclass of ``Law``.
+equations: they resist the motion (THEORY.md (1.1)). The balance and the analyses use ports and names only, so a new
+law is one subclass of ``Law``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ByPort = Mapping[int, Array]
 
 
 def add_to(parts: dict[Key, Array], key: Key, part: Array) -> None:
-    """Add to what stands under a key, or begin with it; no array is written on."""
+    """Add to the value of a key, or set it; arrays are not changed in place."""
     present = parts.get(key)
     parts[key] = part if present is None else present + part
 
@@ -42,7 +42,7 @@ class Motion(NamedTuple):
     drift: Array
     """Constant velocity along each port over omega, (n_ports, n), length per rad."""
     swept: float | Array = 0.0
-    """The part of it that stays as it is when omega changes, because the velocity grows with omega."""
+    """Part of the drift that does not depend on omega, because its velocity is proportional to omega."""
 
 
 class Response(NamedTuple):
@@ -61,9 +61,9 @@ class Response(NamedTuple):
     by_drift: Mapping[tuple[int, int], Array] = MappingProxyType({})
     """``(i, j) -> dF_i/ddrift_j`` (n, L)."""
     by_omega: ByPort = MappingProxyType({})
-    """``i -> dF_i/domega`` (n, L) at fixed motion and drift: of laws that feel velocities."""
+    """``i -> dF_i/domega`` (n, L) at fixed motion and drift: of laws that depend on velocity."""
     detail: Any = None
-    """What the law itself wants to find again."""
+    """Data of the law itself, such as its states."""
 
 
 _T = TypeVar("_T")
@@ -73,7 +73,7 @@ Interval = tuple[float, float, str]
 
 
 class Linear(NamedTuple):
-    """``F_i = sum_j stiffness[i, j] Q_j + constant[i] e1``: a law held in one state; what is left out is zero."""
+    """``F_i = sum_j stiffness[i, j] Q_j + constant[i] e1``: a law fixed in one state; missing entries are zero."""
 
     stiffness: Mapping[tuple[int, int], Array]
     """(n,) each."""
@@ -92,7 +92,7 @@ class Variable(NamedTuple):
 
 
 class TimeSlopes(NamedTuple):
-    """Derivatives of what ``Law.rate`` returns, at k motions of n elements each.
+    """Derivatives of ``Law.rate``, at k motions of n elements each.
 
     Rows are the forces at the ports, then the rates of the memory; columns are the motions at the ports, the
     velocities, then the memory: (n_ports + n_memory, 2 n_ports + n_memory, n, k).
@@ -114,7 +114,7 @@ if TYPE_CHECKING:
 else:
 
     class default:
-        """A property that an attribute of a subclass or of an instance hides."""
+        """A property that a subclass or an instance may replace by an attribute."""
 
         def __init__(self, function: Callable[[Any], Any]) -> None:
             self._function, self.__doc__ = function, function.__doc__
@@ -127,8 +127,8 @@ class Law(ABC):
     """A contact law with its parameters: numbers, or arrays (n,) for n elements.
 
     A subclass has the attributes ``ports`` and ``values`` and the methods ``changed`` and ``respond``. All else has a
-    default. What a law does not tell (states, forces or rates in time) is unknown, and never taken for friction,
-    whatever its ports are called.
+    default. States, forces and rates in time that a law does not give are unknown. They are never taken for those of
+    friction, whatever the names of the ports.
 
     Attributes
     ----------
@@ -148,9 +148,9 @@ class Law(ABC):
     factors
         Names of factors on one parameter of all contacts, such as "friction" on mu.
     derived_parameters
-        Names that stand for a parameter with a factor, see ``derived``; each is an attribute too.
+        Names for a parameter times a factor, see ``derived``; each is an attribute too.
     units
-        Units of parameters by name; "1" where it does not tell.
+        Units of parameters by name; by default "1".
     variables
         Results variables; by default the parameters under their own names.
     linear_states
@@ -162,18 +162,18 @@ class Law(ABC):
     stiffness_names
         The parameter that is a stiffness along a port, by port.
     memory
-        Names of what an element remembers beside its motion: the unknowns of ``rate``, such as ("z",).
+        Names of the internal variables of an element: the unknowns of ``rate``, such as ("z",).
     regimes
-        How it runs in time if it switches between regimes that are each smooth; ``rate`` is not asked then.
+        Its equations in time if it switches between regimes that are each smooth; ``rate`` is not used then.
     slider_count
-        How many friction contacts side by side it is, as Iwan's joint; ``rate`` is not asked then.
+        Number of parallel friction contacts that it consists of, as Iwan's joint; ``rate`` is not used then.
     coulomb
         Whether it is dry friction with the limit ``mu N`` at any velocity: between surfaces that do not move on their
         own it takes energy out, and under a constant normal load mu and the load are one parameter.
     """
 
     _scaled: ClassVar[bool] = False
-    """Whether its normal stiffness is a mere scale, as none was given."""
+    """Whether no normal stiffness was given, so that its value is a mere scale."""
 
     if TYPE_CHECKING:
         ports: tuple[str, ...]
@@ -181,7 +181,7 @@ class Law(ABC):
 
     @default
     def derived_parameters(self) -> tuple[str, ...]:
-        """Names that stand for a parameter with a factor."""
+        """Names for a parameter times a factor."""
         return ()
 
     @default
@@ -206,12 +206,12 @@ class Law(ABC):
 
     @default
     def memory(self) -> tuple[str, ...]:
-        """Names of what an element remembers."""
+        """Names of the internal variables of an element."""
         return ()
 
     @default
     def slow(self) -> str | None:
-        """Parameter that is the velocity over which friction reverses, length/time; None: it has none."""
+        """Name of the parameter that is the velocity over which friction reverses, length/time; None: it has none."""
         return None
 
     @default
@@ -227,7 +227,7 @@ class Law(ABC):
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces of n elements whose parameters are ``values``, (n,) each."""
 
-    # what it tells of time
+    # in time
 
     def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]] | None:
         """Intervals (start, end, state) of one period of n elements, in rad; None: unknown."""
@@ -243,12 +243,12 @@ class Law(ABC):
         return None
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...] | None:
-        """Forces at phases ``tau`` (k,), (n, k) for each port, no harmonics cut off; None: unknown."""
+        """Forces at phases ``tau`` (k,), (n, k) for each port, not truncated to harmonics; None: unknown."""
         del motion, values, tau
         return None
 
     def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array] | None:
-        """The law in time: forces, and how its memory changes; None: unknown.
+        """The law in time: forces and rates of the internal variables; None: unknown.
 
         With it the law is integrated in time (``transient``, ``check_in_time``) and has multipliers (stability). Where
         it jumps it has no slope: multipliers are not known then, see ``regimes``.
@@ -257,9 +257,9 @@ class Law(ABC):
         ----------
         q, velocity
             Motion (length) and velocity (length/time) along the ports, (n_ports, n, k) for n elements at k instants;
-            the motion of the opposing surface is included, but for the way its constant velocity has made in ``q``.
+            the motion of the opposing surface is included, except for its drift at constant velocity in ``q``.
         memory
-            What the elements remember, (n_memory, n, k); zero where a motion begins.
+            Internal variables, (n_memory, n, k); zero where a motion begins.
         values
             Parameters, (n, 1) each.
 
@@ -272,10 +272,10 @@ class Law(ABC):
         return None
 
     def memory_in_sliding(self, q: Array, velocity: Array, values: Mapping[str, Array]) -> Array | None:
-        """A memory (n_memory, n, k) in steady sliding whose small changes change no force; None: there is none.
+        """Internal variables (n_memory, n, k) in steady sliding whose small changes change no force; None: unknown.
 
-        With it self-excited vibration is known: eigenvalues of steady sliding leave the memory out. Arguments as of
-        ``rate``.
+        With it self-excited vibration can be computed: eigenvalues of steady sliding leave these variables out.
+        Arguments as of ``rate``.
         """
         del q, velocity, values
         return None
@@ -285,10 +285,10 @@ class Law(ABC):
     ) -> TimeSlopes:
         """Derivatives of ``rate``, arguments as there; by default central differences.
 
-        ``scale``: sizes of motion and velocity that the steps are chosen by; memory's is its own.
+        ``scale``: sizes of motion and velocity, from which the steps follow; internal variables have their own size.
         """
-        told = self.rate(q, velocity, memory, values)
-        assert told is not None
+        returned = self.rate(q, velocity, memory, values)
+        assert returned is not None
         columns = []
         for argument, size in ((0, scale[0]), (1, scale[1]), (2, float(np.abs(memory).max(initial=0.0)) or 1.0)):
             step = _DIFFERENCE * size
@@ -302,16 +302,16 @@ class Law(ABC):
                     assert end is not None
                     ends.append(np.concatenate(end))
                 columns.append((ends[0] - ends[1]) / (2.0 * step))
-        return TimeSlopes(np.stack(columns, axis=1), *told)
+        return TimeSlopes(np.stack(columns, axis=1), *returned)
 
     @default
     def regimes(self) -> Regimes | None:
-        """How a law that switches runs in time; None: it does not switch."""
+        """Equations in time of a law that switches; None: it does not switch."""
         return None
 
     @default
     def in_time(self) -> bool:
-        """Whether ``rate``, or ``regimes``, tells the law in time."""
+        """Whether the law is known in time, by ``rate`` or ``regimes``."""
         if self.regimes is not None or self.slider_count:
             return True
         still = np.zeros((len(self.ports), 1, 1))
@@ -321,27 +321,27 @@ class Law(ABC):
 
     @default
     def rate_remedy(self) -> str:
-        """What to do where it is wanted in time and does not tell its ``rate``."""
+        """Remedy in messages where the law is needed in time and has no ``rate``."""
         return "give the law the method rate (slipstick.contact.law.Law)"
 
     @default
     def slider_count(self) -> int:
-        """How many friction contacts side by side along its first port it is; ``slider_parameters`` tells them."""
+        """Number of parallel friction contacts along its first port that it consists of, see ``slider_parameters``."""
         return 0
 
     def slider_parameters(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Stiffness and limit (n, slider_count) of the sliders of n elements.
 
-        In time, and for multipliers, it is these: contacts that stick and slip one by one.
+        In time, and for multipliers, the law is these contacts, which stick and slip one by one.
         """
         raise NotImplementedError
 
     @default
     def slips_at_once(self) -> bool:
-        """Whether a contact may begin to slip at all times at one point of a curve: the corner of a square root."""
+        """Whether a contact may begin to slip at all times at once, so that a curve has a corner of a square root."""
         return False
 
-    # what is asked of it besides
+    # properties and first guesses
 
     @default
     def optional_ports(self) -> tuple[str, ...]:
@@ -384,16 +384,16 @@ class Law(ABC):
         return str(self.units.get(parameter, "1"))
 
     def stands_for(self, name: str, values: Mapping[str, Array]) -> tuple[str, Numbers] | None:
-        """``(parameter, factor)`` where ``name`` is a parameter, or stands for one times a factor, else None."""
+        """``(parameter, factor)`` where ``name`` is a parameter, or a parameter times a factor, else None."""
         return (name, 1.0) if name in self.values else self.derived(name, values)
 
     def derived(self, name: str, values: Mapping[str, Array]) -> tuple[str, Numbers] | None:
-        """``(parameter, factor)`` where ``name`` stands for ``parameter = factor * name``, else None."""
+        """``(parameter, factor)`` where ``parameter = factor * name``, else None."""
         del name, values
         return None
 
     def linear(self, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
-        """The law held in one state; by default nothing ("free"), or the tangent at rest ("stuck")."""
+        """The law fixed in one state; by default no force ("free"), or the tangent at rest ("stuck")."""
         if state == "free":
             return Linear({}, {})
         if state != "stuck":
@@ -417,27 +417,27 @@ class Law(ABC):
         return np.zeros(1)
 
     def widened(self, narrow: Harmonics, wide: Harmonics) -> Law:
-        """The law where forces are wanted in more harmonics than the motion has; by default it answers in any."""
+        """The law for forces in more harmonics than the motion has; by default itself."""
         del narrow, wide
         return self
 
     def springs(self, response: Response) -> Mapping[int, Array]:
-        """Stiffness (n,) with which the force at each port answers, as far as it acts: its rounding is judged by it."""
+        """Effective stiffness (n,) at each port, by which the rounding of the forces is estimated."""
         total: dict[int, Array] = {}
         for (i, _), tangent in response.by_motion.items():
             add_to(total, i, np.abs(tangent).max(axis=(1, 2)))
         return total
 
     def undecided(self, response: Response) -> NDArray[np.bool_]:
-        """Which of n elements have a constant force that any steady sliding makes jump, (n,)."""
+        """Elements whose mean force is indeterminate and jumps with any steady sliding, (n,) of bool."""
         return np.zeros(len(response.work), dtype=bool)
 
     def kinked(self, values: Mapping[str, Array]) -> NDArray[np.bool_]:
-        """Which of n elements have friction that acts, (n,) of bool: their forces have kinks and many harmonics."""
+        """Elements with active friction, (n,) of bool: their forces have kinks and many harmonics."""
         return np.zeros(len(next(iter(values.values()), ())), dtype=bool)
 
     def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-        """What is suspicious in one contact with these ports, whose opposing surface comes no nearer than that."""
+        """Sentences on suspicious parameters of a contact; ``approach`` is the largest of its opposing surface."""
         del values, ports, approach
         return iter(())
 
@@ -448,4 +448,4 @@ class Law(ABC):
 
 
 _DIFFERENCE = 1e-6
-"""Step of central differences over the size of the argument."""
+"""Step of central differences over the size of the argument: near the cube root of the rounding."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def pair_of(name: str) -> str:
-    """Of the k-th of many contacts, "name.k", the name that all of them have.
+    """Name of a contact pair: of its k-th contact, "name.k", without the number.
 
     >>> pair_of("shroud.12"), pair_of("shroud")
     ('shroud', 'shroud')
@@ -15,7 +15,7 @@ def pair_of(name: str) -> str:
 
 
 def block_of(name: str) -> str:
-    """Of contacts "name 1", "name 2", ..., as ``ss.surface_contacts`` makes them, what they are called together.
+    """Name of a block of contacts "name 1", "name 2", ..., as ``ss.surface_contacts`` makes them.
 
     >>> block_of("tip 12"), block_of("tip 12.3"), block_of("tip")
     ('tip', 'tip', 'tip')
@@ -24,7 +24,7 @@ def block_of(name: str) -> str:
 
 
 def standing_for(owner: str, names: Sequence[str]) -> list[int]:
-    """Places of the contacts that a name stands for: one called so, else those of a pair, else those of a block.
+    """Indices of the contacts of a name: a single contact, else those of a pair, else those of a block.
 
     >>> standing_for("tip", ["tip 1", "tip 2", "foot.1"]), standing_for("foot", ["tip 1", "foot.1"])
     ([0, 1], [1])

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.forces import SERIAL, shared_out
+from slipstick.contact.forces import SERIAL, run_in_threads
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import EDGE, FrictionLaw
 from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, Variable, default
@@ -23,7 +23,7 @@ from slipstick.typing import Array, Reals
 TOLERANCE = 1e-8
 TINY = float(np.finfo(float).tiny)
 _PIECES = (512, 8192, 131072)
-"""Room for the pieces of a period; more where it does not suffice."""
+"""Capacities for the pieces of a period, tried in turn."""
 _PARAMETERS = ("kt", "mu", "kn", "gap")
 
 
@@ -63,7 +63,7 @@ class PlanarFrictionContact(FrictionContact):
 
     slips_at_once: ClassVar[bool] = True
     memory: ClassVar[tuple[str, ...]] = ("first", "second")
-    """While stuck the force less that of the spring; while slipping the angle of the force (``PlanarInTime``)."""
+    """While stuck the force at zero motion; while slipping the angle of the force (``PlanarInTime``)."""
     regimes: ClassVar[PlanarInTime] = PlanarInTime()
     ports: ClassVar[tuple[str, ...]] = ("tangential", "second", "normal")  # type: ignore[misc]
     dissipating: ClassVar[tuple[int, ...]] = (0, 1)
@@ -137,14 +137,14 @@ class PlanarFrictionContact(FrictionContact):
 
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
-        """Contacts that never slip: their mean force is one of many."""
-        return np.asarray(response.detail.loose)
+        """Contacts that never slip, whose mean force is indeterminate."""
+        return np.asarray(response.detail.stuck_all_period)
 
     def springs(self, response: Response) -> dict[int, Array]:
-        """Contact springs as far as they act, or the slope of the friction where that is steeper.
+        """Effective contact springs, or the slope of the friction where that is steeper.
 
-        Where a whole circle has just begun to slip, friction turns as the root of the motion beyond: its slope has no
-        bound, and rounding of the motion is seen in the force accordingly.
+        Where a whole circle has just begun to slip, friction grows as a square root: its slope is unbounded, and so is
+        the effect of rounding of the motion.
         """
         f, p = response.detail, response.values
         k = p["kt"] * f.stick_fraction + p["mu"] * p["kn"] * f.slip_fraction
@@ -154,7 +154,7 @@ class PlanarFrictionContact(FrictionContact):
 
     @staticmethod
     def linear(state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
-        """The law with contact and friction held in one state: "free", "stuck", or "sliding" along the rubbing."""
+        """The law with contact and friction fixed in one state: "free", "stuck", or "sliding" along the rubbing."""
         closed = (values["gap"] < 0).astype(float)
         kn = values["kn"] * closed
         if state == "stuck":
@@ -171,7 +171,7 @@ class PlanarFrictionContact(FrictionContact):
 
 
 class _Inputs:
-    """Motion and parameters of a batch as the compiled functions take them."""
+    """Motion and parameters of a batch for the compiled functions."""
 
     def __init__(self, motion: Motion, values: Mapping[str, Array], tolerance: float) -> None:
         from slipstick.trig.basis import grid
@@ -192,8 +192,8 @@ class _Inputs:
         from slipstick.contact.kernel.planar.elements import trace
         from slipstick.contact.kernel.planar.motion import FULL, LOST
 
-        for room in _PIECES:
-            count, kind, at, theta, arcs = trace(self.X[e], self.parameters[e], self.tables, self.tolerance, room)
+        for capacity in _PIECES:
+            count, kind, at, theta, arcs = trace(self.X[e], self.parameters[e], self.tables, self.tolerance, capacity)
             if count != FULL:
                 break
         if count in (FULL, LOST):
@@ -224,7 +224,7 @@ class _Inputs:
 
 
 class _Forces(_Inputs):
-    """Answers of a batch."""
+    """Forces of a batch with their derivatives."""
 
     def __init__(self, motion: Motion, values: Mapping[str, Array], tolerance: float) -> None:
         super().__init__(motion, values, tolerance)
@@ -232,7 +232,7 @@ class _Forces(_Inputs):
         self.forces = np.empty((n, 3, L))
         self.derivatives = np.empty((n, 3, L, 3 * L + 6))
         self.scalars = np.empty((n, 4))
-        shared_out(n, SERIAL // 16, self._run)
+        run_in_threads(n, SERIAL // 16, self._run)
         self.forces = self.forces[:, :, : self.kept]
         m = motion.harmonics.m
         work = sum(motion.drift[i] * self.forces[:, i, 0] for i in (0, 1))
@@ -242,19 +242,19 @@ class _Forces(_Inputs):
         self.work = np.asarray(work, dtype=float)
 
     def _run(self, first: int, last: int) -> None:
-        """Elements from first to last, those with too little room again with more."""
+        """Evaluate elements from first to last, with a larger capacity where it does not suffice."""
         from slipstick.contact.kernel.planar.elements import run_planar
 
-        outputs, rooms = (self.forces, self.derivatives, self.scalars), iter(_PIECES)
-        room = next(rooms)
+        outputs, capacities = (self.forces, self.derivatives, self.scalars), iter(_PIECES)
+        capacity = next(capacities)
         while first < last:
-            end = run_planar(first, last, self.X, self.parameters, self.tables, self.tolerance, room, outputs)
+            end = run_planar(first, last, self.X, self.parameters, self.tables, self.tolerance, capacity, outputs)
             if end == -1:
                 return
             if end < 0:
                 raise _failed(-2 - end, False)
-            first, room = end, next(rooms, 0)
-            if room == 0:
+            first, capacity = end, next(capacities, 0)
+            if capacity == 0:
                 raise _failed(end, True)
 
     def by_motion(self, i: int, j: int) -> Array:
@@ -263,7 +263,7 @@ class _Forces(_Inputs):
         return np.ascontiguousarray(self.derivatives[:, i, : self.kept, j * L : j * L + self.kept])
 
     def column(self, i: int, column: int) -> Array:
-        """``dF_i`` by a column behind those of the motion, (n, L)."""
+        """Derivative of ``F_i`` by a column after those of the motion, (n, L)."""
         return np.ascontiguousarray(self.derivatives[:, i, : self.kept, 3 * self.harmonics.size + column])
 
     def by_parameter(self, name: str) -> ByPort:
@@ -272,7 +272,7 @@ class _Forces(_Inputs):
         return {i: self.column(i, column) for i in range(3)}
 
     @cached_property
-    def loose(self) -> NDArray[np.bool_]:
+    def stuck_all_period(self) -> NDArray[np.bool_]:
         """Contacts that never slip, (n,)."""
         return np.asarray(self.scalars[:, 3] > 0.5)
 

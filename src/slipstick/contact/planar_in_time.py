@@ -1,11 +1,11 @@
 """The Coulomb circle in time: stick, slip, separation, and the moment of contact with next to no load.
 
 A spring kt in series with a slider whose force lies in the circle of radius ``b = mu kn (y - gap)``. While stuck the
-force is ``kt w + e`` with e what is remembered; while slipping it is ``b (cos theta, sin theta)``, and the angle is:
-``theta' = kt w'.t / b``. That rate has no bound where b = 0, so below ``SMALL`` of the typical motion contact has its
-normal force alone: an error of the impulse of the order of the square of that.
+force is ``kt w + e`` with the constant internal variables e. While slipping it is ``b (cos theta, sin theta)``, with
+the angle as internal variable: ``theta' = kt w'.t / b``. That rate is unbounded where b = 0. So below ``SMALL`` of the
+typical motion contact has only its normal force, with an error of the impulse of the order of the square of that.
 
-No code is shared with the element of the balance: this is what it is checked against.
+No code is shared with the element of the balance, which is checked against this.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SEPARATION, TOUCH, STICK, SLIP = range(4)
 SMALL = 1e-8
 """Penetration over the typical motion below which friction is left out."""
 _WITHIN = 1e-6
-"""Nearer to the circle than that, beside its radius, a start slips."""
+"""Distance from the circle, over its radius, within which a start slips."""
 
 
 class PlanarInTime(Regimes):
@@ -53,7 +53,7 @@ class PlanarInTime(Regimes):
         return forces, slopes
 
     def rate(self, regime: int, at: InTime) -> tuple[Array, Array]:
-        """Forces and rates of what is remembered."""
+        """Forces and rates of the internal variables."""
         forces = self.force_and_slopes(regime, at)[0]
         return forces, self._memory_rate(regime, at, forces)
 
@@ -81,7 +81,7 @@ class PlanarInTime(Regimes):
         return TimeSlopes(out, forces, rates)
 
     def force_rate_slopes(self, regime: int, at: InTime, memory_rate: Array) -> Array:
-        """Of the forces' rates, by motion and memory at given rates of both."""
+        """Derivatives of the forces' rates by motion and internal variables, at given rates of both."""
         out, v = np.zeros((3, 5, *at.q.shape[1:])), at.values
         if regime == SLIP:
             limit, c, s = v["mu"] * v["kn"], np.cos(at.memory[0]), np.sin(at.memory[0])
@@ -91,7 +91,7 @@ class PlanarInTime(Regimes):
         return out
 
     def relaxation(self, regime: int, at: InTime) -> Array:
-        """Of the angle, which follows the velocity."""
+        """Relaxation of the angle towards the direction of the velocity."""
         if regime != SLIP:
             return np.zeros(at.q.shape[1:])
         v = at.values
@@ -99,7 +99,7 @@ class PlanarInTime(Regimes):
         return np.asarray(-v["kt"] * along / (v["mu"] * v["kn"] * (at.q[2] - v["gap"])))
 
     def guards(self, regime: int, at: InTime) -> Array:
-        """Contact that begins, gets a load, loses it or ends; the circle; the velocity of slip."""
+        """Guards of beginning, loaded and ending contact; of the circle; of the velocity of slip."""
         v, least = at.values, SMALL * at.length
         y = at.q[2] - v["gap"]
         if regime == SEPARATION:
@@ -138,7 +138,7 @@ class PlanarInTime(Regimes):
         return SLIP if (v["kt"] * speed > v["mu"] * v["kn"] * at.velocity[2]).item() else STICK
 
     def reset(self, before: int, after: int, at: InTime) -> Array:
-        """The angle of the force or of the velocity, or what the spring remembers."""
+        """Angle of the force or of the velocity, or force at zero motion of the spring."""
         out, v = np.zeros_like(at.memory), at.values
         if after in (SEPARATION, TOUCH):
             return out
@@ -155,7 +155,7 @@ class PlanarInTime(Regimes):
         return np.asarray(forces[:2] - v["kt"] * at.q[:2])
 
     def guard_slope(self, regime: int, guard: int, at: InTime) -> Array:
-        """Of the guards."""
+        """Derivatives of the guards, see ``Regimes``."""
         v, out = {name: value.item() for name, value in at.values.items()}, np.zeros(8)
         q, (v1, v2, _), memory = at.q[:, 0, 0], at.velocity[:, 0, 0], at.memory[:, 0, 0]
         limit, kt = v["mu"] * v["kn"], v["kt"]
@@ -170,13 +170,13 @@ class PlanarInTime(Regimes):
         return out
 
     def jumping(self, before: int, after: int) -> int | None:
-        """Where contact begins or ends, and where slip begins; where it ends its velocity is zero."""
+        """Guards of contact and of the beginning of slip; where slip ends its velocity is zero and nothing jumps."""
         if before == SLIP and after == STICK:
             return None
         return 1 if before == STICK and after == SLIP else 0
 
     def reset_slopes(self, before: int, after: int, at: InTime) -> Array:
-        """Of what is remembered where a regime begins."""
+        """Derivatives of the internal variables where a regime begins."""
         v, out = {name: value.item() for name, value in at.values.items()}, np.zeros((2, 8))
         q, (v1, v2, v3), memory = at.q[:, 0, 0], at.velocity[:, 0, 0], at.memory[:, 0, 0]
         y, limit, kt = q[2] - v["gap"], v["mu"] * v["kn"], v["kt"]
@@ -198,7 +198,7 @@ class PlanarInTime(Regimes):
         return out
 
     def memory_of(self, regime: int, force: Array, at: InTime) -> Array:
-        """The angle of the force, or what of it is not the spring's."""
+        """Angle of the force, or force at zero motion of the spring."""
         out = np.zeros((2, *force.shape[1:]))
         if regime == STICK:
             out[:] = force[:2] - at.values["kt"] * at.q[:2]
@@ -211,7 +211,7 @@ class PlanarInTime(Regimes):
         return {"separation": SEPARATION, "stick": STICK, "slip": SLIP}[name]
 
     def begin(self, force: Array, at: InTime) -> tuple[IntArray, Array]:
-        """By the friction force and its limit."""
+        """Regimes and internal variables from the friction force and its limit."""
         v = {name: value[:, 0] for name, value in at.values.items()}
         q, velocity = at.q[..., 0], at.velocity[..., 0]
         y = q[2] - v["gap"]
@@ -230,7 +230,7 @@ class PlanarInTime(Regimes):
         return regimes, memory
 
     def next_force(self, force: Array, before: Array, after: Array, values: Mapping[str, Array]) -> Array:
-        """The force on a spring, brought back to the circle along the radius."""
+        """Spring force, scaled back to the circle."""
         v = {name: value[:, 0] for name, value in values.items()}
         out = np.zeros_like(force)
         out[2] = v["kn"] * np.maximum(after[2] - v["gap"], 0.0)
@@ -240,7 +240,7 @@ class PlanarInTime(Regimes):
         return out
 
     def unsettled(self, q: Array, forces: Array, values: Mapping[str, Array]) -> NDArray[np.bool_]:
-        """Elements that neither slip nor separate: all their forces are those of the spring."""
+        """Elements that neither slip nor separate: their forces follow the spring all period."""
         moved = np.diff(forces[:2], axis=2) - values["kt"] * np.diff(q[:2], axis=2)
         size = np.abs(forces[:2]).max(axis=(0, 2)) + 1e-300
         return np.asarray((np.abs(moved).max(axis=(0, 2)) < 1e-9 * size) & (forces[2] > 0).all(axis=1))

@@ -13,8 +13,8 @@ from slipstick.typing import Array
 class Power:
     """Power ``Edot = omega sum_i [drift_i F_i0 + (1/2) (L Q_i)^T F_i]`` dissipated, and derivatives [THEORY.md (7.2)].
 
-    Each derivative is at fixed other arguments; those by omega are at constant velocity in length/time but for its
-    part that grows with omega. The sum goes over the ports whose force does work.
+    Each derivative is at fixed other arguments. Those by omega are at constant velocity in length/time, except for its
+    part in proportion to omega. The sum is over the ports whose force does work.
     """
 
     def __init__(self, law: Law, motion: Motion, response: Response) -> None:

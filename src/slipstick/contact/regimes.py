@@ -1,6 +1,6 @@
 """Laws in time that switch: smooth in each of their regimes, with events between them.
 
-What integrates in time and what makes multipliers know regimes, guards and resets alone, none of their meanings.
+Time integration and multipliers use regimes, guards and resets, whatever their meaning in a law.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from slipstick.typing import Array, IntArray
 
 
 class InTime(NamedTuple):
-    """Motion of n elements at k instants, as ``Law.rate`` has it, with what a law that switches needs besides."""
+    """Motion of n elements at k instants as in ``Law.rate``, with the drift and a typical length."""
 
     q: Array
-    """Motion along the ports, (n_ports, n, k), but for the way that a constant velocity has made."""
+    """Motion along the ports, (n_ports, n, k), without the drift at constant velocity."""
     velocity: Array
     """(n_ports, n, k), length/time."""
     memory: Array
@@ -30,7 +30,7 @@ class InTime(NamedTuple):
     drift: Array
     """Constant part of the velocity, (n_ports, n, 1)."""
     length: float
-    """Typical motion: what is far below it is nothing."""
+    """Typical motion, to which tolerances are relative."""
 
 
 class Regimes(ABC):
@@ -39,15 +39,15 @@ class Regimes(ABC):
     Attributes
     ----------
     names
-        The state that each regime is in results; regimes of one name are one state.
+        State of each regime in results; regimes may share one.
     memory_used
-        How many entries of the memory each regime uses, the first ones; the others are zero in it.
+        Number of internal variables that each regime uses, the first ones; the others are zero in it.
     angles
-        Regimes whose first entry of the memory is an angle (rad): whole turns do not matter.
+        Regimes whose first internal variable is an angle (rad), modulo 2 pi.
     linear
-        Regimes in which ``rate`` is linear in motion, velocity and memory, but for a constant.
+        Regimes in which ``rate`` is affine in motion, velocity and internal variables.
     neutral
-        Regimes in which what is remembered stays as it is: a contact that is always in one has no multiplier of it.
+        Regimes with constant internal variables: a contact that is always in one has no multipliers of these.
     fastest
         The regime in which the contact is stiffest.
     """
@@ -71,8 +71,8 @@ class Regimes(ABC):
     def force_and_slopes(self, regime: int, at: InTime) -> tuple[Array, Array]:
         """Forces (n_ports, n, k) and their derivatives by motion and memory, (n_ports, n_ports + n_memory, n, k).
 
-        The velocity of ``at`` is not looked at. Forces are linear in the motion, and rates of the memory in the
-        velocity: where the structure answers forces at once, both follow from one linear system each.
+        The velocity of ``at`` is not used. Forces are linear in the motion, and rates of the internal variables in the
+        velocity: where the structure has a feedthrough, both follow from one linear system each.
         """
 
     @abstractmethod
@@ -83,13 +83,13 @@ class Regimes(ABC):
         """
 
     def relaxation(self, regime: int, at: InTime) -> Array:
-        """Derivative of the rate of the first entry of the memory by that entry, (n, k): it may be fast."""
+        """Derivative of the rate of the first internal variable by that variable, (n, k); it may be large."""
         p = len(at.q)
         return np.asarray(self.slopes(regime, at).values[p, 2 * p])
 
     @abstractmethod
     def guards(self, regime: int, at: InTime) -> Array:
-        """Numbers of order 1 that stay positive while the regime lasts, (n_guards, n, k)."""
+        """Guard functions of order 1, positive while the regime lasts, (n_guards, n, k)."""
 
     @abstractmethod
     def after(self, regime: int, guard: int, at: InTime) -> int:
@@ -97,22 +97,22 @@ class Regimes(ABC):
 
     @abstractmethod
     def reset(self, before: int, after: int, at: InTime) -> Array:
-        """What is remembered (n_memory, n, k) where one regime follows another."""
+        """Internal variables (n_memory, n, k) where one regime follows another."""
 
     @abstractmethod
     def begin(self, force: Array, at: InTime) -> tuple[IntArray, Array]:
-        """Regimes (n,) and memory (n_memory, n) at given forces (n_ports, n); of ``at`` k = 1, without memory."""
+        """Regimes (n,) and internal variables (n_memory, n) at given forces (n_ports, n); ``at`` has k = 1."""
 
     @abstractmethod
     def next_force(self, force: Array, before: Array, after: Array, values: Mapping[str, Array]) -> Array:
-        """Forces after a small motion from forces and motion before, (n_ports, n) each, nearly: for a start."""
+        """Approximate forces after a small motion, from forces and motion before, (n_ports, n) each; for a start."""
 
     @abstractmethod
     def unsettled(self, q: Array, forces: Array, values: Mapping[str, Array]) -> NDArray[np.bool_]:
-        """Which elements (n,) keep forces (n_ports, n, k) of one period for ever because nothing ever switches."""
+        """Elements (n,) that never switch, so that forces (n_ports, n, k) of one period depend on the initial state."""
 
     def difference(self, regime: int, memory: Array) -> Array:
-        """A difference of memories (n_memory, ...), without whole turns of an angle."""
+        """A difference of internal variables (n_memory, ...), angles modulo 2 pi."""
         if regime not in self.angles:
             return memory
         out = memory.copy()
@@ -121,16 +121,16 @@ class Regimes(ABC):
 
     @abstractmethod
     def guard_slope(self, regime: int, guard: int, at: InTime) -> Array:
-        """Derivatives of a guard of one element (n = k = 1) where it is zero, but for a factor.
+        """Derivatives of a guard of one element (n = k = 1) where it is zero, up to a factor.
 
         By motion, velocities and memory, (2 n_ports + n_memory,).
         """
 
     @abstractmethod
     def jumping(self, before: int, after: int) -> int | None:
-        """The guard that ends a regime where rates of the forces jump; None where they do not.
+        """The guard at whose zero rates of the forces jump; None where they do not.
 
-        It depends on motion and memory alone.
+        It depends on motion and internal variables alone.
         """
 
     @abstractmethod
@@ -139,8 +139,8 @@ class Regimes(ABC):
 
     @abstractmethod
     def memory_of(self, regime: int, force: Array, at: InTime) -> Array:
-        """What is remembered (n_memory, n, k) in a regime with forces (n_ports, n, k)."""
+        """Internal variables (n_memory, n, k) of a regime with forces (n_ports, n, k)."""
 
     @abstractmethod
     def regime_of(self, name: str) -> int:
-        """The regime that a state of results is, the lasting one of several."""
+        """Regime of a state in results; of several the one that lasts."""

@@ -20,7 +20,7 @@ from slipstick.typing import Numbers, Reals
 
 VELOCITIES = (VELOCITY, SWEPT) = ("velocity", "velocity_per_omega")
 SECOND = "second_"
-"""Before the names of what goes along the second direction of a surface."""
+"""Prefix of components along the second direction of a surface."""
 ALL_VELOCITIES = (*VELOCITIES, *(SECOND + name for name in VELOCITIES))
 MOTION_PARTS = ("cos", "sin", "second_cos", "second_sin", "normal_cos", "normal_sin")
 _NONE: Mapping[int, float] = MappingProxyType({})
@@ -40,7 +40,7 @@ class PortMotion(NamedTuple):
 
 @dataclass(frozen=True, init=False, repr=False)
 class RubbingMotion:
-    """How side 1 slides over the opposing surface beside its vibration [THEORY.md (1.5)].
+    """Prescribed sliding of side 1 over the opposing surface, added to its vibration [THEORY.md (1.5)].
 
     ``u(t) = velocity t + sum cos_m cos(m omega t) + ...`` is added to the relative motion, ``w = x + u``; the opposing
     surface itself moves by ``-u``. A belt that carries a pad along at +V: ``velocity=-V``. A blade that runs at +V in a
@@ -51,14 +51,14 @@ class RubbingMotion:
     velocity
         Constant part, length per time, positive along the tangential direction of the contact; scalar or (n_elements,).
     velocity_per_omega
-        What is added to it for each rad/s of the fundamental frequency, length; scalar or (n_elements,): a rotor whose
-        speed sweeps with the frequency, ``radius / k`` at the engine order k.
+        Velocity for each rad/s of the fundamental frequency, length; scalar or (n_elements,): a rotor whose speed
+        sweeps with the frequency, ``radius / k`` at the engine order k.
     cos, sin
         Amplitudes of the periodic part by harmonic order, length; order 0 is allowed in ``cos`` (an offset, which
         changes no force). Values are scalars or (n_elements,).
     second_velocity, second_velocity_per_omega, second_cos, second_sin
         The same along the second direction of a ``PlanarFrictionContact``. For one such contact ``velocity``,
-        ``velocity_per_omega`` and amplitudes may be vectors, ``velocity=(3.0, 0.0)``, which ``ContactPair`` parts.
+        ``velocity_per_omega`` and amplitudes may be vectors, ``velocity=(3.0, 0.0)``, which ``ContactPair`` splits.
     normal_cos, normal_sin
         Motion of the opposing surface along the normal, positive towards the structure: run-out, a lobed casing, disc
         thickness variation. Order 0 in ``normal_cos`` is a constant approach, which closes the gap by as much.
@@ -112,8 +112,8 @@ class RubbingMotion:
 
     def __repr__(self) -> str:
         values: dict[str, Any] = {**self.velocities, **self.parts}
-        said = (f"{name}={plain(value)}" for name, value in values.items() if np.size(value) > 1 or value)
-        return f"RubbingMotion({', '.join(said)})"
+        shown_values = (f"{name}={plain(value)}" for name, value in values.items() if np.size(value) > 1 or value)
+        return f"RubbingMotion({', '.join(shown_values)})"
 
     @property
     def velocities(self) -> dict[str, Numbers]:
@@ -141,7 +141,7 @@ class RubbingMotion:
 
     @property
     def moves(self) -> bool:
-        """Whether there is any rubbing motion at all."""
+        """Whether there is any rubbing motion."""
         slides = any(np.any(np.asarray(value) != 0) for value in self.velocities.values())
         return bool(slides or any(m > 0 for m in self.orders))
 
@@ -150,7 +150,7 @@ class RubbingMotion:
         return np.asarray(np.asarray(self.velocity) + np.asarray(self.velocity_per_omega) * omega, dtype=float)
 
     def by_direction(self, harmonics: Harmonics, order_factor: int = 1) -> dict[str, PortMotion]:
-        """What it is along "tangential", "second" and "normal"; a law tells which of its ports these are."""
+        """Its motion along "tangential", "second" and "normal", see ``Law.surface_ports``."""
         return {
             "tangential": PortMotion(
                 self.velocity, self.velocity_per_omega, self.coefficients(harmonics, order_factor)
@@ -176,7 +176,7 @@ class RubbingMotion:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the components that are there: "velocity", "cos1", "normal_sin2", ..."""
+        """Names of its components: "velocity", "cos1", "normal_sin2", ..."""
         there = (name for name, v in self.velocities.items() if name == VELOCITY or np.any(np.asarray(v) != 0))
         return (*there, *(f"{part}{order}" for part, by_order in self.parts.items() for order in by_order))
 
@@ -186,11 +186,11 @@ class RubbingMotion:
 
     @staticmethod
     def is_component(name: str) -> bool:
-        """Whether a name is that of a component, there or not."""
+        """Whether a name is that of a component, present or not."""
         return name in ALL_VELOCITIES or _COMPONENT.fullmatch(name) is not None
 
     def component(self, name: str) -> Numbers:
-        """Value of a component; 0 where it is not there."""
+        """Value of a component; 0 where it is absent."""
         if name in ALL_VELOCITIES:
             return self.velocities[name]
         part, order = _split(name)
@@ -205,7 +205,7 @@ class RubbingMotion:
         return replace(self, **change)
 
     def parted(self) -> RubbingMotion:
-        """Vectors of two values each, as what goes along the two directions of one surface."""
+        """A copy whose vectors of two values are split into both directions of the surface."""
         new: dict[str, Any] = {}
         for name in VELOCITIES:
             new[name], new[SECOND + name] = _two(self.velocities[name])
@@ -260,10 +260,10 @@ def amplitudes(name: Where, series: Any, least: int) -> dict[int, Numbers]:
 
 
 def common_period(j1: int, j2: int) -> tuple[int, int]:
-    """Harmonics of the fundamental frequency on which excitation and rubbing motion sit [THEORY.md (1.2)].
+    """Harmonics of the fundamental frequency that are those of excitation and rubbing motion [THEORY.md (1.2)].
 
     With periods in the ratio ``T_p / T_u = j1 / j2`` the response has the period ``T = (T_p / j1) lcm(j1, j2)``; the
-    excitation sits on harmonic ``lcm / j1`` of ``2 pi / T`` and its multiples, the rubbing motion on ``lcm / j2``.
+    excitation has harmonic ``lcm / j1`` of ``2 pi / T`` and its multiples, the rubbing motion ``lcm / j2``.
 
     >>> common_period(1, 1), common_period(2, 3), common_period(4, 2)
     ((1, 1), (3, 2), (1, 2))

@@ -1,6 +1,6 @@
-"""Laws given as a function of time: any smooth force of motion and velocity, sampled over the period.
+"""Laws given by a smooth force as a function of motion and velocity, sampled over the period.
 
-For forces without memory or kinks a sampled period is enough; derivatives are exact all the same, by complex steps.
+Forces without memory or kinks need no more; derivatives are exact for the samples, by complex steps.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray, Array, Numbers, Reals
 
 _SIZES = (1e-6, 1e-3, 1.0)
+"""Sizes of the motions at which a force function is tested."""
 _TRIED = [np.array([-1.3, -0.4, 0.7, 1.1]), np.array([0.9, -0.8, 0.5, -1.2]), np.array([0.6, 1.4, -0.3, -0.9])]
 _STEP = 1e-30
 """Imaginary part of a complex step: a derivative without cancellation (J. N. Lyness and C. B. Moler, 1967)."""
@@ -89,7 +90,7 @@ class SampledLaw(Law):
             object.__setattr__(self, name, value)
 
     def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-        """Says where the derivative by complex steps is not that of the force: the function is not analytic."""
+        """Report where complex steps do not give the derivative of the force: the function is not analytic."""
         del ports, approach
         if not _known_somewhere(self, values):
             raise InputError(
@@ -120,7 +121,7 @@ class SampledLaw(Law):
         return replace(self, parameters={**self.parameters, **values})
 
     def widened(self, narrow: Harmonics, wide: Harmonics) -> SampledLaw:
-        """The law for forces in ``wide`` at motions in ``narrow``: as exact there as its samples are in ``narrow``."""
+        """The law for forces in ``wide`` at motions in ``narrow``, sampled as finely for these as before."""
         if self.samples is None:
             return self
         more = self.samples + max(0, wide.highest - narrow.highest)
@@ -133,12 +134,11 @@ class SampledLaw(Law):
     def respond_resolved(
         self, motion: Motion, values: Mapping[str, Array], edges: Edges, slopes: Slopes | None = None
     ) -> Response:
-        """As ``respond``, but sampled where the force of a contact changes fast, and not at all where it is open.
+        """As ``respond``, with samples graded to where the force of a contact changes fast, and none where it is open.
 
-        ``edges`` gives phases (k,) at which panels of integration end, of one element: where the force has corners,
-        and closer and closer to where it nearly jumps. Panels are divided further until each resolves the force. The
-        error of the coefficients is about 1e-9 of the largest force; a warning says where ``MOST_PANELS`` are
-        too few.
+        ``edges`` gives phases (k,) of one element at which panels of integration end: where the force has corners, and
+        graded to where it nearly jumps. Panels are divided until each resolves the force. The error of the coefficients
+        is about 1e-9 of the largest force; a warning is given where ``MOST_PANELS`` are too few.
         """
         elements = [_one_element(motion, values, e) for e in range(len(motion.Q[0]))]
         responses = [_resolved(self, own, at, edges(own, at), slopes).response() for own, at in elements]
@@ -206,7 +206,7 @@ def _callable(force: Any, parameters: Mapping[str, Any]) -> None:
         raise InputError(
             f"law force: cannot be called as force({', '.join(['q', 'velocity', *parameters])}): {error}"
         ) from None
-    except ValueError:  # a function that does not tell what it takes
+    except ValueError:  # a function without a signature
         return
 
 
@@ -227,7 +227,7 @@ def _ports(value: Any) -> tuple[str, ...]:
 
 
 def _differentiable(law: SampledLaw, q: list[Array], rate: list[Array], values: Mapping[str, float]) -> bool:
-    """Whether complex steps give the slope that differences do, along one direction in motion and velocity."""
+    """Whether complex steps and central differences agree along one direction in motion and velocity."""
 
     def at(step: complex) -> list[AnyArray]:
         moved, speed = ([value * (1.0 + step) for value in both] for both in (q, rate))
@@ -248,7 +248,7 @@ def _differentiable(law: SampledLaw, q: list[Array], rate: list[Array], values: 
 
 
 def _known_somewhere(law: SampledLaw, values: Mapping[str, float]) -> bool:
-    """Whether the force is a finite number for at least one of a few motions."""
+    """Whether the force is a finite number for at least one of the test motions."""
     one = len(law.ports) == 1
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -261,7 +261,7 @@ def _known_somewhere(law: SampledLaw, values: Mapping[str, float]) -> bool:
 
 
 def _arrays(returned: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]:
-    """What a force returned, as arrays of numbers of a shape, one for each port; InputError where it is not."""
+    """Results of a force as arrays of a shape, one for each port; InputError for other results."""
     if not isinstance(returned, tuple | list) or len(returned) != ports:
         raise InputError(
             f"law force: returned {shown(returned)}; expected a tuple of {ports} arrays, one for each port"
@@ -280,7 +280,7 @@ def _arrays(returned: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]
 
 
 def _called(law: SampledLaw, q: list[AnyArray], velocity: list[AnyArray], values: Mapping[str, Any]) -> list[AnyArray]:
-    """What the force function returns at each port."""
+    """Results of the force function at each port."""
     if len(q) == 1:
         return _arrays((law.force(q[0], velocity[0], **values),), 1, q[0].shape)
     return _arrays(law.force(tuple(q), tuple(velocity), **values), len(q), q[0].shape)
@@ -290,7 +290,7 @@ class _Sampled:
     """One evaluation: motion at phases ``tau`` (times,), and the transforms to and from coefficients.
 
     ``weights`` (times,) of an integral over the period; those of equidistant times by default. ``slopes`` of the force
-    by motion and velocity; by complex steps where they are not known.
+    by motion and velocity; by default by complex steps.
     """
 
     def __init__(
@@ -379,14 +379,16 @@ _TOO_MANY = (
 )
 ByPorts = dict[tuple[int, int], Array]
 Slopes = Callable[[list[Array], list[Array], Mapping[str, Array]], tuple[ByPorts, ByPorts]]
-"""From motion and velocity in time, (n, times) for each port, and parameters (n, 1): ``(i, j) -> df_i/dq_j``, and those
+"""Of motion and velocity in time, (n, times) for each port, and parameters (n, 1): ``(i, j) -> df_i/dq_j``, and those
 by the velocities."""
 Edges = Callable[[Motion, Mapping[str, Array]], Array]
 MOST_PANELS = 5_000
+"""Panels of one element."""
 _RESOLVED = 1e-10
 """Error of a panel over the largest force, times its share of the period."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _PARTS = 2
+"""Parts of a panel that does not resolve the force."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _SERIES = np.linalg.inv(np.polynomial.legendre.legvander(_NODES, 9))
 _MIDDLE, _LAST = _SERIES[4:7].T.copy(), _SERIES[7:].T.copy()
 """Terms of a Legendre series through the values at the nodes."""
@@ -402,7 +404,7 @@ def _one_element(motion: Motion, values: Mapping[str, Array], e: int) -> tuple[M
 
 
 def moving(motion: Motion) -> Callable[[Array], tuple[Array, Array]]:
-    """Of one element: from phases (k,) to its motion and its rate by phase, (ports, k) each."""
+    """Function of phases (k,) for the motion of one element and its derivative by phase, (ports, k) each."""
     h = motion.harmonics
     coefficients = np.concatenate(motion.Q)
     both = np.concatenate([coefficients, h.derivative(coefficients)])
@@ -428,11 +430,11 @@ def _resolved(
     size, total = 0.0, starts.size
     while starts.size:
         q, rate = path((starts[:, None] + 0.5 * width[:, None] * (1.0 + _NODES)).ravel())
-        told = _called(law, list(q[:, None]), list(omega * rate[:, None]), columns)
-        force = np.stack([np.real(f).reshape(starts.size, -1) for f in told])
+        returned = _called(law, list(q[:, None]), list(omega * rate[:, None]), columns)
+        force = np.stack([np.real(f).reshape(starts.size, -1) for f in returned])
         largest = np.abs(force).max(axis=(0, 2))
         size = max(size, float(largest.max(initial=0.0)))
-        coarse = _errors(force) * width / (2.0 * np.pi) > _RESOLVED * size  # what is not finite stays as it is
+        coarse = _errors(force) * width / (2.0 * np.pi) > _RESOLVED * size  # nan is not divided
         total += _PARTS * int(coarse.sum())
         if total > MOST_PANELS:
             warn([_TOO_MANY])
@@ -454,9 +456,9 @@ def base_edges(harmonics: Harmonics) -> Array:
 
 
 def _errors(force: Array) -> Array:
-    """Errors (panels,) of the rule, from the values (ports, panels, nodes): terms of its series fall on as they fell.
+    """Errors (panels,) of the rule, from the values (ports, panels, nodes), by the decay of their Legendre series.
 
-    The rule with n nodes is exact up to the term 2 n - 1.
+    The decay is extrapolated: the rule with n nodes is exact up to the term 2 n - 1.
     """
     last, middle = np.abs(force @ _LAST).max(axis=2), np.abs(force @ _MIDDLE).max(axis=2)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Contact of a turning rotor with a circular stator: a radial spring beyond the clearance, and friction round about.
+"""Contact of a turning rotor with a circular stator: a radial spring beyond the clearance, and tangential friction.
 
 With the centre of the rotor at ``(x, y) = r (cos a, sin a)`` from that of the stator and the surface of the rotor at
 the speed V (radius times speed of rotation, positive in the sense from x to y), where ``r > gap``::
@@ -42,7 +42,7 @@ def _force(q: Any, velocity: Any, kn: Any, mu: Any, gap: Any, cn: Any, slip_velo
 
 
 def _slopes(q: list[Array], velocity: list[Array], values: Mapping[str, Array]) -> tuple[ByPorts, ByPorts]:
-    """Derivatives of ``_force`` by motion and by velocity: by complex steps they take most of the time of a curve."""
+    """Derivatives of ``_force`` by motion and by velocity, in closed form, which is faster than complex steps."""
     (x, y, _), (dx, dy, speed) = q, velocity
     kn, mu, cn, slow = (values[name] for name in ("kn", "mu", "cn", "slip_velocity"))
     r = np.hypot(x, y)
@@ -83,7 +83,7 @@ _SAMPLED = SampledLaw(
 
 @dataclass(frozen=True, kw_only=True)
 class StatorContact(Law):
-    """A rotor in a circular stator: ports "x" and "y", the way of the rotor's centre from the stator's.
+    """A rotor in a circular stator: ports "x" and "y", the displacement of the rotor's centre from the stator's.
 
     The surface speed of the rotor is the rubbing motion: ``RubbingMotion(velocity=radius * speed)``, or
     ``velocity_per_omega=radius`` of a rotor that turns with the fundamental frequency; negative where it turns from y
@@ -175,14 +175,14 @@ class StatorContact(Law):
         return replace(self, **values)
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
-        """Forces of n elements, sampled finely where they change fast: where it touches, and where sliding reverses.
+        """Forces of n elements, sampled finely where contact begins or ends and where sliding reverses.
 
         Derivatives are exact for the samples; the error of the coefficients is about 1e-9 of the force.
         """
         return _SAMPLED.respond_resolved(motion, values, _edges, _slopes)
 
     def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
-        """Where the rotor touches the stator it slips, elsewhere it is separated: intervals of n elements, in rad."""
+        """Intervals of slip, where the rotor touches the stator, and separation, of n elements, in rad."""
         wide = Harmonics(2 * motion.harmonics.highest)
         tau = 2.0 * np.pi * np.arange(wide.size) / wide.size
         x, y = (np.atleast_2d(Q) @ motion.harmonics.H_minus(tau).T for Q in motion.Q[:2])
@@ -207,33 +207,34 @@ class StatorContact(Law):
         return np.asarray(values["gap"])
 
     def ramps(self, values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
-        """Towards a first point: friction first, then stiffness."""
+        """Ramps towards a first point: friction, then stiffness."""
         del values
         return iter((("friction ramp", "mu", 0.0), ("contact ramp", "kn", 1e-3)))
 
     def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-        """What is suspicious in one contact."""
+        """Sentences on suspicious parameters of a contact."""
         del ports, approach
         if values["kn"] == 0.0:
             yield "kn = 0, so it never acts; give the radial contact stiffness"
 
 
 _GRID = 8
-"""Points of a search for corners and reversals, in each panel that resolves the motion."""
+"""Points of the search for contact and reversals, in each panel that resolves the motion."""
 _GRADES = np.array([0.6, 1.8, 6.0, 24.0, 96.0, 400.0, 1600.0, 6400.0, 25600.0])
 """Ends of panels beside a reversal, over the distance of the pole of the friction there: a rule of ten nodes leaves
 1e-10 where a panel is three times as long as it is far from the pole. Beyond the last, friction is at its limit."""
-_MOST_STEPS, _SLOPE = 60, 1e-5
+_MOST_STEPS, _SLOPE_STEP = 60, 1e-5
+"""Steps of the root search; difference of phase (rad) for the slope of the sliding velocity."""
 
 
 def _edges(motion: Motion, values: Mapping[str, Array]) -> Array:
-    """Phases at which panels end: where it touches, and graded towards the reversals of the sliding, of one element."""
+    """Ends of panels of one element: where contact begins or ends, and graded towards reversals of the sliding."""
     kn, mu, gap, slow = (float(values[name][0]) for name in ("kn", "mu", "gap", "slip_velocity"))
     base = base_edges(motion.harmonics)
     width = base[1]
     tau = np.arange(_GRID * base.size + 1) * (width / _GRID)
-    told = _depth_and_slip(motion, gap)
-    depth, slip = told(tau)
+    sampled = _depth_and_slip(motion, gap)
+    depth, slip = sampled(tau)
     touches = (depth[:-1] > 0.0) != (depth[1:] > 0.0)
     turns = ((slip[:-1] > 0.0) != (slip[1:] > 0.0)) & (touches | (depth[1:] > 0.0))
     if mu == 0.0:
@@ -246,11 +247,11 @@ def _edges(motion: Motion, values: Mapping[str, Array]) -> Array:
         return np.empty(0)
     a, b = tau[place], tau[place + 1]
     fa, fb = (np.where(turn, slip[place + i], depth[place + i]) for i in (0, 1))
-    fine = np.where(turn, 0.05 * slow, 1e-14 * gap)  # damping jumps where it touches
+    fine = np.where(turn, 0.05 * slow, 1e-14 * gap)  # the damping force jumps where contact begins
     before = np.zeros(place.size)
     for _ in range(_MOST_STEPS):  # the Illinois method
         at = b - fb * (b - a) / (fb - fa)
-        depth, slip = told(at)
+        depth, slip = sampled(at)
         f = np.where(turn, slip, depth)
         if np.all((np.abs(f) <= fine) | (b - a < 1e-14)):
             break
@@ -263,14 +264,14 @@ def _edges(motion: Motion, values: Mapping[str, Array]) -> Array:
     turned = at[turn][:, None]
     if not turned.size:
         return at
-    near, far = (told(turned[:, 0] + step)[1] for step in (-_SLOPE, _SLOPE))
-    reach = 2.0 * _SLOPE * slow / np.maximum(np.abs(far - near), 1e-300)[:, None] * _GRADES
+    near, far = (sampled(turned[:, 0] + step)[1] for step in (-_SLOPE_STEP, _SLOPE_STEP))
+    reach = 2.0 * _SLOPE_STEP * slow / np.maximum(np.abs(far - near), 1e-300)[:, None] * _GRADES
     beside = np.where(reach < 0.5 * width, reach, 0.0)
     return np.concatenate([at, (turned + beside).ravel(), (turned - beside).ravel()])
 
 
 def _depth_and_slip(motion: Motion, gap: float) -> Callable[[Array], tuple[Array, Array]]:
-    """Of one element: from phases (k,) to how far it is beyond the clearance, and the velocity of sliding."""
+    """Function of phases (k,) for the penetration of one element and its sliding velocity."""
     path, omega = moving(motion), float(np.reshape(motion.omega, -1)[0])
 
     def at(tau: Array) -> tuple[Array, Array]:

@@ -18,16 +18,16 @@ from slipstick.faults import SMALLEST, Gathering, number, number_or_numbers, pla
 from slipstick.typing import Array, IntArray, Numbers, Reals
 
 FORMS = ("table", "exponential", "gaussian", "hyperbolic", "cubic")
-"""Forms of the curve, numbered as the kernel has them."""
+"""Forms of the curve, in the order of the kernel's numbers."""
 _STRIBECK = ("mu_s", "mu_d", "v_s", "viscous")
 _SPLITS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Velocities over the Stribeck velocity between which a curve is smooth enough for one rule of integration."""
 _FASTER = 30.0
-"""Rate at which time integration forgets an excess, over that of the spring at the velocity of the law."""
+"""Rate at which an excess of the spring force decays in time, over that of the spring at the velocity of the law."""
 _SHORT = 1e-9
-"""An interval (rad) that is none."""
-_ROOM = 24
-"""Intervals per harmonic and corner of the law."""
+"""Length (rad) of an interval that is rounding."""
+_INTERVALS = 24
+"""Intervals per harmonic and corner of the law, at most."""
 
 
 class StribeckContact(Law):
@@ -45,10 +45,10 @@ class StribeckContact(Law):
 
     Changes of state are located to rounding, forces and derivatives are integrals between them, exact to rounding for
     a table and for a curve to about 1e-10. There is no smoothed sign: a law regularised by ``tanh`` does not stick, and
-    its steep slope at rest decides the steady motion; who wants it all the same has ``SampledLaw``.
+    its steep slope at rest decides the steady motion (``SampledLaw`` allows it).
 
-    In time (``rate``) the spring force is a memory z, ``z' = kt w' - relaxation (z - f)``, with ``f`` the part of z
-    within the limits: sticks begin late by about ``1 / relaxation``, with an error of second order in it.
+    In time (``rate``) the spring force is an internal variable z, ``z' = kt w' - relaxation (z - f)``, with ``f`` the
+    part of z within the limits: sticks begin late by about ``1 / relaxation``, with an error of second order in it.
 
     Parameters
     ----------
@@ -161,8 +161,8 @@ class StribeckContact(Law):
         return {"kt": base.kt, **law, **normal, **load, **rate}
 
     def __repr__(self) -> str:
-        said = (f"{k}={_written(v)}" for k, v in self.arguments.items())
-        return f"StribeckContact({', '.join(said)})"
+        arguments = (f"{k}={_written(v)}" for k, v in self.arguments.items())
+        return f"StribeckContact({', '.join(arguments)})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, StribeckContact) and repr(self) == repr(other)
@@ -291,10 +291,10 @@ class StribeckContact(Law):
             levels = p[:, 2:3] * splits
         omega = np.broadcast_to(np.asarray(motion.omega, dtype=float), (n,))
         constants = np.column_stack([motion.drift[0], omega, values["kt"], values["kn"], values["gap"]])
-        room, L, G = _ROOM * (h.highest + 1) * (levels.shape[1] + 1), h.size, 2 * h.size + 5 + p.shape[1]
+        most, L, G = _INTERVALS * (h.highest + 1) * (levels.shape[1] + 1), h.size, 2 * h.size + 5 + p.shape[1]
         out = _Evaluated(
             forces=np.empty((2, n, L)), slopes=np.empty((2, n, L, G)), scalars=np.empty((n, 5)),
-            at=np.empty((n, room, 3)), code=np.empty((n, room, 3), np.int64), totals=np.empty(n, np.int64),
+            at=np.empty((n, most, 3)), code=np.empty((n, most, 3), np.int64), totals=np.empty(n, np.int64),
             names=self._ordered, omega=omega,
         )  # fmt: skip
         run(
@@ -303,9 +303,9 @@ class StribeckContact(Law):
             np.ascontiguousarray(constants, dtype=float), (NODES, WEIGHTS), *out.forces, *out.slopes, out.scalars,
             out.at, out.code, out.totals,
         )  # fmt: skip
-        lost = out.totals < 0
-        out.totals[lost] = 0
-        out.forces[:, lost], out.slopes[:, lost] = np.nan, np.nan
+        failed = out.totals < 0
+        out.totals[failed] = 0
+        out.forces[:, failed], out.slopes[:, failed] = np.nan, np.nan
         return out
 
     @property
@@ -319,8 +319,8 @@ class StribeckContact(Law):
     # in time
 
     def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array] | None:
-        """Forces, and the rate of the spring force; None where no relaxation is known."""
-        relaxation = self._forgetting(values)
+        """Forces, and the rate of the spring force; None without a relaxation."""
+        relaxation = self._decay_rate(values)
         if relaxation is None:
             return None
         z = memory[0]
@@ -334,10 +334,10 @@ class StribeckContact(Law):
     ) -> TimeSlopes:
         """Derivatives of ``rate``."""
         del scale
-        told, relaxation = self.rate(q, velocity, memory, values), self._forgetting(values)
-        assert told is not None
+        returned, relaxation = self.rate(q, velocity, memory, values), self._decay_rate(values)
+        assert returned is not None
         assert relaxation is not None
-        (_, normal), z = told[0], memory[0]
+        (_, normal), z = returned[0], memory[0]
         mu, slope = self._coefficient(np.abs(velocity[0]), values)
         side = np.where(np.abs(z) > mu * normal, np.sign(z), 0.0)
         spring = np.where(q[1] > values["gap"], values["kn"], 0.0)
@@ -348,7 +348,7 @@ class StribeckContact(Law):
         out[2] = relaxation * out[0]
         out[2, 2] += values["kt"]
         out[2, 4] -= relaxation
-        return TimeSlopes(out, told[0], told[1])
+        return TimeSlopes(out, returned[0], returned[1])
 
     def memory_in_sliding(self, q: Array, velocity: Array, values: Mapping[str, Array]) -> Array:
         """Beyond the limit on the side of the velocity, whatever the spring force."""
@@ -357,7 +357,7 @@ class StribeckContact(Law):
             2.0 * np.sign(velocity[0]) * (1.0 + normal) * (1.0 + self._coefficient(np.abs(velocity[0]), values)[0])
         )[None]
 
-    def _forgetting(self, values: Mapping[str, Array]) -> Array | None:
+    def _decay_rate(self, values: Mapping[str, Array]) -> Array | None:
         if self._relaxation is not None:
             return np.asarray(self._relaxation)
         speed, mu = ("speed2", "mu1") if self.form == FORMS[0] else ("v_s", "mu_s")
@@ -366,7 +366,7 @@ class StribeckContact(Law):
             return None
         return np.asarray(_FASTER * values["kt"] * values[speed] / limit)
 
-    # what is asked of it besides
+    # properties and first guesses
 
     def missing(self, ports: set[str]) -> Iterator[Fault]:
         """A normal stiffness that was not given, where something moves across the surface."""
@@ -387,7 +387,7 @@ class StribeckContact(Law):
         return np.asarray(values["kt"] > 0)
 
     def linear(self, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
-        """Held in one state; "sliding" with the coefficient at rest, for a first guess."""
+        """The law fixed in one state; "sliding" with the coefficient at rest, for a first guess."""
         mu = values["mu1" if self.form == FORMS[0] else "mu_s"]
         return FrictionLaw.linear(state, {**values, "mu": mu}, drift)
 
@@ -402,7 +402,7 @@ class StribeckContact(Law):
         return FrictionLaw.size({**values, "mu": mu})
 
     def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-        """What is suspicious in one contact's parameters."""
+        """Sentences on suspicious parameters of a contact."""
         names = [name for name in values if name.startswith("mu")]
         mu = max(values[name] for name in names)
         yield from FrictionLaw.warnings({**values, "mu": mu}, ports, approach)
@@ -410,7 +410,7 @@ class StribeckContact(Law):
 
 @dataclass(frozen=True, kw_only=True)
 class _Evaluated:
-    """What the kernel found for n elements; with the fractions of the period as results ask for them."""
+    """Results of the kernel for n elements, with the fractions of the period."""
 
     forces: Array
     slopes: Array
@@ -437,7 +437,7 @@ class _Evaluated:
         return np.asarray(1.0 - self.scalars[:, 1] - self.scalars[:, 2])
 
     def response(self, law: StribeckContact, motion: Motion, values: Mapping[str, Array]) -> Response:
-        """As the balance wants it."""
+        """The results as a ``Response``."""
         L = motion.harmonics.size
         (fx, fy), (by_x, by_y) = self.forces, self.slopes
         columns = {"kt": 2 * L + 2, "kn": 2 * L + 3, "gap": 2 * L + 4}
@@ -459,7 +459,7 @@ class _Evaluated:
         )
 
     def intervals(self, *, cut: bool = False) -> list[list[Interval]]:
-        """Neighbours of one state are one, if they are not to be cut where the law has corners; in (0, 2 pi)."""
+        """States of each element from 0 to 2 pi; ``cut``: also where the law has corners."""
         from slipstick.contact.kernel.tuples import NAMES
 
         every = []
@@ -480,7 +480,7 @@ class _Evaluated:
 
 
 def _written(value: Any) -> str:
-    """An argument as Python writes it."""
+    """An argument in Python's syntax."""
     if isinstance(value, list):
         return f"[{', '.join(f'({plain(speed)}, {plain(mu)})' for speed, mu in value)}]"
     return repr(value) if isinstance(value, str) else str(plain(value))
@@ -506,7 +506,7 @@ def _checked(name: str, value: Any) -> Any:
 
 
 def _length(value: Any) -> int:
-    """How many items a value has; 0 where it is no list, as an array without axes."""
+    """Number of items of a value; 0 where it has none, such as an array without axes."""
     try:
         return len(value)
     except TypeError:

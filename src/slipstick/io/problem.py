@@ -30,7 +30,7 @@ from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.results.table import ResultTable
 from slipstick.results.view import names_of
-from slipstick.state.known import STORED_STATES
+from slipstick.state.registry import STORED_STATES
 from slipstick.structure.cyclic import CyclicStructure, TravellingWave
 from slipstick.structure.disc import Disc
 from slipstick.structure.free import FreeStructure

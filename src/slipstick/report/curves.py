@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.report.encoding import Indices, packed
 from slipstick.results.stability import between_known
 from slipstick.results.view import View, after, label_of, phases_at, unit_of, values_at
-from slipstick.state.known import STATE_VARIABLES
+from slipstick.state.registry import STATE_VARIABLES
 from slipstick.typing import Array
 
 if TYPE_CHECKING:

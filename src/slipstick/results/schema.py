@@ -21,7 +21,7 @@ from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.errors import InputError, Outcome
 from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS, is_wave, ranks
 from slipstick.results.table import ResultColumn, ResultTable
-from slipstick.state.known import STATE_VARIABLES
+from slipstick.state.registry import STATE_VARIABLES
 from slipstick.typing import AnyArray, Array
 from slipstick.units import ANGULAR, Units
 

@@ -1,4 +1,4 @@
-"""What contacts carry beside their motion: temperature, worn depth, what a user brings.
+"""States of contacts in addition to their motion: temperature, worn depth, or one of the user's own.
 
 A contact state has one value ``z`` for each contact of one law. Parameters of the law follow it, ``b(z)``, and friction
 drives it: its rate is ``r(z, P)``, with ``P(Q, b)`` the dissipated powers. A **fast** state is in equilibrium with each
@@ -6,8 +6,8 @@ steady motion, ``r = 0``, and is eliminated: every derivative of the forces gain
 
     dz = G dP,    G = -(r_z + r_P P_z)^-1 r_P,
 
-``dP`` the change of the powers at fixed z (THEORY.md (8.2), where ``r = T_0 + R P - T``). A **slow** state is held at
-the value that is handed on from point to point; what integrates ``dz/dt = r`` changes it.
+``dP`` the change of the powers at fixed z (THEORY.md (8.2), where ``r = T_0 + R P - T``). A **slow** state keeps its
+value from point to point; an integration of ``dz/dt = r`` changes it.
 """
 
 from __future__ import annotations
@@ -28,13 +28,16 @@ from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 _TOLERANCE = 1e-12
-_ROUNDING = 1e-10
+"""Relative Newton step at which an equilibrium is found."""
+_ACCEPTED = 1e-10
+"""Relative Newton step up to which an equilibrium counts, where rounding stops the iteration."""
 _MOST_CORRECTIONS = 40
 _SHORTEST_STEP = 1e-3
+"""Factor on a Newton step below which no shorter one is tried."""
 
 
 class StateVariable(NamedTuple):
-    """The results variable that holds the values of a state, one for each contact."""
+    """Results variable with the values of a state, one for each contact."""
 
     name: str
     units: str
@@ -58,11 +61,11 @@ class Rate(NamedTuple):
 
 
 class StateModel(ABC):
-    """What a problem is given: ``ss.Problem(..., states=[model])``."""
+    """Model of a contact state, for ``ss.Problem(..., states=[model])``."""
 
     @abstractmethod
     def of(self, laws: Sequence[Law], names: Sequence[Sequence[str]]) -> Sequence[ContactState]:
-        """The state of the contacts of each law that it concerns.
+        """States of the contacts, one for each law that the model applies to.
 
         ``laws`` are those of the problem, ``names`` the contacts of each. Raises InputError with every fault.
         """
@@ -78,12 +81,13 @@ class ContactState(ABC):
     names
         The contacts.
     slow
-        Whether it is held where it is handed on, not sought in equilibrium.
+        Whether its values are given, not computed from equilibrium.
     variable
-        What results call it.
+        Its results variable.
     limits
-        Lowest and highest value for which the parameters are known, numbers or (n,). A curve stops where a value leaves
-        them; where the equilibrium of a fast state ends within finite ones, it goes on with the next that is reached.
+        Lowest and highest value for which the parameters are defined, numbers or (n,). A curve stops where a value
+        leaves them. Where the equilibrium of a fast state vanishes within finite limits, the curve goes on with the
+        next that is reached.
     """
 
     batch: int
@@ -92,14 +96,14 @@ class ContactState(ABC):
     limits: tuple[Array | float, Array | float] = (-np.inf, np.inf)
     variable: ClassVar[StateVariable]
     has: ClassVar[str] = "with a state"
-    """What a notebook calls contacts that have it."""
+    """Description of contacts with this state in notebooks."""
     left: ClassVar[str] = "stopped early: a contact state left the range in which its parameters are known"
-    """How a curve ends where a value leaves the limits."""
+    """Outcome of a curve where a value leaves the limits."""
 
     @property
     @abstractmethod
     def start(self) -> Array:
-        """The value without friction, (n,): of a fast state where nothing is handed on yet, of a slow one at first."""
+        """Value without friction, (n,): the first guess of a fast state, the initial value of a slow one."""
 
     @abstractmethod
     def parameters(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
@@ -114,57 +118,57 @@ class ContactState(ABC):
         """``r(z, P)`` (n,) for powers (n,), per time of any unit that all fast states of a problem share."""
 
     def parameter_fault(self, name: str, quantity: str, rows: Sequence[int]) -> Fault | None:
-        """Why a quantity of these contacts, called ``name``, cannot be varied: the state gives it by itself."""
+        """Fault where a quantity of these contacts, called ``name``, cannot be varied because the state gives it."""
         return None
 
     def at_start(self) -> Mapping[str, Array]:
-        """Parameters (n,) at the start where the state gives them whatever the problem says; nan where it does not."""
+        """Parameters (n,) at the start that the state gives in place of the problem's; nan for contacts without."""
         return {}
 
     def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
-        """Contacts that cannot have it; ``ports`` are those that each has."""
+        """Faults of contacts that cannot have this state; ``ports`` are those of each."""
         return iter(())
 
     def warnings(self) -> Iterator[str]:
-        """What can be computed but looks wrong, one sentence each."""
+        """Sentences on suspicious input."""
         return iter(())
 
     def time_fault(self, held: Container[str]) -> Fault | None:
-        """Why motion is not integrated in time with the parameters that are ``held``."""
+        """Fault where motion cannot be integrated in time with these parameters ``held`` constant."""
         changes = f"the {self.variable.long_name} changes in these contacts, which is not integrated in time"
         return Fault("time integration", changes, remedy="leave the state out and give its parameters")
 
     def self_excited_fault(self) -> Fault:
-        """Why self-excited vibration is not computed."""
+        """Fault of self-excited vibration with this state."""
         changes = f"self-excited vibration with a changing {self.variable.long_name} is not known"
         return Fault("states", changes, remedy="leave it out")
 
     @property
     def equilibrium_name(self) -> str:
-        """What messages call its equilibrium."""
+        """Name of its equilibrium in messages."""
         return f"equilibrium of the {self.variable.long_name}"
 
     @property
     def extreme_name(self) -> str:
-        """What messages call the largest value among the contacts."""
+        """Name of the largest value among the contacts in messages."""
         return f"largest {self.variable.long_name}"
 
     @property
     def span(self) -> Array:
-        """Range of the values, (n,); inf where it has no end, as of a state that nothing follows."""
+        """Range of the values, (n,); inf where there are no limits."""
         return np.broadcast_to(self.limits[1] - self.limits[0], len(self.names))
 
     def held(self) -> Self:
-        """The same, slow."""
+        """A copy that is slow: its values are given."""
         held = copy(self)
         object.__setattr__(held, "slow", True)
         object.__setattr__(held, "within", _Remembered(self.within))
         return held
 
     def settled(self, law: Law, motion: Motion, given: Mapping[str, Array], near: Array | None) -> Carried:
-        """In equilibrium at a motion, next to values (n,); from the start where there are none.
+        """Equilibrium at a motion, from values (n,) or, without them, from the start.
 
-        By Newton's method with steps halved until the rate falls, which is enough where there is one equilibrium.
+        By Newton's method with steps halved until the rate falls, which suffices where there is one equilibrium.
         """
         at = self.at(law, motion, given, self.start if near is None else near)
         size, left = np.where(np.isfinite(self.span), self.span, 1.0), np.inf
@@ -183,16 +187,16 @@ class ContactState(ABC):
                 factor *= 0.5
             else:
                 break
-        return replace(at, converged=left <= _ROUNDING)
+        return replace(at, converged=left <= _ACCEPTED)
 
     def at(self, law: Law, motion: Motion, given: Mapping[str, Array], z: Array) -> Carried:
-        """At values z (n,), in equilibrium or not."""
+        """Forces and powers at values z (n,), in equilibrium or not."""
         sampled = self.within(z, given)
         power = Power(law, motion, law.respond(motion, _with(given, sampled)))
         return Carried(state=self, values=z, power=power, sampled=sampled)
 
     def within(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
-        """``parameters``, held beyond the limits."""
+        """``parameters``, constant beyond the limits."""
         inside = np.clip(z, *self.limits)
         if np.array_equal(inside, z):
             return self.parameters(z, given)
@@ -204,19 +208,19 @@ class ContactState(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Carried:
-    """A state at one motion: its values, the forces there, and what every derivative needs."""
+    """A state at one motion: its values, the forces there, and their derivatives."""
 
     state: ContactState
     values: Array
     """(n,)."""
     power: Power
     sampled: Mapping[str, Sampled]
-    """The parameters that follow it."""
+    """Parameters that depend on it."""
     converged: bool = True
 
     @property
     def batch(self) -> int:
-        """Which batch of the balance has it."""
+        """Number of its law among those of the problem."""
         return self.state.batch
 
     @property
@@ -264,9 +268,9 @@ class Carried:
 
     @property
     def margin(self) -> float:
-        """1 less the largest eigenvalue of ``-r_z^-1 r_P P_z``: how far the equilibrium is from a fold at this motion.
+        """Distance from a fold of the equilibrium at this motion: 1 less the largest eigenvalue of ``-r_z^-1 r_P P_z``.
 
-        0 on it, negative beyond; at most 1, and 1 of a slow state.
+        0 at the fold, negative beyond; at most 1, and 1 for a slow state.
         """
         if self.state.slow:
             return 1.0
@@ -278,11 +282,11 @@ class Carried:
 
     @property
     def lost(self) -> bool:
-        """Whether there is no equilibrium next to the values handed on."""
+        """Whether there is no equilibrium near the values of the neighbouring solution."""
         return not self.converged
 
     def fault(self) -> str | None:
-        """One sentence where the values are no result: they are beyond the limits."""
+        """One sentence where the values are beyond the limits, and so no result."""
         state = self.state
         outside = np.flatnonzero(np.clip(self.values, *state.limits) != self.values)
         if not outside.size:
@@ -298,10 +302,10 @@ class Carried:
 def respond(
     states: Sequence[ContactState], law: Law, motion: Motion, given: Mapping[str, Array], near: Sequence[Array | None]
 ) -> tuple[Response, list[Carried]]:
-    """Forces of a law whose contacts have these states, next to the values ``near``.
+    """Forces of a law whose contacts have these states, with the values ``near`` of the neighbouring solution.
 
-    Slow ones are held, one after the other; the last may be fast and finds its equilibrium with what they make of the
-    parameters.
+    Slow states keep these values and change the parameters one after the other. The last state may be fast: its
+    equilibrium is found with the parameters that the others give.
     """
     values, held, fast = given, list[tuple[ContactState, Array, dict[str, Sampled]]](), None
     for state, z in zip(states, near, strict=True):
@@ -317,7 +321,7 @@ def respond(
 
 
 class _Remembered:
-    """Parameters of a state that is held: asked for again and again at the same values."""
+    """Parameters of a state with given values, evaluated once for each set of values."""
 
     def __init__(self, within: Callable[[Array, Mapping[str, Array]], dict[str, Sampled]]) -> None:
         self._within = within

@@ -23,7 +23,7 @@ from slipstick.typing import Array, Reals
 
 WORN_DEPTH = StateVariable("worn_depth", "length", "worn depth")
 GAP, STIFFNESS = "gap", "kn"
-"""What wear opens, and what the load is lost by: parameters that a law must have."""
+"""Parameters that a law must have: wear opens the gap, and the stiffness relates that to the lost load."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +81,7 @@ def _kappa(where: tuple[str, ...], value: Any) -> Any:
 
 
 def by_contact(what: str, given: Any, names: Sequence[str], missing: float = 0.0) -> Array:
-    """Numbers (n,) of contacts from one for all, or from those by contact, pair or block; InputError with all faults.
+    """Numbers (n,) of contacts, given for all or by name of contact, pair or block; InputError with all faults.
 
     >>> by_contact("kappa", {"foot": [1.0, 2.0], "tip": 3.0}, ["foot.1", "foot.2", "tip", "stop"]).tolist()
     [1.0, 2.0, 3.0, 0.0]
@@ -125,15 +125,15 @@ class WornContacts(ContactState):
         return {GAP: Sampled(given[GAP] + z, np.ones(z.size))}
 
     def by_given(self, name: str, z: Array) -> Array:
-        """1: the gap is opened by as much whatever it was."""
+        """1: worn depth and gap add up."""
         return np.ones(z.size)
 
     def rate(self, z: Array, power: Array) -> Rate:
-        """``kappa P``, length/time; rounding of a contact that sticks does not close it again."""
+        """``kappa P``, length/time, at least zero: rounding of the power of a stuck contact does not close its gap."""
         return Rate(self.kappa * np.maximum(power, 0.0), np.zeros(z.size), self.kappa)
 
     def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
-        """A law without a gap to open, or without the stiffness that the load is lost by."""
+        """Laws without a gap or a normal stiffness."""
         for name, kappa in zip(self.names, self.kappa, strict=True):
             if kappa > 0.0 and not {GAP, STIFFNESS} <= set(law.values):
                 missing = " and ".join(p for p in (GAP, STIFFNESS) if p not in law.values)

@@ -1,4 +1,4 @@
-"""What is wrong with the arrays a structure is made of."""
+"""Faults of the arrays of a structure."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from slipstick.faults import LARGEST, SMALLEST, Name, listed, shown, table
 from slipstick.typing import AnyArray, Array, ComplexArray, Matrix, Sparse
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
-"""What to do about a complex matrix."""
+"""Remedy for a complex matrix."""
 
-_WRONG = f"some entries are not finite or above {LARGEST:g}"
-_LOOK = "look for empty fields, overflow, other units"
+_OUT_OF_RANGE = f"some entries are not finite or above {LARGEST:g}"
+_CHECK_FIELDS = "look for empty fields, overflow, other units"
 
 REAL_MODES = {
     "omega": (
@@ -26,7 +26,7 @@ REAL_MODES = {
     ),
     "mode_shapes": "give the real modes of the undamped structure, and damping as loss_factor or damping_ratio",
 }
-"""What to do about complex modal arrays."""
+"""Remedies for complex modal arrays."""
 
 ASYMMETRY = 1e-8
 """Largest difference between a row and its column, relative to the row's absolute sum, that passes as symmetric."""
@@ -101,7 +101,7 @@ class MirroredPair(NamedTuple):
 
 
 def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> MirroredPair | None:
-    """In the first row that differs from its column, what differs most; None for a symmetric matrix.
+    """Largest difference in the first row that differs from its column; None for a symmetric matrix.
 
     Two products with a random vector, no transposed copy: rows and columns that differ give different sums.
 
@@ -141,13 +141,13 @@ def symmetry_faults(name: Name, value: Any, *, tolerance: float = ASYMMETRY) -> 
 
 
 def within_range(entries: AnyArray) -> bool:
-    """Whether all entries of an array are finite and of a size that can be computed with."""
+    """Whether all entries of an array are finite and at most ``LARGEST``."""
     return bool(np.all(np.abs(entries) <= LARGEST))
 
 
 def entry_faults(name: Name, entries: AnyArray) -> list[Fault]:
     """Faults of an array that is not :func:`within_range`."""
-    return [] if within_range(entries) else [Fault(name, _WRONG, remedy=_LOOK)]
+    return [] if within_range(entries) else [Fault(name, _OUT_OF_RANGE, remedy=_CHECK_FIELDS)]
 
 
 def checked_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[Fault]]:
@@ -186,7 +186,7 @@ def directions(name: str, value: Any, n_dofs: int) -> Array:
 
 
 def any_directions(name: str, value: Any, n_dofs: int) -> Any:
-    """The same, sparse where they are given so, by columns."""
+    """Direction vectors (n_dofs, k), by columns where they are sparse; InputError if they do not fit."""
     array = sparse.csc_array(value, dtype=float) if sparse.issparse(value) else np.asarray(value, dtype=float)
     entries = array if isinstance(array, np.ndarray) else array.data
     if array.ndim != 2 or array.shape[0] != n_dofs or not np.all(np.isfinite(entries)):
@@ -197,7 +197,7 @@ def any_directions(name: str, value: Any, n_dofs: int) -> Any:
 
 
 def named_shapes(load_shapes: Any, faults: list[Fault]) -> dict[str, Any]:
-    """Distributed loads by name; those that are not become a fault. None is none."""
+    """Distributed loads by name, none for None; other types add a fault."""
     try:
         return {} if load_shapes is None else table("load_shapes", load_shapes, "a dict of loads by name")
     except InputError as error:
@@ -206,7 +206,7 @@ def named_shapes(load_shapes: Any, faults: list[Fault]) -> dict[str, Any]:
 
 
 def shape_forces(load_shapes: Any, n: int, faults: list[Fault]) -> dict[str, Array]:
-    """Distributed loads as forces (n,) by name; zero where they are wrong, which is added to the faults."""
+    """Distributed loads as forces (n,) by name; wrong ones are zero and add a fault."""
     forces: dict[str, Array] = {}
     for name, value in named_shapes(load_shapes, faults).items():
         where = ("load shape", name)
@@ -223,7 +223,7 @@ def damping_faults(loss_factor: Any, damping: Any) -> Iterator[Fault]:
 
 
 def known_shapes(shapes: Sequence[str], available: Mapping[str, object]) -> None:
-    """Raise InputError for the names of load shapes which do not exist."""
+    """InputError for names of load shapes that do not exist."""
     listed = ", ".join(available) or "none"
     faults = [
         Fault(("load shape", s), "is unknown", remedy=f"the structure has: {listed}")

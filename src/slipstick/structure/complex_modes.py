@@ -8,6 +8,11 @@ import numpy as np
 
 from slipstick.typing import AnyArray, Array, ComplexArray
 
+_INFINITE = 1e9
+"""Eigenvalue over the scale of the pencil that counts as infinite."""
+_ON_AXIS = 1e-7
+"""Real part of a resonance by rounding, over the size of the eigenvalue."""
+
 
 class ComplexModes(NamedTuple):
     """``(s^2 M + s C + K)^-1 = sum_k right_k left_k^T / (s - pole_k)`` over all 2 n poles.
@@ -61,7 +66,7 @@ def critical_modes(M: Array, G: Array, S: Array, K: Array, *, singular: bool = F
     """Resonances of ``K + i w (S + w G) - w^2 M``: speed and frequency are tied, M and K symmetric, S and G skew.
 
     The pencil ``K - w^2 (M - i G) + i w S`` is Hermitian, so that left vectors are conjugates. Only the frequencies
-    w > 0 are told, ascending: gyroscopic stiffening may leave fewer of them than there are degrees of freedom.
+    w > 0 are returned, ascending: with gyroscopic stiffening there may be fewer than degrees of freedom.
     """
     n = len(M)
     mass = M - 1j * G
@@ -73,14 +78,14 @@ def critical_modes(M: Array, G: Array, S: Array, K: Array, *, singular: bool = F
     companion[:n, n:] = np.eye(n)
     companion[n:, :n], companion[n:, n:] = -solved[:, :n] / scale**2, -solved[:, n:] / scale
     inverse, vectors = np.linalg.eig(companion)
-    met = np.flatnonzero((-inverse.imag > 1e-9) & (np.abs(inverse.real) <= 1e-7 * np.abs(inverse)))
+    met = np.flatnonzero((-inverse.imag > 1e-9) & (np.abs(inverse.real) <= _ON_AXIS * np.abs(inverse)))
     met = met[np.argsort(inverse.imag[met])]
     poles = 1.0 / (1j * inverse.imag[met] * scale)
     return _critical(poles, vectors[:n, met], mass, S)
 
 
 def _critical_of_free(mass: ComplexArray, S: Array, K: Array) -> ComplexModes:
-    """The same of a singular K, whose zero frequencies are left out."""
+    """``critical_modes`` of a singular K, without the zero frequencies."""
     from scipy.linalg import eig
 
     n, zero, unit = len(K), np.zeros_like(mass), np.eye(len(K))
@@ -89,12 +94,9 @@ def _critical_of_free(mass: ComplexArray, S: Array, K: Array) -> ComplexModes:
     values, vectors = eig(first, np.block([[unit + zero, zero], [zero, mass]]))
     known = np.isfinite(values) & (np.abs(values) < _INFINITE)
     values, vectors = values[known], vectors[:, known]
-    met = np.flatnonzero((values.imag > 1e-6) & (np.abs(values.real) <= 1e-7 * np.abs(values)))
+    met = np.flatnonzero((values.imag > 1e-6) & (np.abs(values.real) <= _ON_AXIS * np.abs(values)))
     met = met[np.argsort(values.imag[met])]
     return _critical(1j * values.imag[met] * scale, vectors[:n, met], mass, S)
-
-
-_INFINITE = 1e9
 
 
 def _critical(poles: ComplexArray, right: ComplexArray, mass: ComplexArray, S: Array) -> ComplexModes:
@@ -104,7 +106,7 @@ def _critical(poles: ComplexArray, right: ComplexArray, mass: ComplexArray, S: A
 
 
 def _paired(poles: ComplexArray) -> Array:
-    """Numbers of the poles: one of each pair, then the others; real ones are pairs of neighbours in size."""
+    """Order of the poles: one of each pair, then the others; real poles are paired with their neighbours in size."""
     real = np.flatnonzero(np.abs(poles.imag) <= 1e-12 * np.abs(poles).max(initial=0.0))
     real = real[np.argsort(np.abs(poles[real]), kind="stable")]
     above, below = (np.setdiff1d(np.flatnonzero(part > 0.0), real) for part in (poles.imag, -poles.imag))

@@ -19,7 +19,7 @@ from slipstick.faults import one
 from slipstick.typing import Array, IntArray, Matrix
 
 _NEGLIGIBLE = 1e-12
-"""Coefficients below this fraction of the largest are what is left of a cancellation."""
+"""Coefficient, over the largest of its equation, that is rounding of a cancellation."""
 
 
 class Dependent(Enum):
@@ -32,7 +32,7 @@ class Dependent(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Equation:
-    """``sum coefficients[i] u[dofs[i]] = 0``; ``where`` says in messages who stated it."""
+    """``sum coefficients[i] u[dofs[i]] = 0``; ``where`` names its origin in messages."""
 
     dofs: tuple[int, ...]
     coefficients: tuple[float, ...]
@@ -55,7 +55,7 @@ class Elimination:
     zero
         Dofs that are held, or that the equations leave no motion, ascending.
     idle
-        How many equations said nothing new, or did not apply because their dof was taken, by who stated them.
+        Number of equations that were redundant, or did not apply because their dof was dependent, by origin.
     """
 
     T: csr_array
@@ -70,7 +70,7 @@ class Elimination:
         return csr_array((reduced + reduced.T) * 0.5)
 
     def forces(self, columns: Matrix) -> Matrix:
-        """``T' f``: loads or directions (n, ...) as seen by q."""
+        """``T' f``: loads or directions (n, ...) on q."""
         return self.T.T @ columns
 
     def motion(self, q: Array) -> Array:
@@ -87,7 +87,7 @@ def eliminate(
     ------
     InputError
         For dofs out of range, coefficients that are not finite, a dof that is made dependent twice or depends on
-        itself: naming who stated it.
+        itself: with the origin of the equation.
 
     Examples
     --------
@@ -128,7 +128,7 @@ _Row = dict[int, float]
 
 
 class _Resolver:
-    """Dependent dofs as combinations of others, which later equations may make dependent in their turn."""
+    """Dependent dofs as combinations of others, which later equations may make dependent too."""
 
     def __init__(self, zero: set[int], name: Callable[[int], str]) -> None:
         self.zero = zero
@@ -181,7 +181,7 @@ class _Resolver:
             self.zero.add(dof)
 
     def resolved(self, row: _Row) -> _Row:
-        """The same combination in dofs that are neither held nor dependent."""
+        """The combination in dofs that are neither held nor dependent."""
         scale = max(abs(value) for value in row.values())
         row = {dof: value for dof, value in row.items() if value}
         while dependent := [dof for dof in row if dof in self.rows]:
@@ -194,7 +194,7 @@ class _Resolver:
 
 
 def _elimination(size: int, resolver: _Resolver) -> Elimination:
-    # the last ones depend on none before them: resolved in that order, no row is walked through twice
+    # the last ones depend on none before them: in that order each row is resolved once
     for dof in reversed(list(resolver.rows)):
         resolver.rows[dof] = resolver.resolved(resolver.rows[dof])
     zero = np.array(sorted(resolver.zero), dtype=np.int64)

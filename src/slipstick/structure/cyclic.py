@@ -43,18 +43,21 @@ if TYPE_CHECKING:
     from slipstick.structure.disc import Disc
 
 NEXT = "@next"
-"""What stands behind the name of a dof that is one of the next sector."""
+"""Suffix of the name of a dof of the next sector."""
 
 DIAGONAL = 1e-12
 """Largest coupling of modes by damping, relative to its diagonal, that is rounding."""
 _MOST_SECTORS = 1000
 _MOST_ORDER = 1_000_000
 _GROWS = 1e-12
+"""Real part of a pole, over its size, above which it grows: rounding is below."""
+_ABSENT = 1e30
+"""Natural frequency of padding modes, which do not move."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseModes:
-    """Modes of a sector for one phase from sector to sector, and what they leave out.
+    """Modes of a sector for one phase from sector to sector, with static compliance and residual.
 
     Attributes
     ----------
@@ -67,7 +70,8 @@ class PhaseModes:
     damping
         Viscous damping of the modes: (n_modes,) where they diagonalise it, else ``V^H C(phi) V``.
     second
-        What the modes leave of ``K(phi)^-1 M(phi) K(phi)^-1`` at the dofs, (n_dofs, n_dofs); None: nothing.
+        Second-order residual: ``K(phi)^-1 M(phi) K(phi)^-1`` at the dofs less its modal part; None: no modes are left
+        out.
     """
 
     omega: Array
@@ -82,7 +86,7 @@ class PhaseModes:
         return np.asarray(self.static - (self.shapes / self.omega**2) @ self.shapes.conj().T)
 
     def left_by(self, families: int | None = None) -> ComplexArray | None:
-        """``second`` of the first families alone, with what the other modes add to it; None: nothing is left out."""
+        """Second-order residual of the first families, with the part of the other modes; None: none are left out."""
         others = self.shapes[:, families:] if families is not None else self.shapes[:, :0]
         if not others.size:
             return self.second
@@ -90,7 +94,7 @@ class PhaseModes:
         return np.asarray(added if self.second is None else self.second + added)
 
     def conjugate(self) -> PhaseModes:
-        """Of the opposite phase."""
+        """Modes of the opposite phase."""
         return PhaseModes(
             omega=self.omega, shapes=self.shapes.conj(), static=self.static.conj(), damping=self.damping.conj(),
             second=None if self.second is None else self.second.conj(),
@@ -98,7 +102,7 @@ class PhaseModes:
 
 
 class WaveHarmonic(NamedTuple):
-    """How one harmonic of a wave goes round the disc."""
+    """Nodal diameter and direction of one harmonic of a wave."""
 
     order: int
     nodal_diameter: int
@@ -186,7 +190,7 @@ class CyclicStructure:
 
     @property
     def passive(self) -> bool:
-        """Whether nothing can feed energy in, which then need not be looked for phase by phase."""
+        """Whether nothing can feed energy in, in any phase."""
         return not self.aerodynamic and "C" not in self._pairs
 
     @property
@@ -196,7 +200,7 @@ class CyclicStructure:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal sector is made from."""
+        """Arguments of an equal sector."""
         return {
             **self._pairs, "dofs": self.dofs, "sectors": self.sectors, "loss_factor": self.loss_factor,
             "load_shapes": self._shapes, "damping": self.damping,
@@ -209,27 +213,27 @@ class CyclicStructure:
         return {name: A0 + A1 * turn + A1.T * np.conj(turn) for name, (A0, A1) in self._pairs.items()}
 
     def influence(self, k: int) -> ComplexArray | None:
-        """What the gas adds to ``K(phi)`` for ``phi = 2 pi k / N``, (n_dofs, n_dofs), of any kind; None without any."""
+        """Gas stiffness in ``K(phi)``, ``phi = 2 pi k / N``, (n_dofs, n_dofs), not Hermitian; None without gas."""
         if not self.aerodynamic:
             return None
         turns = {j: np.exp(-2j * np.pi * j * k / self.sectors) for j in self.aerodynamic}
         return np.asarray(sum(turns[j] * L for j, L in self.aerodynamic.items()), dtype=complex)
 
     def gas_between(self, k: int, families: int | None = None) -> ComplexArray | None:
-        """What the gas adds to the stiffness between the modes of a phase, all or the first families, of any kind.
+        """Stiffness of the gas between the modes of a phase, all or the first families, not Hermitian.
 
-        Modes that are left out give way to it as at rest; None without any gas.
+        Modes left out respond to it statically; None without gas.
         """
         gas, shapes = self.influence(k), self.phase_modes(k).shapes[:, :families]
         if gas is None:
             return None
-        given_way = self.given_way(k)
-        return np.asarray(shapes.conj().T @ (gas if given_way is None else given_way @ gas) @ shapes)
+        gas_reduction = self.gas_reduction(k)
+        return np.asarray(shapes.conj().T @ (gas if gas_reduction is None else gas_reduction @ gas) @ shapes)
 
-    def given_way(self, k: int) -> ComplexArray | None:
-        """``(1 + G R)^-1`` (n_dofs, n_dofs): of forces on the dofs, what is left with the gas G on the residual R.
+    def gas_reduction(self, k: int) -> ComplexArray | None:
+        """``(1 + G R)^-1`` (n_dofs, n_dofs): factor on forces on the dofs by the gas G on the residual R.
 
-        R is the compliance at rest of the modes left out of a phase; None: there is no gas, or nothing is left out.
+        R is the static compliance of the modes left out of a phase; None: there is no gas, or no modes are left out.
         """
         gas, modes = self.influence(k), self.phase_modes(k)
         if gas is None or modes.second is None:
@@ -309,7 +313,7 @@ class CyclicStructure:
         )  # fmt: skip
 
     def truncations(self, k: int, families: int | None = None) -> tuple[Truncation, ...]:
-        """What the modes kept of the phase ``2 pi k / N`` leave out, all or the first ``families``; empty: nothing.
+        """Errors by the modes left out of the phase ``2 pi k / N``, all or the first ``families`` kept; empty: none.
 
         Dofs are scaled by their compliance in the phase 0, so that phases can be compared.
         """
@@ -333,7 +337,7 @@ class CyclicStructure:
         return self.phase_modes(whole("nodal_diameter", nodal_diameter, 0, self.sectors // 2)).omega
 
     def travelling_wave(self, engine_order: int) -> TravellingWave:
-        """The sector as the balance sees it in a wave: loads and contacts are those of sector 0, the others follow.
+        """The sector in a travelling wave, as a structure: loads and contacts are those of sector 0, the others follow.
 
         ``engine_order`` E is that of the fundamental frequency: sector s moves as sector 0 with the delay
         ``2 pi s E / N``; only E modulo N counts. A pattern fixed in space that blades numbered in the sense of rotation
@@ -440,16 +444,16 @@ class TravellingWave(Structure):
 
     @property
     def around(self) -> Around:
-        """How it goes round the disc."""
+        """Its cyclic symmetry."""
         return Around(self.sectors, self.engine_order, whole=False)
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal wave is made from."""
+        """Arguments of an equal wave."""
         return {"sector": self.sector, "engine_order": self.engine_order}
 
     def truncations(self, order: int) -> tuple[Truncation, ...]:
-        """What the modes of the phase of a harmonic leave out."""
+        """Errors by the modes left out of the phase of a harmonic."""
         return self.sector.truncations(self.phase_number(order))
 
     @property
@@ -473,7 +477,7 @@ class TravellingWave(Structure):
         return WaveHarmonic(int(order), min(d, self.sectors - d), "forward" if 2 * d < self.sectors else "backward")
 
     def harmonics(self, orders: Iterable[int]) -> tuple[WaveHarmonic, ...]:
-        """How each of some harmonics goes round the disc."""
+        """Nodal diameter and direction of each of some harmonics."""
         return tuple(self.harmonic(order) for order in orders)
 
     @property
@@ -509,7 +513,7 @@ class TravellingWave(Structure):
 
     @cached_property
     def energy_fed(self) -> str:
-        """Nodal diameters in which damping or the gas feed energy in, in words; empty where there are none."""
+        """Nodal diameters to which damping or the gas feed energy, in words; empty where there are none."""
         if self.sector.passive:
             return ""
         known = sorted({min(k, self.sectors - k) for k in range(self.sectors) if self.growing(k).size})
@@ -533,7 +537,7 @@ class TravellingWave(Structure):
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
     ) -> TimeEquations:
-        """None: the motion of a sector depends on what the one before it did earlier. Raises InputError."""
+        """Raises InputError: the motion of a sector depends on the past motion of its neighbour."""
         raise InputError(
             Fault(
                 "time integration",
@@ -547,7 +551,7 @@ class TravellingWave(Structure):
 
 
 class _PhaseTerms(NamedTuple):
-    """What the receptance of one phase is summed from; of several, each with an axis for them in front."""
+    """Terms of the receptance of one phase; of several phases, with one leading axis for these."""
 
     omega: Array
     damping: Any
@@ -559,7 +563,7 @@ class _PhaseTerms(NamedTuple):
     gas: ComplexArray | None
     """Stiffness of the gas between the modes (n_modes, n_modes)."""
     second: ComplexArray | float
-    """How what the modes leave out grows with the square of the frequency."""
+    """Second-order residual."""
 
 
 class WaveReceptance(Receptance, Waves):
@@ -588,10 +592,10 @@ class WaveReceptance(Receptance, Waves):
             left, right = rows.T @ modes.shapes, columns.T @ modes.shapes.conj()
             residual = rows.T @ modes.static @ columns - (left / modes.omega**2) @ right.T
             sector, gas = self._wave.sector, self._wave.sector.gas_between(d)
-            if (given_way := sector.given_way(d)) is not None:  # forces of the gas move what the modes leave out too
-                moved = rows.T @ modes.residual @ given_way
+            if (gas_reduction := sector.gas_reduction(d)) is not None:  # the gas acts on the residual too
+                moved = rows.T @ modes.residual @ gas_reduction
                 left, residual = left - moved @ sector.influence(d) @ modes.shapes, moved @ columns
-                right = (modes.shapes.conj().T @ given_way @ columns).T
+                right = (modes.shapes.conj().T @ gas_reduction @ columns).T
             second = 0.0 if modes.second is None else rows.T @ modes.second @ columns
             self._terms[d] = _PhaseTerms(modes.omega, modes.damping, left, right, residual, gas, second)
         return self._terms[d]
@@ -604,12 +608,12 @@ class WaveReceptance(Receptance, Waves):
 
     @property
     def waves(self) -> Waves:  # type: ignore[override]
-        """Itself: it knows disturbances with every phase."""
+        """Itself: it has disturbances of every phase."""
         return self
 
     @property
     def wave_numbers(self) -> int:  # type: ignore[override]
-        """How many wave numbers disturbances may have: N."""
+        """Number of wave numbers of disturbances: N."""
         return self._wave.sectors
 
     def phase_number(self, order: int) -> int:
@@ -628,7 +632,7 @@ class WaveReceptance(Receptance, Waves):
     def vibration(self, d: int, stiffness: Array) -> tuple[ComplexArray, ComplexArray]:
         """Poles of positive frequency, rad/s, with springs (n_rows, n_rows) at the ports, phase ``2 pi d / N``.
 
-        With them their motion at the ports, (n_rows, n_poles). What modes leave out is taken as static.
+        And their motion at the ports, (n_rows, n_poles). Residuals are taken as static.
         """
         terms, e, n = self._phase(d % self._wave.sectors), 1.0 + 1j * self._own["loss_factor"], len(stiffness)
         moved = np.linalg.solve(np.eye(n) + terms.residual[:, :n] / e @ stiffness, terms.left)
@@ -679,7 +683,7 @@ class WaveReceptance(Receptance, Waves):
         return self._at(self._of_phases(tuple(self._wave.phase_number(int(order)) for order in m)), w, by)
 
     def _of_phases(self, phases: tuple[int, ...]) -> _PhaseTerms:
-        """Terms of several phases, each with one axis more in front; modes that some have not move nothing."""
+        """Terms of several phases with one leading axis, padded to equal numbers of modes."""
         if phases not in self._stacked:
             each = [self._phase(d % self._wave.sectors) for d in phases]
             count = max((terms.omega.size for terms in each), default=0)
@@ -728,12 +732,8 @@ class WaveReceptance(Receptance, Waves):
         return np.array([value, rate])
 
 
-_ABSENT = 1e30
-"""Natural frequency of a mode that is none."""
-
-
 def _padded(terms: _PhaseTerms, count: int) -> _PhaseTerms:
-    """With as many modes as are asked for, those added at rest."""
+    """Terms with ``count`` modes, of which the added ones do not move."""
     more = count - terms.omega.size
     if not more:
         return terms
@@ -747,7 +747,7 @@ def _padded(terms: _PhaseTerms, count: int) -> _PhaseTerms:
 
 
 def influences(given: Any, n: int) -> tuple[dict[int, ComplexArray], list[Fault]]:
-    """Influence coefficients by offset, complex (n, n), and what is wrong with them."""
+    """Influence coefficients by offset, complex (n, n), and their faults."""
     found: dict[int, ComplexArray] = {}
     faults: list[Fault] = []
     expected = f"complex matrices ({n}, {n}) by how many sectors further the blade moves, such as {{0: L0, 1: L1}}"
@@ -778,7 +778,7 @@ def _definite(M: ComplexArray) -> bool:
 
 
 def _pair(name: str, given: Any, n: int) -> tuple[tuple[Array, Array] | None, list[Fault]]:
-    """A matrix of the sector (n, n) and the one from the next sector; the first alone couples nothing."""
+    """Matrix of the sector (n, n) and that from the next sector, zero where only the first is given; and faults."""
     expected = f"a pair ({name}0, {name}1) of matrices ({n}, {n}), of the sector and from the next one"
     pair = given if isinstance(given, tuple | list) and len(given) == 2 and np.ndim(given[0]) == 2 else (given, None)
     matrices: list[Array] = []

@@ -46,10 +46,9 @@ class TunedModes:
     gas
         Stiffness of the gas between them, complex (n, n); None without any.
     blade
-        Motion of the blades that the sector knows of, by sector (N, n_blade, n); that of its dofs where it knows none.
+        Motion of the blades by sector (N, n_blade, n), that of the dofs where the sector has no blade.
     second
-        What the modes leave in the square of the frequency, (N n_dofs, N n_dofs), those of other families too; None:
-        nothing.
+        Second-order residual (N n_dofs, N n_dofs), families left out included; None: no modes are left out.
     """
 
     omega: Array
@@ -112,7 +111,7 @@ def _gas_between(sector: CyclicStructure, d: int, count: int) -> ComplexArray:
 
 
 def _real_pair(blocks: Sequence[ComplexArray]) -> ComplexArray:
-    """Of a wave and the one against it, on their cosine and sine; of a standing one as it is."""
+    """Block of a wave and the opposite one on their cosine and sine; that of a standing wave itself."""
     if len(blocks) == 1:
         return blocks[0]
     one, zero = np.eye(len(blocks[0])), np.zeros_like(blocks[0])
@@ -178,7 +177,7 @@ class Disc(ModalStructure):
         flat = self._tuned.shapes.reshape(N * n, -1)
         self._flat, self._rest = flat, self._tuned.static - (flat / self._tuned.omega**2) @ flat.T
         if self.families == most == n:
-            self._rest[:] = 0.0  # of no mode, but for rounding
+            self._rest[:] = 0.0  # no modes are left out: rounding
         omega, turned = self._modes()
         shapes = {
             f"{name}@{s}": self._load_shape(sector.load_vector(name), s, omega, turned)
@@ -194,7 +193,7 @@ class Disc(ModalStructure):
 
     @property
     def around(self) -> Around:
-        """All of it."""
+        """Its cyclic symmetry: the whole disc."""
         return Around(self.sectors, 0, whole=True)
 
     def _modes(self) -> tuple[Array, Array]:
@@ -213,7 +212,7 @@ class Disc(ModalStructure):
 
     @property
     def _moved(self) -> Array:
-        """Motion that the deviations act on, by sector."""
+        """Motion of the blades, on which the deviations act, by sector."""
         return self._tuned.blade if self._knows_blade else self._tuned.shapes
 
     def _static(self, omega: Array, turned: Array) -> Array:
@@ -236,7 +235,7 @@ class Disc(ModalStructure):
         return np.asarray(np.einsum("ir,ij,jr->r", turned, self._tuned.damping, turned) / (2.0 * omega))
 
     def truncations(self, order: int) -> tuple[Truncation, ...]:
-        """What the tuned modes leave out, phase by phase: all of them move where blades differ."""
+        """Errors by the tuned modes left out, for every phase: all of them move where blades differ."""
         del order
         phases = range(self.sectors // 2 + 1)
         return tuple(each for k in phases for each in self.sector.truncations(k, self.families))
@@ -263,12 +262,12 @@ class Disc(ModalStructure):
 
     @property
     def energy_fed(self) -> str:
-        """Waves that damping or the gas feed energy into, in words; of a disc whose damping couples its modes."""
+        """Waves, or uncoupled modes, to which damping or the gas feed energy, in words."""
         return self.sector.travelling_wave(1).energy_fed if self.couples else super().energy_fed
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal disc is made from."""
+        """Arguments of an equal disc."""
         sector = self.sector.changed(**{n: v for n, v in self._damping_values.items() if n in self.sector.values})
         return {
             "sector": sector, "stiffness": self.deviations, "blade": None if self._knows_blade else self.blade,
@@ -350,7 +349,7 @@ class Disc(ModalStructure):
         return K, C
 
     def blade_forms(self, name: str, along: Array) -> Iterable[tuple[float, Array]]:
-        """What a parameter adds to the stiffness: factors, and motion of blades along directions by the disc's modes.
+        """Derivative of the stiffness by a parameter: factors, and motion of blades along directions by the modes.
 
         Directions (n, k) and motion (k, n_modes).
         """
@@ -365,7 +364,7 @@ class Disc(ModalStructure):
     ) -> TimeEquations:
         """Modal equations in time; the static residual is a feedthrough.
 
-        A loss factor, and what the imaginary part of the gas does, become viscous damping, equal at each mode's own
+        The loss factor and the imaginary part of the gas become viscous damping, equal at each mode's own
         frequency, or at ``damping_at`` (rad/s).
         """
         plain = super().time_equations(rows, columns, shapes, damping_at=damping_at)
@@ -475,7 +474,7 @@ def _signed(engine_order: Any) -> int:
 
 
 def _checked(stiffness: Any, blade: Any, sizes: tuple[int, int]) -> tuple[Array | None, Array]:
-    """The blade's share and the deviations; InputError with the faults of both."""
+    """Stiffness of the blade and deviations; InputError with the faults of both."""
     N, n = sizes
     faults: list[Fault] = []
     if stiffness is not None:
@@ -492,7 +491,7 @@ def _checked(stiffness: Any, blade: Any, sizes: tuple[int, int]) -> tuple[Array 
 
 @dataclass(frozen=True, kw_only=False)
 class _Parts:
-    """What a receptance of a disc is made of again for other deviations."""
+    """Arguments of a receptance of a disc, for other deviations."""
 
     disc: Disc
     rows: Array
@@ -528,7 +527,7 @@ class _Parts:
 
 
 class _OfDisc:
-    """What receptances of discs have in common: other deviations, and derivatives of the static compliance."""
+    """Common members of receptances of discs: other deviations, and derivatives of the static compliance."""
 
     _disc: _Parts
 
@@ -546,7 +545,7 @@ def _of_blades(name: str) -> bool:
 
 
 class DiscReceptance(_OfDisc, ModalReceptance):
-    """By the modes of a disc, whose deviations are parameters: ``dA = -(1 + i eta) A K_b A dstiffness``."""
+    """Receptance by the modes of a disc, whose deviations are parameters: ``dA = -(1 + i eta) A K_b A dstiffness``."""
 
     def __init__(self, parts: _Parts, **modal: Any) -> None:
         super().__init__(**modal)
@@ -567,7 +566,7 @@ class DiscReceptance(_OfDisc, ModalReceptance):
         return out.reshape(*w.shape, *self.static.shape)
 
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """As of a modal receptance; deviations couple the modes in the derivative along them."""
+        """See ``ModalReceptance``; deviations couple the modes in the derivative along them."""
         found = super().factors(orders, omega, along)
         forms = [
             (rate * size, b) for name, rate in (along or {}).items() if _of_blades(name)
@@ -582,7 +581,7 @@ class DiscReceptance(_OfDisc, ModalReceptance):
 
 
 class CoupledDiscReceptance(_OfDisc, Receptance):
-    """Of a disc whose modes are coupled by damping or the gas: solved at each frequency.
+    """Receptance of a disc whose modes are coupled by damping or the gas: solved at each frequency.
 
     ``A(w) = left^T (K + i w C - w^2)^-1 right + residual / (1 + i eta) + w^2 second / (1 + i eta)^2``.
     """

@@ -1,4 +1,4 @@
-"""Dynamic stiffness of matrices, and what named parameters of a structure do to it."""
+"""Dynamic stiffness of matrices, with named parameters."""
 
 from __future__ import annotations
 
@@ -66,16 +66,16 @@ class DynamicStiffness:
         return 1j * w * (self.G if name == SPEED else self.C)
 
     def changed(self, **values: float) -> DynamicStiffness:
-        """With another loss factor, factor on the damping, or fixed speed."""
+        """A copy with another loss factor, factor on the damping, or fixed speed."""
         own: dict[str, Any] = dict(values)
         return replace(self, **own)
 
 
-def checked_values(known: Mapping[str, float], values: Mapping[str, Any]) -> dict[str, float]:
-    """New values of parameters a structure has, >= 0 but for a speed; InputError for others."""
+def checked_values(current: Mapping[str, float], values: Mapping[str, Any]) -> dict[str, float]:
+    """New values of parameters of a structure, >= 0 except for a speed; InputError for other names."""
     for name in values:
-        if name not in known:
-            raise InputError(f"the structure has no parameter '{name}'; {suggestion(name, list(known))}")
+        if name not in current:
+            raise InputError(f"the structure has no parameter '{name}'; {suggestion(name, list(current))}")
     return {
         name: number(name, value) if name == SPEED else number(name, value, "a number >= 0", above=0.0)
         for name, value in values.items()

@@ -1,8 +1,8 @@
-"""Structures that are not held: rigid-body modes as they are, and elastic motion with its static residual.
+"""Free bodies: rigid-body modes, and elastic modes with their static residual.
 
 With the mass-normalised rigid-body modes ``R`` the receptance is ``-R R^T / w^2`` and that of the elastic modes. At
-rest a load that is in balance by itself, ``R^T p = 0``, gives the elastic displacement without rigid part (inertia
-relief); one that is not has no static answer [M. Geradin and D. J. Rixen, Mechanical Vibrations, 2015].
+rest a load that is in equilibrium by itself, ``R^T p = 0``, gives the elastic displacement without rigid part (inertia
+relief); any other load has no static response [M. Geradin and D. J. Rixen, Mechanical Vibrations, 2015].
 """
 
 from __future__ import annotations
@@ -32,9 +32,13 @@ MOST_RIGID = 6
 _GAP = 1e-6
 """Squared frequency of a rigid-body mode over that of the first elastic one, at most."""
 _SHIFT = 1e-2
-"""Of the first elastic squared frequency, with which the singular stiffness is solved by iteration."""
+"""Shift of the singular stiffness, over the first elastic squared frequency: each iteration leaves that error."""
 _ROUNDS = 40
+"""Iterations with the shifted stiffness, at most."""
 _BALANCED = 1e-8
+"""Resultant of forces in equilibrium, over their size: the rounding of stored modes."""
+_DENSE = 400
+"""Dofs up to which all modes are found by a dense solver."""
 
 
 class FreeStructure(Structure):
@@ -93,11 +97,11 @@ class FreeStructure(Structure):
 
     @property
     def self_excited(self) -> str:
-        """What grows by stiffness: nothing."""
+        """Modes that grow by stiffness: none."""
         return self.elastic.self_excited
 
     def truncations(self, order: int) -> tuple[Truncation, ...]:
-        """What the elastic modes leave out."""
+        """Errors by the elastic modes left out."""
         return self.elastic.truncations(order)
 
     def own_compliance(self, along: Any) -> tuple[Array, Array]:
@@ -111,7 +115,7 @@ class FreeStructure(Structure):
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal structure is made from."""
+        """Arguments of an equal structure."""
         return {"elastic": self.elastic, "rigid_shapes": self.rigid_shapes}
 
     def changed(self, **values: float) -> FreeStructure:
@@ -119,7 +123,7 @@ class FreeStructure(Structure):
         return FreeStructure(elastic=self.elastic.changed(**values), rigid_shapes=self.rigid_shapes)
 
     def unbalanced(self, columns: Array) -> Array:
-        """Forces on the rigid-body modes (n_rigid, n_columns) of columns (n_dofs, n_columns), zero where in balance."""
+        """Forces on the rigid-body modes (n_rigid, n_columns) of columns (n_dofs, n_columns), zero in equilibrium."""
         pushed = self.rigid_shapes.T @ columns
         most = np.linalg.norm(self.rigid_shapes, axis=0)[:, None] * np.linalg.norm(columns, axis=0)
         return np.where(np.abs(pushed) > _BALANCED * most, pushed, 0.0)
@@ -215,7 +219,7 @@ def _modes(K: Any, M: Any, count: int) -> tuple[Array, Array, Array]:
     """Rigid-body modes (n, r), frequencies (k,) and shapes (n, k) of the elastic ones."""
     n = K.shape[0]
     wanted = min(n, count + MOST_RIGID)
-    if n <= 400:
+    if n <= _DENSE:
         from scipy.linalg import eigh
 
         values, shapes = eigh(K.toarray(), M.toarray(), subset_by_index=(0, wanted - 1))
@@ -243,9 +247,9 @@ def _modes(K: Any, M: Any, count: int) -> tuple[Array, Array, Array]:
 
 
 def _inertia_relief(K: Any, M: Any, rigid: Array, B: Array, omega: float) -> Array:
-    """Elastic displacements (n, k) by loads whose rigid part inertia takes: ``K u = B - M R R^T B``, ``R^T M u = 0``.
+    """Elastic displacements (n, k) by loads in equilibrium with inertia: ``K u = B - M R R^T B``, ``R^T M u = 0``.
 
-    The stiffness is singular: solved by iteration with a little of the mass, which leaves a hundredth each time.
+    The stiffness is singular: it is solved for by iteration with a shift by the mass.
     """
     from slipstick.solve.linear.factorisation import factorise
 

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _STEPS = 64
-"""Parts of the range of speeds in which crossings are sought, of a disc that changes with the speed."""
+"""Intervals of the range of speeds, each searched for crossings of a disc that changes with the speed."""
 
 
 class Disc(Protocol):
-    """What is asked of a disc, such as an ``ss.CyclicStructure``."""
+    """Members of a disc that are used, as of an ``ss.CyclicStructure``."""
 
     @property
     def sectors(self) -> int:
@@ -120,7 +120,7 @@ def interference(
 
 
 def _at_speed(disc: Any) -> tuple[Callable[[float], Disc], bool]:
-    """The disc at a speed, and whether it is the same at all."""
+    """The disc as a function of the speed, and whether it is constant."""
     if hasattr(disc, "sectors") and hasattr(disc, "natural_frequencies"):
         return lambda _: disc, True
     if callable(disc):
@@ -132,10 +132,10 @@ def _speeds(at_speed: Callable[[float], Disc], d: int, mode: int, n: int, low: f
     """All speeds between two ends at which a frequency is n times the speed."""
     from scipy.optimize import brentq
 
-    def off(speed: float) -> float:
+    def difference(speed: float) -> float:
         return float(at_speed(speed).natural_frequencies(d)[mode]) - n * speed
 
     grid = np.linspace(low, high, _STEPS + 1)
-    values = np.array([off(speed) for speed in grid.tolist()])
+    values = np.array([difference(speed) for speed in grid.tolist()])
     inside = np.flatnonzero((values[:-1] > 0.0) != (values[1:] > 0.0))
-    return [float(brentq(off, grid[i], grid[i + 1], xtol=1e-13 * high, rtol=1e-14)) for i in inside.tolist()]
+    return [float(brentq(difference, grid[i], grid[i + 1], xtol=1e-13 * high, rtol=1e-14)) for i in inside.tolist()]

@@ -43,11 +43,15 @@ DENSE_LIMIT = 1500
 """Largest number of dofs treated densely: all modes are computed."""
 
 _LISTED_FREQUENCIES = 20
+"""Natural frequencies of a large structure."""
 _POLE_LIMIT = 200
-_SMALL = 10_000
+"""Dofs up to which receptances are sums over poles."""
 _POLE_ERROR = 1e-10
+"""Relative error of the sum over poles up to which it is used."""
+_SMALL = 10_000
+"""Entries up to which a dense matrix stays dense, however many are zero."""
 _STILL = 1e-6
-"""Frequency over the largest, below which that of a structure that is not held is of its rigid-body motion."""
+"""Frequency over the largest, below which that of a free structure belongs to its rigid-body motion."""
 
 NOTHING_HOLDS = Fault(
     "K",
@@ -410,7 +414,7 @@ class MatrixStructure(Structure):
     def _poles(self) -> ComplexModes | None:
         """All complex modes of what has the same matrices at all frequencies, or None.
 
-        They are not good where two poles meet (critical damping), so they are tried against direct solutions.
+        They are inaccurate where two poles meet (critical damping), so they are compared with direct solutions.
         """
         n = len(self._dofs)
         if not self._dense or self.C is None or n > _POLE_LIMIT or self.engine_order:
@@ -427,16 +431,16 @@ class MatrixStructure(Structure):
 
     @property
     def modal_viscous(self) -> Array | None:
-        """Viscous damping between the modes (n, n), factor ``damping`` included; None where it couples none of them."""
+        """Viscous damping between the modes (n, n), factor ``damping`` included; None where it is diagonal."""
         if self._modal_damping is not None:
             return None
         modes = self._modes[1]
         return np.asarray(self.damping * (modes.T @ self._viscous @ modes))
 
     def by_modes(self, *, alone: bool = False) -> ModalStructure:
-        """The same by all of its modes; InputError where these do not exist, or are too many.
+        """The structure by all of its modes; InputError where these do not exist, or are too many.
 
-        ``alone``: where viscous damping couples them each has its own part of it, and ``modal_viscous`` has all.
+        ``alone``: where viscous damping couples them, each has its diagonal part, and ``modal_viscous`` all of it.
         """
         if not self._dense:
             raise InputError(f"the structure has {len(self._dofs)} dofs, too many for all of its modes: reduce it")
@@ -512,7 +516,7 @@ class MatrixStructure(Structure):
 
     @cached_property
     def _static_factors(self) -> Callable[[Array], Array]:
-        """Inverse static stiffness applied to columns; the factors are kept: a problem is projected more than once."""
+        """Function that applies the inverse static stiffness to columns; its factors serve several projections."""
         if self._dense:
             from scipy.linalg import cho_factor, cho_solve, lu_factor, lu_solve
 

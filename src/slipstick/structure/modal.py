@@ -1,4 +1,4 @@
-"""Structure given by modes and the exact static compliance of what the modes leave out (THEORY.md (10.1))."""
+"""Structure given by modes and its exact static compliance (THEORY.md (10.1))."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _COMPLIANCES = ("static_compliance", "second_residual")
 """Arrays that may be left out."""
 
 RESIDUAL_ROUNDING = 1e-4
-"""What a residual may lie below zero, relative to the whole: the digits of exported modes."""
+"""Negative residual that rounding of exported modes explains, relative to the total."""
 
 _NEEDED = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
 _DAMPING = ("loss_factor", "damping_ratio")
@@ -105,9 +105,9 @@ class ModalStructure(Structure):
     damping
         Factor on the viscous damping ratios, >= 0: the parameter "damping".
     skin
-        Surface of the body with its motion, to see its shape; None: it is not known.
+        Surface mesh of the body with its motion, for deflected shapes; None: not known.
     strains
-        Strains at chosen elements, from which ``branch.stress`` comes; None: they are not known.
+        Strains at chosen elements, for ``branch.stress``; None: not known.
 
     Raises
     ------
@@ -179,7 +179,7 @@ class ModalStructure(Structure):
         self._viscous = np.broadcast_to(self._viscous, self.omega.shape)
 
     def _take_compliance(self, compliance: Array | None, second: Array | None) -> None:
-        """What is known beside the modes."""
+        """Set static compliance and second-order residual."""
         self.second_residual = second
         self._modal_compliance = (self.mode_shapes / self.omega**2) @ self.mode_shapes.T
         self._knows_residual = compliance is not None
@@ -187,7 +187,7 @@ class ModalStructure(Structure):
         self._check_residual()
 
     def _check_residual(self) -> None:
-        """What the modes leave out can only add compliance."""
+        """InputError where the modes left out would have negative compliance."""
         whole, modal = np.diag(self.static_compliance), np.diag(self._modal_compliance)
         worst = int(np.argmin(whole - modal))
         if whole[worst] - modal[worst] < -RESIDUAL_ROUNDING * modal[worst]:
@@ -220,7 +220,7 @@ class ModalStructure(Structure):
         return "bound" if self.second_residual is None else "estimate"
 
     def truncations(self, order: int) -> tuple[Truncation, ...]:
-        """What the modes leave out, the same at every harmonic."""
+        """Errors by the modes left out, the same at every harmonic."""
         del order
         return (self._truncation,)
 
@@ -333,7 +333,7 @@ class ModalStructure(Structure):
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal structure is made from."""
+        """Arguments of an equal structure."""
         names = ("omega", "mode_shapes", "dofs", "loss_factor", "second_residual", "damping", "skin")
         compliance = self.static_compliance if self._knows_residual else None
         numbers = {name: getattr(self, name) for name in names} | {"damping_ratio": self._viscous}
@@ -357,7 +357,7 @@ class ModalStructure(Structure):
 
     @property
     def energy_fed(self) -> str:
-        """Modes that damping feeds energy into, in words; empty where there are none."""
+        """Modes to which damping feeds energy, in words; empty where there are none."""
         return fed_modes(self.natural_frequencies, self.damping_ratios)
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
@@ -384,14 +384,14 @@ class ModalStructure(Structure):
         shapes: Sequence[str] = (),
         second: Array | None = None,
     ) -> Receptance:
-        """Receptance to what is no dof: ``left`` its modes (n_rows, n_modes), ``static`` exact (n_rows, n_columns).
+        """Receptance at rows that are no dofs: modes ``left`` (n_rows, n_modes), exact ``static`` (n_rows, n_columns).
 
-        ``second`` is its second residual, where that is known.
+        ``second`` is their second-order residual, where that is known.
         """
         return self._receptance(left, self._participations(columns, shapes), static, second)
 
     def _participations(self, columns: ArrayLike, shapes: Sequence[str]) -> Array:
-        """Of the modes in directions (n_dofs, n_columns), and in load shapes, (n_columns + n_shapes, n_modes)."""
+        """Modal forces by directions (n_dofs, n_columns) and load shapes, (n_columns + n_shapes, n_modes)."""
         known_shapes(shapes, self.shapes)
         c = any_directions("columns", columns, len(self._dofs))
         loads = (np.asarray(self.shapes[name].participation, dtype=float) for name in shapes)
@@ -419,7 +419,7 @@ class ModalStructure(Structure):
     def changed(self, **values: float) -> ModalStructure:
         """A copy with another ``loss_factor`` of all modes, another factor ``damping``, or other modes.
 
-        Where a natural frequency changes, what the other modes and those left out add stays. InputError below 0.
+        Where a natural frequency changes, the other modes and the residuals stay. InputError below 0.
         """
         new, checked = copy(self), checked_values(self.every_value, values)
         if "loss_factor" in checked:
@@ -454,12 +454,12 @@ class ModalStructure(Structure):
         return new
 
     def _follow_modes(self, more: Array) -> None:
-        """Static compliance for modes whose own have grown by ``more`` (n_modes,) times their squares."""
+        """Update the static compliance for modes whose compliance grows by ``more`` (n_modes,) times their squares."""
         self._modal_compliance = (self.mode_shapes / self.omega**2) @ self.mode_shapes.T
         self.static_compliance = self.static_compliance + (self.mode_shapes * more) @ self.mode_shapes.T
 
     def own_compliance(self, along: Any) -> tuple[Array, Array]:
-        """Static compliances of directions (n_dofs, k) over themselves: whole, and of what the modes leave out, (k,).
+        """Static compliances of directions (n_dofs, k) along themselves: total, and of the modes left out, (k,).
 
         Directions may be sparse.
         """
@@ -475,7 +475,7 @@ class ModalStructure(Structure):
     def modal_parts(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
     ) -> tuple[Array, Array, Array, Array | None]:
-        """Modes at the rows, participations of the columns, static and second compliance."""
+        """Modes at the rows, participations of the columns, static compliance and second-order residual."""
         right, n = self._participations(columns, shapes), len(self._dofs)
         r, c = any_directions("rows", rows, n), any_directions("columns", columns, n)
         chosen = [self.shapes[s] for s in shapes]
@@ -492,7 +492,7 @@ class ModalStructure(Structure):
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
     ) -> TimeEquations:
-        """Modal equations in time; the static residual is a feedthrough, the second one is left out.
+        """Modal equations in time; the static residual is a feedthrough, the second-order one is left out.
 
         A loss factor ``eta_r`` becomes a viscous damping ratio ``eta_r / 2``, equal at the mode's own frequency, or
         one that is equal at ``damping_at`` (rad/s).
@@ -513,7 +513,7 @@ class ModalStructure(Structure):
 
 
 def modal_number_faults(arguments: Mapping[str, Any], load_shapes: Mapping[str, LoadShape]) -> list[Fault]:
-    """Faults of modal arrays that are not made of real numbers; those that are None are left alone."""
+    """Faults of modal arrays that are not real numbers; None is no fault."""
     faults = []
     for name, value in arguments.items():
         faults += [] if value is None else number_faults(name, value, REAL_MODES.get(name, ""))
@@ -527,9 +527,9 @@ def modal_number_faults(arguments: Mapping[str, Any], load_shapes: Mapping[str, 
 
 
 def modal_faults(arguments: Mapping[str, Any], load_shapes: Mapping[str, LoadShape], n: int | None) -> list[Fault]:
-    """Faults of all modal arrays at ``n`` dofs (None: not known), those of one beside those of the others.
+    """Faults of all modal arrays together, at ``n`` dofs (None: not known).
 
-    What is of the wrong shape, or is no number, does not say how many modes or dofs there are.
+    Arrays of the wrong shape, or that are no numbers, do not count for the numbers of modes and dofs.
     """
     faults = modal_number_faults(arguments, load_shapes)
     wrong = {fault.where for fault in faults}
@@ -571,7 +571,7 @@ def _array_faults(name: str, value: Any, n: int | None, modes: int | None) -> li
 def residual_faults(name: str, residual: Array, whole: Array) -> list[Fault]:
     """Faults of a residual (n, n) of the modes left out: a sum of squares, so it has no negative eigenvalue.
 
-    Judged in parts of ``whole`` (n,), the compliances it belongs to.
+    Tolerances are relative to ``whole`` (n,), the total compliances.
     """
     lowest = semidefinite_to(residual, whole, RESIDUAL_ROUNDING)
     if lowest is None:
@@ -587,7 +587,7 @@ def residual_faults(name: str, residual: Array, whole: Array) -> list[Fault]:
 
 
 def modal_arrays(path: Path) -> dict[str, Any]:
-    """The arrays of a file that ``ModalStructure.from_arrays`` knows.
+    """The arrays of a file that ``ModalStructure.from_arrays`` uses.
 
     Raises
     ------
@@ -604,7 +604,7 @@ def modal_arrays(path: Path) -> dict[str, Any]:
 
 
 def first_modes(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
-    """The arrays of the first modes; the second residuals hold what the dropped ones leave."""
+    """The arrays of the first modes; the dropped ones add to the second-order residuals."""
     if modes == arrays["omega"].size:
         return dict(arrays)
     shapes = arrays["mode_shapes"][:, modes:]
@@ -640,7 +640,7 @@ def modal_dofs(arrays: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def size_faults(shape: tuple[int, int], modes: int | None, dofs: Sequence[str] | None) -> Iterator[Fault]:
-    """Whether mode shapes (n_dofs, n_modes) have as many modes, and as many rows as there are names."""
+    """Faults of mode shapes (n_dofs, n_modes) with fewer modes, or another number of rows than names."""
     rows, available = shape
     if modes is not None and not 1 <= modes <= available:
         yield Fault("modes", found=str(modes), expected=f"1 to {available}, the modes in the file")

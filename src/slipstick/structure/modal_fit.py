@@ -15,11 +15,9 @@ from time import monotonic
 import numpy as np
 
 from slipstick.errors import Fault, InputError
-from slipstick.structure.measured import CLEAR, FLOOR, Receptances, checked, reciprocal
-from slipstick.structure.measurement_noise import deviation
+from slipstick.structure.measured import CLEAR, FLOOR, Poles, Receptances, checked, deviation, reciprocal
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.modal_least_squares import BELOW, BEYOND, MOST_DAMPING, LeastSquares, Shaped
-from slipstick.structure.modal_poles import Poles
 from slipstick.typing import Array
 
 _MOST_MODES = 60
@@ -163,7 +161,7 @@ def _poles(problem: LeastSquares, poles: Poles, until: float) -> tuple[LeastSqua
     """Poles of all modes that stand out of the noise, with this noise, and whether there was time for all."""
     for _ in range(_MOST_MODES):
         poles = _pruned(problem, problem.refined(_pruned(problem, poles)))
-        problem = problem.again(poles)
+        problem = problem.reweighted(poles)
         poles = _merged(problem, _pruned(problem, problem.refined(poles)))
         if monotonic() > until:
             return problem, poles, False

@@ -1,9 +1,9 @@
-"""Modes and what is left of measured receptances, in units of their noise: least squares of greatest likelihood.
+"""Modes of measured receptances by weighted least squares, in units of the noise.
 
-For given poles residues are linear: they are eliminated, and poles are sought alone (variable projection, G. H. Golub,
-V. Pereyra, SIAM J. Numer. Anal. 10, 1973; Jacobian of L. Kaufman, BIT 15, 1975). Last, poles and shapes together.
-Rows of real and imaginary parts are as many as measured numbers; of each pair of dofs only the triangle of their QR
-decomposition goes into the solver, which has the same sum of squares and the same normal equations.
+For given poles residues are linear: they are eliminated, and poles are found alone (variable projection, G. H. Golub,
+V. Pereyra, SIAM J. Numer. Anal. 10, 1973; Jacobian of L. Kaufman, BIT 15, 1975). Last, poles and shapes are refined
+together. Rows of real and imaginary parts are as many as measured numbers; of each pair of dofs only the triangle of
+their QR decomposition goes into the solver, which has the same sum of squares and the same normal equations.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipstick.structure.measured import Receptances
-from slipstick.structure.measurement_noise import deviation
-from slipstick.structure.modal_poles import Poles
+from slipstick.structure.measured import Poles, Receptances, deviation
 from slipstick.typing import Array, ComplexArray, IntArray
 
 BELOW, BEYOND = 0.3, 1.5
-"""Modes lie between this share of the lowest and so many times the highest frequency, seen by what they add."""
+"""Range of natural frequencies: over the lowest and over the highest measured frequency."""
 LEAST_DAMPING, MOST_DAMPING = 1e-6, 0.5
+"""Range of damping ratios."""
+
 _RARE = 5.0
-"""Noise that looks like a mode is as rare as exp(-5) in a whole table."""
+"""Minus the logarithm of the probability that noise of a whole table looks like a mode."""
 _UNDER, _ABOVE = np.array([0.2, 0.1]), np.array([0.02, 0.05, 0.1, 0.2])
-"""Where modes below and above the range are sought, in ranges beyond its ends."""
+"""Trial frequencies of modes below and above the range, as distances from its ends over its width."""
 _SEARCHED = 16
-"""Pairs in which a further mode is sought: those of which most is left."""
+"""Pairs that are searched for a further mode: those with the largest residuals."""
 _WIDTHS = (0.003, 0.01, 0.03)
-"""Damping ratios that a further mode is sought with."""
+"""Trial damping ratios of a further mode."""
 
 
 class Solved(NamedTuple):
-    """Of one pair: coefficients (m,), what their removal would add to the sum of squares (m,), what is left (2 n,)."""
+    """Of one pair: coefficients (m,), growth of the sum of squares without each (m,), residuals (2 n,)."""
 
     coefficients: Array
     gains: Array
@@ -56,7 +56,7 @@ class Shaped:
 
 
 class LeastSquares:
-    """Of receptances whose noise has the deviation (n, n_pairs) in real and imaginary part each.
+    """Least squares of receptances with noise of the deviation (n, n_pairs) in real and imaginary part each.
 
     Columns of a pair are ``w_r^2 / (w_r^2 + 2 i zeta_r w_r w - w^2)`` of the modes, 1 for the modes above and
     ``(w_1 / w)^2`` for those below.
@@ -68,21 +68,21 @@ class LeastSquares:
 
     @property
     def size(self) -> int:
-        """How many numbers were measured."""
+        """Number of real measured values."""
         return 2 * self.measured.values.size
 
     @property
     def worth(self) -> float:
-        """What a mode takes off the sum of squares at least, where it is none of noise."""
+        """Smallest reduction of the sum of squares by a mode that is not noise."""
         return self._chance(self.measured.values.shape[1])
 
     def _chance(self, pairs: int) -> float:
-        """What a mode takes off by chance at most (B. Laurent, P. Massart, Annals of Statistics 28, 2000, (4.3))."""
+        """Largest reduction of the squares by noise (B. Laurent, P. Massart, Annals of Statistics 28, 2000, (4.3))."""
         free, rare = pairs + 2, float(np.log(self.size)) + _RARE
         return free + 2.0 * np.sqrt(free * rare) + 2.0 * rare
 
     def prominence(self, poles: Poles, coefficients: Array) -> Array:
-        """What each mode adds at its frequency, or at the nearest of the range, relative to what is measured there."""
+        """Contribution of each mode at its frequency, or the nearest in the range, relative to the receptance there."""
         at = np.argmin(np.abs(self.measured.omega[:, None] - poles[0]), axis=0)
         w = np.clip(poles[0], self.low, self.high)
         D = np.abs(poles[0] ** 2 / (poles[0] ** 2 + 2j * poles[1] * poles[0] * w - w**2))
@@ -90,7 +90,7 @@ class LeastSquares:
         return np.asarray(D * np.linalg.norm(coefficients, axis=1) / there)
 
     def squares(self, poles: Poles) -> float:
-        """Sum of squares left."""
+        """Sum of squared residuals."""
         return self.coefficients(poles)[2]
 
     def _modal(self, poles: Poles) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -105,7 +105,7 @@ class LeastSquares:
         return np.asarray(np.hstack([self._modal(poles)[0], np.ones_like(w), (self.low / w) ** 2]), dtype=complex)
 
     def _decomposed(self, X: ComplexArray) -> Iterator[tuple[int, Array, Array, Array]]:
-        """Of each pair its number, the QR decomposition of weighted columns, and its weighted values (2 n,)."""
+        """For each pair its index, the QR decomposition of weighted columns, and its weighted values (2 n,)."""
         for pair, (values, g) in enumerate(zip(self.measured.values.T, self.weight.T, strict=True)):
             Q, R = np.linalg.qr(parts(X * g[:, None]))
             yield pair, Q, R, parts(values * g)
@@ -121,20 +121,20 @@ class LeastSquares:
             yield Solved(c, c**2 / np.sum(inverse**2, axis=1), b - Q @ along)
 
     def coefficients(self, poles: Poles) -> tuple[Array, Array, float]:
-        """Coefficients and gains (m, n_pairs), and the sum of squares left."""
+        """Coefficients and gains (m, n_pairs), and the sum of squared residuals."""
         found = list(self.solved(poles))
         squares = float(sum(one.left @ one.left for one in found))
         return np.array([one.coefficients for one in found]).T, np.array([one.gains for one in found]).T, squares
 
-    def again(self, poles: Poles) -> LeastSquares:
-        """With the noise that is left at these poles."""
+    def reweighted(self, poles: Poles) -> LeastSquares:
+        """The problem with the noise of the residuals at these poles."""
         X, n = self._columns(poles), self.measured.omega.size
         model = X @ self.coefficients(poles)[0]
         squares = np.abs(model - self.measured.values) ** 2 * (2 * n / max(2 * n - X.shape[1] - 1, 1))
         return LeastSquares(self.measured, deviation(self.measured.omega, self.measured.values, squares, np.abs(model)))
 
     def _triangles(self, poles: Poles) -> tuple[Array, Array]:
-        """What is left, and its derivatives by ``w / w_n`` and damping ratios, in the rows of QR decompositions."""
+        """Residuals, and their derivatives by ``w / w_n`` and damping ratios, in the rows of QR decompositions."""
         n, (_, by_w, by_z) = len(poles[0]), self._modal(poles)
         rows, left = [], []
         for pair, Q, R, b in self._decomposed(self._columns(poles)):
@@ -155,7 +155,7 @@ class LeastSquares:
         return np.asarray(found / np.array([poles[0] / self.high, poles[1]]))
 
     def refined(self, poles: Poles, steps: int = 30) -> Poles:
-        """Frequencies and damping ratios at which the least is left."""
+        """Frequencies and damping ratios of the least squares."""
         from scipy.optimize import least_squares
 
         n, unit = len(poles[0]), self.high
@@ -181,7 +181,7 @@ class LeastSquares:
         return z[:n][order] * unit, z[n:][order]
 
     def missing(self, poles: Poles) -> Poles:
-        """Where modes are missing: frequencies and damping ratios that would take clearly more than noise off."""
+        """Missing modes: frequencies and damping ratios that would reduce the squares by clearly more than noise."""
         from scipy.signal import find_peaks
 
         span = self.high - self.low
@@ -199,11 +199,11 @@ class LeastSquares:
         if outside.size:
             beyond = self._gains((outside, np.full(outside.size, _WIDTHS[1])), left, pairs, self._columns(poles))
             if beyond.max() > max(enough, best.max()):
-                w, z = outside[[int(np.argmax(beyond))]], np.array([_WIDTHS[1]])  # others may be for want of it
+                w, z = outside[[int(np.argmax(beyond))]], np.array([_WIDTHS[1]])  # others may only compensate it
         return w, z
 
     def _gains(self, poles: Poles, left: Array, pairs: IntArray, beside: ComplexArray | None = None) -> Array:
-        """What single further modes take off what is left (n_pairs, 2 n) of pairs; at least so, without ``beside``."""
+        """Reduction of the residuals (n_pairs, 2 n) by single further modes; without ``beside`` a lower bound."""
         modes, g, n = self._modal(poles)[0], self.weight[:, pairs], self.measured.omega.size
         along = (modes.conj().T @ (g * (left[pairs, :n] + 1j * left[pairs, n:]).T)).real
         size = (np.abs(modes) ** 2).T @ g**2
@@ -289,12 +289,12 @@ class LeastSquares:
 
 
 def _triangle(matrix: Array) -> Array:
-    """Of its QR decomposition: the same sums of squares and products of columns in fewer rows."""
+    """Triangle of a QR decomposition: columns with the same products in fewer rows."""
     return np.asarray(np.linalg.qr(matrix, mode="r"), dtype=float)
 
 
 def _deviations(J: Array) -> Array:
-    """Standard deviations of unknowns whose noise is one in each row; infinite where nothing tells them."""
+    """Standard deviations of unknowns whose noise is one in each row; infinite where the data do not determine them."""
     size = np.sqrt(np.sum(J**2, axis=0))
     size = np.where(size > 0.0, size, 1e-300)
     _, s, V = np.linalg.svd(J / size, full_matrices=False)

@@ -1,12 +1,12 @@
-"""A structure with one mode held to a given motion and damping taken from all, as extended periodic motion asks.
+"""A structure with one mode whose motion is prescribed, for nonlinear modes by extended periodic motion.
 
 ``M x'' + (C - xi M) x' + K x + f = 0``: in the modes every ``D_r(m w)`` has ``2 zeta_r w_r - xi`` for its damping. The
-target mode is split off in harmonic 1, where its motion is prescribed; it is one more load shape, ``MODE``.
+motion of the target mode is prescribed in harmonic 1; it is one more load shape, ``MODE``.
 
-Viscous damping may couple the modes: ``D = modes^T C modes``. What the others do to the target is then eliminated.
-With ``Z = diag(w_r^2 (1 + i eta_r) - w^2) + i w (D - xi)``, the target r and the others o, these move by ``-v`` times
-the target, ``v = Z_oo^-1 Z_or``. So it moves as ``phi_r - phi_o v``, by which forces act on it too, and answers with
-the stiffness ``Z_rr - Z_ro v``.
+Viscous damping may couple the modes: ``D = modes^T C modes``. The motion of the others by the target is then
+eliminated. With ``Z = diag(w_r^2 (1 + i eta_r) - w^2) + i w (D - xi)``, the target r and the others o, these move by
+``-v`` times the target, ``v = Z_oo^-1 Z_or``. So the target has the shape ``phi_r - phi_o v``, along which forces act
+on it too, and the dynamic stiffness ``Z_rr - Z_ro v``.
 """
 
 from __future__ import annotations
@@ -29,15 +29,17 @@ MODE = "mode"
 """The load shape that is the motion of the target mode, in the length that its own shape is scaled to."""
 
 XI = "xi"
-"""The parameter: damping over mass that is taken from all modes, 1/time."""
+"""The parameter: damping over mass that is subtracted from all modes, 1/time."""
 
 _EPS = float(np.finfo(float).eps)
+_SAME_LOSS = 1e-14
+"""Relative difference of loss factors that is rounding."""
 
 
 class PrescribedMode(Structure):
-    """A ``ModalStructure`` whose mode number ``target`` (from 0) moves as it is told in harmonic 1.
+    """A ``ModalStructure`` whose mode number ``target`` (from 0) has a prescribed motion in harmonic 1.
 
-    ``scale`` is what the mode shape is divided by: its motion of amplitude 1 is 1 where the shape is ``scale``.
+    ``scale`` divides the mode shape: its motion of amplitude 1 is 1 where the shape is ``scale``.
     ``viscous`` is the damping between the modes (n_modes, n_modes) where it couples them.
     """
 
@@ -63,34 +65,32 @@ class PrescribedMode(Structure):
         return self._structure.natural_frequencies
 
     def truncations(self, order: int) -> tuple[Truncation, ...]:
-        """What the modes of the structure leave out."""
+        """Errors by the modes that the structure leaves out."""
         return self._structure.truncations(order)
 
     @property
     def values(self) -> dict[str, float]:
-        """The damping that is taken away."""
+        """The damping that is subtracted."""
         return {XI: self.xi}
 
     def changed(self, **values: float) -> PrescribedMode:
-        """With another damping taken away."""
+        """A copy with another damping subtracted."""
         new = copy(self)
         new.xi = values.get(XI, self.xi)
         return new
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
-        """Receptance with the motion of the mode as the last column, where it is asked for."""
+        """Receptance; the load shape ``MODE`` adds the motion of the mode as the last column."""
         others = [shape for shape in shapes if shape != MODE]
         if MODE in shapes and list(shapes) != [*others, MODE]:
             raise InputError("the mode is the last of the load shapes")
         left, right, static, second = self._structure.modal_parts(rows, columns, others)
+        mode = self.scale if MODE in shapes else None
+        left_out = LeftOut(self._structure, left, right, static, second, width=0 if mode is None else 1)
         if self._viscous is not None:
             modes = CoupledModes(self._structure, self._viscous, self.target)
-            return CoupledPrescribedReceptance(
-                modes, left, right, static, mode=self.scale if MODE in shapes else None, xi=self.xi
-            )
-        return PrescribedReceptance(
-            self._structure, self.target, left, right, (static, second), mode=self.scale if MODE in shapes else None
-        ).changed(xi=self.xi)
+            return CoupledPrescribedReceptance(modes, left, right, left_out, mode=mode, xi=self.xi)
+        return PrescribedReceptance(self._structure, self.target, left, right, left_out, mode=mode, xi=self.xi)
 
     def time_equations(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
@@ -99,59 +99,64 @@ class PrescribedMode(Structure):
         raise InputError("a mode whose motion is prescribed has no equations in time")
 
 
-class PrescribedReceptance(SummedReceptance):
-    """Receptance of a ``PrescribedMode``: a sum over modes, of which the target is left out in harmonic 1.
+class LeftOut:
+    """Static compliance and residuals of a receptance, with ``width`` columns of zeros for the prescribed mode.
 
-    ``residuals`` are the static compliance and the second residual or None. The motion of the target mode itself,
-    divided by ``mode``, is one more term, which is 1 in harmonic 1 and 0 in all others; None: it is not asked for.
+    The residuals are ``(R_p, p)``, whose weights at a frequency are ``w^(2 p) / e^(p + 1)``: ``e = 1 + i eta`` where
+    one loss factor holds for all modes, else 1.
     """
 
     def __init__(
-        self,
-        structure: ModalStructure,
-        target: int,
-        left: Array,
-        right: Array,
-        residuals: tuple[Array, Array | None],
-        *,
-        mode: float | None,
+        self, structure: ModalStructure, left: Array, right: Array, static: Array, second: Array | None, *, width: int
     ) -> None:
-        static, second = residuals
-        square = structure.omega**2
-        residual = static - (left / square) @ right.T
         loss = structure.loss_factor
-        same = np.all(np.abs(loss - loss[0]) <= 1e-14 * abs(loss[0]))
-        e = 1.0 + 1j * float(loss[0]) if same else 1.0
-        self._stiffness, self._damping = square * (1.0 + 1j * loss), 2.0 * structure.damping_ratio * structure.omega
-        self._target, self._e, self._xi = target, e, 0.0
-        width = 0 if mode is None else 1
+        same = np.all(np.abs(loss - loss[0]) <= _SAME_LOSS * abs(loss[0]))
+        self.e: complex = 1.0 + 1j * float(loss[0]) if same else 1.0
+        self.static = np.pad(static, ((0, 0), (0, width)))
+        matrices = [static - (left / structure.omega**2) @ right.T, *([] if second is None else [second])]
+        self.parts = [(np.pad(matrix, ((0, 0), (0, width))), power) for power, matrix in enumerate(matrices)]
+
+
+class PrescribedReceptance(SummedReceptance):
+    """Receptance of a ``PrescribedMode``: a sum over modes without the target in harmonic 1.
+
+    The motion of the target mode itself, divided by ``mode``, is one more term, which is 1 in harmonic 1 and 0 in all
+    others; None: it is not among the columns.
+    """
+
+    def __init__(
+        self, structure: ModalStructure, target: int, left: Array, right: Array, left_out: LeftOut, *,
+        mode: float | None, xi: float,
+    ) -> None:  # fmt: skip
+        self._stiffness = structure.omega**2 * (1.0 + 1j * structure.loss_factor)
+        self._damping = 2.0 * structure.damping_ratio * structure.omega
+        self._target, self._xi = target, xi
         self._left = left if mode is None else np.column_stack([left, left[:, target] / mode])
+        width = self._left.shape[1] - left.shape[1]
         self._right = np.pad(right, ((0, width), (0, width)))
         if mode is not None:
             self._right[-1, -1] = 1.0
-        self.static = np.pad(static, ((0, 0), (0, width)))
-        left_out = [(residual, 0), *([] if second is None else [(second, 1)])]
-        self._parts = [(np.pad(matrix, ((0, 0), (0, width))), power) for matrix, power in left_out]
+        self.static, self._e, self._parts = left_out.static, left_out.e, left_out.parts
 
     def changed(self, **values: float) -> PrescribedReceptance:
-        """With another damping taken away."""
+        """A copy with another damping subtracted."""
         new = copy(self)
         new._xi = values.get(XI, self._xi)
         return new
 
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """What :meth:`at` sums, apart, or its derivative by the damping that is taken away."""
+        """Factors of the sum, or of its derivative by the damping that is subtracted."""
         m = np.asarray(orders, dtype=float)
         w = np.multiply.outer(np.asarray(omega, dtype=float), m).ravel()
         m = np.resize(m, w.size)
         D = self._dynamic(m, w)
-        moved = self._left.shape[1] - self._stiffness.size  # whether the motion of the mode is among the columns
-        by_mode = np.repeat((m == 1.0).astype(complex)[:, None], moved, axis=1)
+        width = self._left.shape[1] - self._stiffness.size  # 1 where the motion of the mode is among the columns
+        by_mode = np.repeat((m == 1.0).astype(complex)[:, None], width, axis=1)
         if along is None:
             slope = D * D * (2.0 * w[:, None] - 1j * (self._damping - self._xi)) * m[:, None]
         else:
             slope = along.get(XI, 0.0) * 1j * w[:, None] * D * D
-        static = np.append(1.0 / self._stiffness.real, np.zeros(moved)) + 0j
+        static = np.append(1.0 / self._stiffness.real, np.zeros(width)) + 0j
         powers = [power for _, power in self._parts]
         part = np.array([w ** (2 * p) / self._e ** (p + 1) for p in powers])
         part_slope = np.array([2.0 * p * w * m / self._e**2 for p in powers]) if along is None else 0.0 * part
@@ -177,7 +182,7 @@ class PrescribedReceptance(SummedReceptance):
 
 
 class CoupledModes:
-    """Modes that viscous damping (n_modes, n_modes) couples, with the target apart."""
+    """Modes that viscous damping (n_modes, n_modes) couples, one of them the target."""
 
     def __init__(self, structure: ModalStructure, viscous: Array, target: int) -> None:
         self.target = target
@@ -192,7 +197,7 @@ class CoupledModes:
         return Z, np.asarray(by_w, dtype=complex), np.asarray(-1j * w * self._unit, dtype=complex)
 
     def carried(self, w: float, xi: float) -> tuple[ComplexArray, ComplexArray]:
-        """Shape of the modes with the target at 1, and its stiffness; each with derivatives by ``w`` and ``xi``.
+        """Modal coordinates with the target at 1, and its stiffness; each with derivatives by ``w`` and ``xi``.
 
         (3, n) and (3,).
         """
@@ -213,24 +218,24 @@ class CoupledPrescribedReceptance(Receptance):
     """As a ``PrescribedReceptance``, of modes that damping couples: solved at each order and frequency."""
 
     def __init__(
-        self, modes: CoupledModes, left: Array, right: Array, static: Array, *, mode: float | None, xi: float = 0.0
+        self, modes: CoupledModes, left: Array, right: Array, left_out: LeftOut, *, mode: float | None, xi: float
     ) -> None:
         self._modes, self._left, self._right, self._mode, self._xi = modes, left, right, mode, xi
-        self.static = np.pad(static, ((0, 0), (0, 0 if mode is None else 1)))
+        self.static, self._e, self._parts = left_out.static, left_out.e, left_out.parts
 
     def changed(self, **values: float) -> CoupledPrescribedReceptance:
-        """With another damping taken away."""
+        """A copy with another damping subtracted."""
         new = copy(self)
         new._xi = values.get(XI, self._xi)
         return new
 
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """As of every receptance."""
+        """Receptance and its derivative by omega, see ``Receptance.at``."""
         value, by_omega, _ = self._all(orders, omega)
         return value, by_omega
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
-        """Derivative by the damping that is taken away, the one parameter."""
+        """Derivative by the damping that is subtracted, the only parameter."""
         del name
         return self._all(orders, omega)[2]
 
@@ -254,6 +259,10 @@ class CoupledPrescribedReceptance(Receptance):
         out[0, :, :n] = self._left[:, o] @ right
         for k, rate in ((1, order * by_w), (2, by_xi)):
             out[k, :, :n] = -left @ rate[np.ix_(o, o)] @ right
+        for matrix, p in self._parts:
+            out[0] += w ** (2 * p) / self._e ** (p + 1) * matrix
+            if p:
+                out[1] += 2.0 * p * w ** (2 * p - 1) * order / self._e ** (p + 1) * matrix
         if held and self._mode is not None:
             shape, _ = modes.carried(w, self._xi)
             out[:, :, n] = shape @ self._left.T / self._mode

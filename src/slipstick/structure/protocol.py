@@ -1,4 +1,4 @@
-"""What the balance asks of a structure: its base class tells what is not known of one."""
+"""Base class of structures: the members that the balance uses, with defaults for those that are not known."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class TimeEquations:
 
 
 class Around(NamedTuple):
-    """How a structure goes round a disc."""
+    """Cyclic symmetry of a structure on a disc."""
 
     sectors: int
     engine_order: int
@@ -50,8 +50,8 @@ class Around(NamedTuple):
 class Structure(ABC):
     """A linear structure with named degrees of freedom; a structure of one's own derives from it.
 
-    It needs ``dofs``, ``natural_frequencies`` and ``project``. The rest may be left out: what a structure does not tell
-    is reported as unknown.
+    It needs ``dofs``, ``natural_frequencies`` and ``project``. The rest may be left out and is then reported as
+    unknown.
 
     A structure may have parameters that can be changed and followed by name, such as "loss_factor": ``values`` holds
     them by name, ``changed(**values)`` is a copy with others. Its receptances then have ``changed(**values)`` too, and
@@ -63,37 +63,37 @@ class Structure(ABC):
     dofs
         Names of the degrees of freedom.
     natural_frequencies
-        Undamped natural frequencies known to the structure, ascending, rad/s.
+        Undamped natural frequencies, ascending, rad/s; those that are known.
     load_shapes
         Names of distributed loads that are not a single dof.
     damping_ratios
         Damping ratio of each of the natural frequencies, (n,); None: not known.
     energy_fed
-        Where damping feeds energy in, in words; empty: nowhere; None: not known.
+        Modes to which damping feeds energy, in words; empty: none; None: not known.
     self_excited
-        What grows by circulatory or negative stiffness without contacts, in words; empty: nothing; None: not known.
+        Modes that grow by circulatory or negative stiffness without contacts, in words; empty: none; None: not known.
     residuals
-        How what modes leave out is applied, "solved" for instance; empty where there is nothing to tell.
+        Kind of the residuals of the modes left out, such as "solved"; empty where there is only one.
     loss_factor
         Hysteretic loss factor, of all or of each mode; 0 where there is none.
     sparse_directions
         Whether ``project`` takes scipy sparse arrays of directions where there are many.
     covers
-        Lowest and highest frequency that is answered, rad/s.
+        Lowest and highest frequency of the receptance, rad/s.
     M
         Mass matrix of the dofs, for supports that move; None: a load shape "base x" stands for it.
     units
-        Names of its units, of a model that is imported; None: not known.
+        Names of its units, of an imported model; None: not known.
     skin, strains
-        The surface and the elements that are seen besides; None: not known.
+        Surface mesh, and strains at elements, with their motion; None: not known.
     around
-        How it goes round a disc; None: it is not of a disc.
+        Its cyclic symmetry; None: it is not of a disc.
     tied
         Whether a speed of rotation is tied to the frequency of the response.
     held
-        Whether it has a static compliance; else its contacts have to hold it.
+        Whether it has a static compliance; else contacts have to constrain it.
     n_rigid
-        Number of rigid-body motions along which forces have to be in balance.
+        Number of rigid-body motions; forces have to be in equilibrium along them.
     couples
         Whether damping or the gas couple its modes.
     """
@@ -163,14 +163,14 @@ class Structure(ABC):
 
         Hysteretic damping becomes viscous with the same value at each mode's own frequency, or at the one given as
         ``damping_at`` (rad/s): then vibration at that frequency is damped as it is in the receptance. A structure
-        without a ``loss_factor`` is never asked for that.
+        without a ``loss_factor`` never receives it.
         """
         del rows, columns, shapes, damping_at
         raise InputError(Fault("structure", f"a {type(self).__name__} does not tell its equations in time"))
 
     @property
     def every_value(self) -> Mapping[str, float]:
-        """Named parameters with those that are asked for by name alone, as many as it has modes."""
+        """All named parameters, those of single modes included."""
         return {**self.values, **self.further_values}
 
     def changed(self, **values: float) -> Self:
@@ -178,7 +178,7 @@ class Structure(ABC):
         raise InputError(f"a {type(self).__name__} has no parameters; {', '.join(values)} cannot be changed")
 
     def turning_with(self, omega: float) -> Self:
-        """As it is at a fundamental frequency, rad/s: at the speed of rotation that is tied to it."""
+        """The structure at the speed of rotation that is tied to a fundamental frequency, rad/s."""
         del omega
         return self
 
@@ -188,21 +188,21 @@ class Structure(ABC):
         return np.unique(np.divide.outer(natural[natural > 0.0], orders)) if natural.size else None
 
     def unbalanced(self, columns: Array) -> Array:
-        """What forces along columns (n_dofs, k) push along the rigid-body motions, (n_rigid, k); 0 in balance."""
+        """Resultants of forces along columns (n_dofs, k) on the rigid-body motions, (n_rigid, k); 0 in equilibrium."""
         return np.zeros((0, columns.shape[1]))
 
     def truncations(self, order: int) -> tuple[Truncation, ...] | None:
-        """What modes leave out of the motion that a harmonic has; empty: nothing; None: not known.
+        """Errors by the modes left out of a harmonic; empty: none are left out; None: not known.
 
-        Of a wave that of one phase from sector to sector, of a whole disc that of all.
+        One for the phase of a travelling wave from sector to sector, or one for each phase of a whole disc.
         """
         del order
         return None
 
     def own_compliance(self, along: Any) -> tuple[Array, Array] | None:
-        """Static compliances of directions (n_dofs, k) over themselves: whole, and of what modes leave out, (k,) each.
+        """Static compliances of directions (n_dofs, k) along themselves: total, and of the modes left out, (k,) each.
 
-        None: it has no modes, or does not tell.
+        None: it has no modes, or they are not known.
         """
         del along
         return None

@@ -19,17 +19,17 @@ from slipstick.typing import AnyArray, Array, ComplexArray
 
 SMALL = 2**14
 """Entries of a matrix up to which products with many vectors cost as much one by one."""
-_LARGE = 2**25
-"""Above so many products (256 MB) they are not kept but formed for each frequency."""
+_MOST_PRODUCTS = 2**25
+"""Products of modes (256 MB) above which they are not stored but formed for each frequency."""
 
 _SYMMETRIC = 1e-11
-"""What a symmetric matrix may be apart from its transpose, over its largest entry (measured: 5e-13)."""
+"""Difference of a symmetric matrix from its transpose, over its largest entry (measured: 5e-13)."""
 _ROUNDING = 1e-14
-"""Loss factors of modes are one up to that."""
+"""Relative difference of loss factors that is rounding."""
 
 
 def undamped(omega: Array, modes: Array, static: Array, second: Array | None = None) -> ModalReceptance:
-    """Receptance without damping between dofs: modes (n_dofs, n_modes), exact static compliance, second residual."""
+    """Undamped receptance of modes (n_dofs, n_modes), exact static compliance and second-order residual."""
     return ModalReceptance(
         left=modes, right=modes, stiffness=omega**2, damping=np.zeros_like(omega), static=static,
         residual=static - (modes / omega**2) @ modes.T, second=second,
@@ -46,7 +46,7 @@ def mode_name(mode: int, quantity: str) -> str:
 
 
 def mode_place(name: str) -> tuple[int, str] | None:
-    """Mode, counted from 0, and quantity that a name stands for; None where it is another's."""
+    """Mode, counted from 0, and quantity of a parameter's name; None where it is no parameter of a mode."""
     owner, _, quantity = name.partition(".")
     number = owner.removeprefix("mode")
     if quantity not in MODE_QUANTITIES or number == owner or not number.isdecimal():
@@ -56,7 +56,7 @@ def mode_place(name: str) -> tuple[int, str] | None:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Factors:
-    """``A_m = left diag(weight_m) right^T + sum_p part_weight_pm parts_p``: a receptance never written out.
+    """``A_m = left diag(weight_m) right^T + sum_p part_weight_pm parts_p``: a receptance in factors, not written out.
 
     Attributes
     ----------
@@ -92,18 +92,18 @@ class Receptance(ABC):
     """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md (9.1)).
 
     Time dependence ``exp(+i w t)``: a lag is a negative imaginary part. Nothing need be symmetric. A kind gives
-    ``static`` and ``at``; all else has a default that is made of these, or says that it is not known.
+    ``static`` and ``at``; all else has a default, made of these or an error.
 
     Attributes
     ----------
     static
         Exact static compliance, (n_rows, n_columns), real, length/force: harmonic 0.
     highest
-        Frequency in rad/s above which it is not known.
+        Highest frequency of the receptance, rad/s.
     summed
         Whether it is a sum over real modes, which ``factors`` gives.
     waves
-        What is known of disturbances with a phase from sector to sector; None: it is not that of a wave.
+        Disturbances with a phase from sector to sector, of a travelling wave; None: it is no wave.
     """
 
     static: Array
@@ -117,13 +117,13 @@ class Receptance(ABC):
 
         Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the
         fundamental frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from
-        sector to sector), which is why they are asked for by number.
+        sector to sector), so they are given by number.
         """
 
     def of_order(self, order: int, frequency: ArrayLike, wave_number: int = 0) -> ComplexArray | None:
-        """Receptance of a harmonic away from its own frequency, (..., n_rows, n_columns); None: it is not known.
+        """Receptance of a harmonic at another frequency than its own, (..., n_rows, n_columns); None: not known.
 
-        Stability asks for order 0 where orders differ in more than frequency.
+        Stability uses order 0 where orders differ in more than frequency.
         """
         return None
 
@@ -154,15 +154,15 @@ class Receptance(ABC):
         return out
 
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """The sum over modes, apart; only of a receptance that is ``summed``."""
+        """Factors of the sum over modes; only of a receptance that is ``summed``."""
         raise NotImplementedError(f"a {type(self).__name__} is no sum over modes")
 
     def changed(self, **values: float) -> Receptance:
-        """A copy with other values of the structure's parameters; InputError where it knows none."""
+        """A copy with other values of the structure's parameters; InputError where it has none."""
         raise InputError(self._not_followed(values))
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
-        """Derivative by a parameter of the structure, of the shape of ``at``; InputError where it knows none."""
+        """Derivative by a parameter of the structure, of the shape of ``at``; InputError where it has none."""
         raise InputError(self._not_followed([name]))
 
     def static_by_parameter(self, name: str) -> Array:
@@ -170,19 +170,19 @@ class Receptance(ABC):
         return np.zeros(self.static.shape)
 
     def adjusted(self, values: Mapping[str, float]) -> Receptance:
-        """With other values of the structure's parameters; itself where there are none."""
+        """A copy with other values of the structure's parameters; itself for no values."""
         return self.changed(**values) if values else self
 
     def written(self) -> Receptance:
-        """With all its entries: one that is applied by solutions is written out."""
+        """The same with all entries as matrices, where residuals are applied by solutions."""
         return self
 
     def nearly(self) -> Receptance:
-        """Without what needs solutions, where it is applied by them."""
+        """An approximation without solutions, where residuals are applied by them."""
         return self
 
     def turning_with(self, omega: float) -> Receptance:
-        """As it is at a fundamental frequency: at the speed of rotation that is tied to it."""
+        """The receptance at the speed of rotation that is tied to a fundamental frequency."""
         return self
 
     def _not_followed(self, names: Iterable[str]) -> str:
@@ -193,7 +193,7 @@ class Receptance(ABC):
 
 
 class Waves(ABC):
-    """What a travelling wave of ``sectors`` sectors knows of disturbances that run round with another phase."""
+    """Disturbances of a travelling wave, with other phases from sector to sector."""
 
     wave_numbers: int
     static: Array
@@ -220,7 +220,7 @@ class Waves(ABC):
 
 
 class SummedReceptance(Receptance):
-    """A receptance that is a sum over real modes; a kind says what its factors are."""
+    """A receptance that is a sum over real modes; subclasses give its factors."""
 
     summed = True
     _left: Array
@@ -228,30 +228,30 @@ class SummedReceptance(Receptance):
 
     @abstractmethod
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """What :meth:`at` sums, apart: for order 0, which is static, and ``orders`` (k,) of every omega.
+        """Factors of the sum: for order 0, which is static, and ``orders`` (k,) of every omega.
 
         Slopes are derivatives by omega, or ``along`` a direction in the parameters at fixed omega.
         """
 
     @cached_property
     def _many(self) -> bool:
-        """Whether there are too many products to be kept."""
-        return self.static.size * self._left.shape[1] > _LARGE
+        """Whether there are too many products to be stored."""
+        return self.static.size * self._left.shape[1] > _MOST_PRODUCTS
 
     @cached_property
     def _products(self) -> Array:
-        """``right_r left_r`` (n_columns n_rows, n_modes), made when a frequency is first asked for."""
+        """``right_r left_r`` (n_columns n_rows, n_modes), made at the first evaluation."""
         return (self._right[:, None, :] * self._left[None, :, :]).reshape(-1, self._left.shape[1])
 
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
-        shape, apart = _shape(orders, omega, self.static.shape), self.factors(orders, omega)
-        value = self._summed(apart.weight, apart.parts, apart.part_weight)
-        slope = self._summed(apart.slope, apart.parts, apart.part_slope)
+        shape, factors = _shape(orders, omega, self.static.shape), self.factors(orders, omega)
+        value = self._summed(factors.weight, factors.parts, factors.part_weight)
+        slope = self._summed(factors.slope, factors.parts, factors.part_slope)
         return value.reshape(shape), slope.reshape(shape)
 
     def _summed(self, weight: ComplexArray, parts: Any, part_weight: ComplexArray) -> ComplexArray:
-        """``left diag(weight) right^T`` and the parts (any, n_rows, n_columns), of all but the first weights."""
+        """``left diag(weight) right^T`` plus the parts, for all but the first weights, (any, n_rows, n_columns)."""
         if self._many:
             total = np.array([(self._left * each) @ self._right.T for each in weight[1:]])
         else:  # real products times pairs of real and imaginary parts: half the work
@@ -264,8 +264,8 @@ class SummedReceptance(Receptance):
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by a parameter, of the shape of ``at``."""
-        apart = self.factors(orders, omega, {name: 1.0})
-        value = self._summed(apart.slope, apart.parts, apart.part_slope)
+        factors = self.factors(orders, omega, {name: 1.0})
+        value = self._summed(factors.slope, factors.parts, factors.part_slope)
         return value.reshape(_shape(orders, omega, self.static.shape))
 
 
@@ -317,7 +317,7 @@ class ModalReceptance(SummedReceptance):
     def with_rigid(self, left: Array, right: Array) -> ModalReceptance:
         """With rigid-body modes at the rows (n_rows, n_rigid) and columns (n_columns, n_rigid), of no stiffness.
 
-        At rest they answer nothing: ``static`` is that of the elastic modes.
+        They do not take part in the static compliance: ``static`` is that of the elastic modes.
         """
         new, none = copy(self), np.zeros(left.shape[1])
         new._left, new._right = np.hstack([self._left, left]), np.hstack([self._right, right])
@@ -328,7 +328,7 @@ class ModalReceptance(SummedReceptance):
         return new
 
     def _set_stiffness(self, stiffness: AnyArray) -> None:
-        """Stiffness of the modes kept, and what their loss factor makes of the modes left out."""
+        """Set the stiffness of the modes, and the factor ``e`` of the residuals by their loss factor."""
         self._stiffness, self._e = stiffness, None
         left_out = [(power, matrix) for power, matrix in enumerate(self._left_out) if matrix is not None]
         if left_out:
@@ -341,14 +341,14 @@ class ModalReceptance(SummedReceptance):
 
     @cached_property
     def _at_rest(self) -> ComplexArray:
-        """What each mode weighs at rest, (n_modes,)."""
+        """Weights of the modes at rest, (n_modes,)."""
         out = np.zeros_like(self._stiffness)
         out[self._elastic] = 1.0 / self._stiffness[self._elastic].real
         return out
 
     @cached_property
     def _rest(self) -> ComplexArray:
-        """Both residuals with the loss factor of the modes left out, made when a sum over all entries is asked for."""
+        """Both residuals with the loss factor of the modes left out, for sums over all entries."""
         rest = np.zeros((2, *self._shape), dtype=complex)
         for power, matrix in enumerate(self._left_out):
             if matrix is not None:
@@ -356,7 +356,7 @@ class ModalReceptance(SummedReceptance):
         return rest
 
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
-        """As of every receptance, by a compiled sum."""
+        """See ``Receptance.conjugates``; by a compiled sum."""
         out = np.empty((2, *self._shape[::-1], orders.size + 1), dtype=complex)
         out[0, :, :, 0], out[1, :, :, 0] = self.static.T, 0.0
         arguments = self._stiffness, self._damping, self._rest, orders, omega * orders, out
@@ -369,7 +369,7 @@ class ModalReceptance(SummedReceptance):
 
     @cached_property
     def _symmetric(self) -> bool:
-        """Whether what is left out is symmetric between the rows, to rounding."""
+        """Whether the residuals are symmetric between the rows, to rounding."""
         n = self._shape[0]
         parts = [matrix[:, :n] for matrix in self._left_out if matrix is not None]
         return self._shape[1] >= n and all(
@@ -378,11 +378,11 @@ class ModalReceptance(SummedReceptance):
 
     @property
     def _parts(self) -> Residuals:
-        """What is left out, as the products with it are made."""
+        """Residuals, for products with them."""
         return WrittenResiduals([part for part in self._left_out if part is not None], symmetric=self._symmetric)
 
     def conjugates_of(self, orders: Array, omega: Array, out: ComplexArray) -> None:
-        """``conjugates`` at frequencies (n,), see ``Receptance``: each as it is summed alone."""
+        """``conjugates`` at frequencies (n,), see ``Receptance``: bit for bit those of single frequencies."""
         from slipstick.structure.kernel.modal_sums import modal_sums_of_many
 
         out[:, 0, :, :, 0], out[:, 1, :, :, 0] = self.static.T, 0.0
@@ -418,7 +418,7 @@ class ModalReceptance(SummedReceptance):
         return new
 
     def _set_modes(self, values: Mapping[tuple[int, str], float]) -> None:
-        """Frequency and viscous damping of modes; the static compliance follows, what is left out stays."""
+        """Set frequency and viscous damping of modes; the static compliance changes, the residuals stay."""
         stiffness, viscous, elastic = self._stiffness.copy(), self._viscous.copy(), self._elastic
         old, loss = np.sqrt(stiffness[elastic].real), stiffness[elastic].imag / stiffness[elastic].real
         omega, ratio = old.copy(), viscous[elastic].imag / (2.0 * old)
@@ -443,7 +443,7 @@ class ModalReceptance(SummedReceptance):
         return np.outer(self._left[:, r], self._right[:, r]) * (-2.0 * self._stiffness[r].real ** -1.5)
 
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """What :meth:`at` sums, apart, or its derivatives by ``loss_factor`` (of all modes), ``damping`` and modes."""
+        """Factors of the sum, or of its derivatives by ``loss_factor`` (of all modes), ``damping`` and modes."""
         m, w, _ = _places(orders, omega, self._shape)
         m = np.resize(m, len(w))
         D = 1.0 / (self._stiffness + w * (self._damping - w))
@@ -473,7 +473,7 @@ class ModalReceptance(SummedReceptance):
         )
 
     def _by_modes(self, along: Mapping[str, float], w: Array, D: ComplexArray, slope: ComplexArray) -> Array:
-        """Add what single modes change of ``slope`` (k, n_modes); the same of order 0, (n_modes,)."""
+        """Add derivatives by parameters of single modes to ``slope`` (k, n_modes); those of order 0, (n_modes,)."""
         still = np.zeros(D.shape[1])
         for name, rate in along.items():
             place = mode_place(name)
@@ -503,7 +503,7 @@ class PoleReceptance(Receptance):
     static
         Exact static compliance (n_rows, n_columns).
     solved
-        The same receptance by solutions, for other values of parameters and derivatives by them; None: there are none.
+        The same receptance by solutions, for parameters and derivatives by them; None: it has no parameters.
     """
 
     def __init__(
@@ -514,7 +514,7 @@ class PoleReceptance(Receptance):
 
     @cached_property
     def _products(self) -> ComplexArray:
-        """``left_k right_k`` (n_poles, n_rows n_columns), made when a frequency is first asked for."""
+        """``left_k right_k`` (n_poles, n_rows n_columns), made at the first evaluation."""
         products = self._left[:, None, :] * self._right[None, :, :]
         return np.ascontiguousarray(products.reshape(-1, products.shape[2]).T)
 
@@ -529,7 +529,7 @@ class PoleReceptance(Receptance):
         return _by_omega(value, slope, places)
 
     def changed(self, **values: float) -> SolvedReceptance:
-        """With other values of parameters: solved at each frequency, for other poles cost more."""
+        """A copy with other parameters, by solutions at each frequency: new poles would cost more."""
         solved: SolvedReceptance = self._solved.changed(**values)
         return solved
 
@@ -539,7 +539,7 @@ class PoleReceptance(Receptance):
 
 
 class SolvedReceptance(Receptance):
-    """``A(w) = rows^T Z(w)^-1 columns`` with one factorisation of ``Z(w)``, which need not be symmetric, a frequency.
+    """``A(w) = rows^T Z(w)^-1 columns``, with one factorisation of ``Z(w)`` (symmetric or not) for each frequency.
 
     The derivative needs no further one: ``dA/dw = -(Z^-T rows)^T (dZ/dw) (Z^-1 columns)``.
 
@@ -590,7 +590,7 @@ class SolvedReceptance(Receptance):
         return SolvedReceptance(stiffness=fixed, rows=self._rows, columns=self._columns, static=self.static)
 
     def changed(self, **values: float) -> SolvedReceptance:
-        """With other values of the parameters of the stiffness."""
+        """A copy with other values of the parameters of the stiffness."""
         stiffness: Any = self._stiffness
         return SolvedReceptance(
             stiffness=stiffness.changed(**values), rows=self._rows, columns=self._columns, static=self.static
@@ -609,7 +609,7 @@ class SolvedReceptance(Receptance):
 
 @cache
 def _modal_sums() -> Callable[..., None]:
-    """The compiled sum, loaded when a frequency is first asked for."""
+    """The compiled sum, loaded at the first evaluation."""
     from slipstick.structure.kernel.modal_sums import modal_sums
 
     sums: Callable[..., None] = modal_sums
@@ -617,12 +617,12 @@ def _modal_sums() -> Callable[..., None]:
 
 
 def _shape(orders: ArrayLike, omega: ArrayLike, one: tuple[int, ...]) -> tuple[int, ...]:
-    """Of what is asked at all orders of all omegas."""
+    """Shape of values at all orders of all omegas."""
     return (*np.shape(omega), *np.shape(orders), *one)
 
 
 def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
-    """Orders (k,), the frequencies ``orders * omega`` as a column, and the shape of what is asked there."""
+    """Orders (k,), the frequencies ``orders * omega`` as a column, and the shape of values there."""
     m = np.asarray(orders, dtype=float)
     w = np.multiply.outer(omega, m)
     return m, w.reshape(-1, 1), (*w.shape, *shape)
@@ -631,8 +631,8 @@ def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tupl
 def mapped(matrix: Any, columns: Array) -> Array:
     """``matrix @ c`` of each of the columns (n, n_columns, k).
 
-    By a large matrix of all together, which is read once; by a small one of one after another, so that what is beside
-    one changes no bit of it.
+    A large matrix multiplies all of them together, so it is read once. A small one multiplies one after another, so
+    that results do not depend on the others, to the last bit.
     """
     if not isinstance(matrix, np.ndarray) or matrix.size > SMALL:
         n, _, k = columns.shape
@@ -642,12 +642,12 @@ def mapped(matrix: Any, columns: Array) -> Array:
 
 
 def _each(orders: Array, omega: ArrayLike) -> Iterator[tuple[float, float]]:
-    """Order and fundamental frequency of each of the places."""
+    """Order and fundamental frequency of each evaluation."""
     return ((m, w) for w in np.ravel(np.asarray(omega, dtype=float)).tolist() for m in np.ravel(orders).tolist())
 
 
 def _by_omega(value: ComplexArray, slope: ComplexArray, orders: Array) -> tuple[ComplexArray, ComplexArray]:
-    """The derivative by each order's own frequency, ``slope``, becomes that by omega."""
+    """Value and slope, whose derivative by each order's own frequency becomes that by omega."""
     slope *= orders[:, None, None]
     return value, slope
 

@@ -1,7 +1,7 @@
-"""What the modes left out add to a receptance, as the balance asks for it: products, entries of single contacts, sizes.
+"""Residuals of a receptance, by the modes left out: products, entries of single contacts, bounds.
 
-Either matrices that are written out, or the same applied by solutions with the factorised stiffness: with ``B`` the
-directions kept in the full model, ``phi_r`` and ``w_r`` the modes and ``a_r = B^T phi_r``, the residuals are
+They are written out as matrices, or applied by solutions with the factorised stiffness. With ``B`` the directions kept
+in the full model, ``phi_r`` and ``w_r`` the modes and ``a_r = B^T phi_r``, the residuals are
 
     R_0 = B^T K^-1 B - sum_r a_r a_r^T / w_r^2,      R_1 = B^T K^-1 M K^-1 B - sum_r a_r a_r^T / w_r^4
 
@@ -24,13 +24,13 @@ from slipstick.typing import Array, ComplexArray, Matrix, Sparse
 
 
 class Residuals(Protocol):
-    """Real matrices ``R_p`` (n_rows, n_columns), of which weighted sums are asked for.
+    """Real matrices ``R_p`` (n_rows, n_columns) and products with their weighted sums.
 
     Weights are (n_parts, k), one for each matrix and each of the k columns of what is multiplied.
     """
 
     def __len__(self) -> int:
-        """How many matrices."""
+        """Number of matrices."""
 
     def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
         """``sum_p weight_p R_p x`` (n_rows, k) for numbers on the first columns, (any, k); 0 of no matrices."""
@@ -45,32 +45,32 @@ class Residuals(Protocol):
         """Entries of each matrix between ports of one contact, of the shape of ``rows`` and ``columns`` together."""
 
 
-_CACHED, _TILE = 2**18, 200
-"""Entries of a matrix that stays in the cache as a whole; rows and columns of a part that does (measured)."""
+_CACHE_ENTRIES, _TILE = 2**18, 200
+"""Entries of a matrix that fits into the cache as a whole; rows and columns of a tile that does (measured)."""
 
 
 class WrittenResiduals:
     """Matrices (n_rows, n_columns) that are written out; ``symmetric``: the first columns are the rows, as of one body.
 
-    Of large symmetric ones one half is read, in tiles that stay in the cache, which is what products take time for.
+    Of large symmetric ones one half is read, in tiles that fit into the cache: reading takes most of the time.
     """
 
     def __init__(self, matrices: Sequence[Array], *, symmetric: bool = False) -> None:
         self.matrices, self._symmetric = tuple(matrices), symmetric
-        self._known: tuple[ComplexArray | None, dict[int, ComplexArray]] = None, {}
+        self._last: tuple[ComplexArray | None, dict[int, ComplexArray]] = None, {}
 
     def __len__(self) -> int:
-        """How many matrices."""
+        """Number of matrices."""
         return len(self.matrices)
 
     def times(self, x: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
         """``sum_p weight_p R_p x``; real matrices times pairs of real and imaginary parts.
 
-        The products with the last numbers are remembered: residual and slope ask for the same.
+        The products with the last ``x`` are stored, because residual and slope need the same.
         """
-        if self._known[0] is not x:
-            self._known = x, {}
-        products, pairs, out = self._known[1], np.ascontiguousarray(x).view(float), 0.0
+        if self._last[0] is not x:
+            self._last = x, {}
+        products, pairs, out = self._last[1], np.ascontiguousarray(x).view(float), 0.0
         for p, (matrix, share) in enumerate(zip(self.matrices, weight, strict=True)):
             if share.any():
                 if p not in products:
@@ -81,7 +81,7 @@ class WrittenResiduals:
     def _product(self, matrix: Array, x: Array) -> Array:
         """``R x`` for numbers (any, k) on the first columns."""
         n = len(matrix)
-        if not self._symmetric or n * n <= _CACHED or len(x) < n:
+        if not self._symmetric or n * n <= _CACHE_ENTRIES or len(x) < n:
             return np.asarray(matrix[:, : len(x)] @ x)
         out = np.asarray(matrix[:, n : len(x)] @ x[n:])
         for i in range(0, n, _TILE):
@@ -122,7 +122,7 @@ class FullModel:
     K, M
         Stiffness and mass, sparse by rows, (n, n).
     directions
-        What is kept of it, sparse, (n, n_keep).
+        Directions kept, sparse, (n, n_keep).
     solver
         Name of the sparse solver, the one that the modes were found with; None: the best there is.
     triangles
@@ -142,20 +142,20 @@ class FullModel:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal model is made from: matrices, not their factors."""
+        """Arguments of an equal model: matrices, not their factors."""
         lower = {name: sparse.tril(getattr(self, name), format="csc") for name in ("K", "M")}
         return {**lower, "directions": self.directions, "solver": self.solver, "triangles": True}
 
     @cached_property
     def factors(self) -> Factorisation:
-        """Of the stiffness: not part of a file or a pickle, made again there."""
+        """Factors of the stiffness; files and pickles do not hold them."""
         return factorise(self.K, solver=self.solver, check=False)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "factors"}
 
     def solutions(self, forces: Array, second: NDArray[np.bool_]) -> tuple[Array, Array]:
-        """``K^-1 F`` (n, k), and ``K^-1 M K^-1 F`` of those columns alone that are marked, for forces F (n, k)."""
+        """``K^-1 F`` (n, k) for forces F (n, k), and ``K^-1 M K^-1 F`` of the columns marked by ``second``."""
         with one_blas_thread():
             U = self.factors.solve(np.asfortranarray(forces))
             return U, self.factors.solve(np.asfortranarray(self.M @ (U if second.all() else U[:, second])))
@@ -164,8 +164,8 @@ class FullModel:
 def _mirrored(lower: Matrix) -> Any:
     """A symmetric matrix of its lower triangle, entries that are zero kept.
 
-    Factors depend on the pattern, by rounding. With others than those the modes were found with, what is left of the
-    response when the modes are taken out, a small difference, would be wrong by more than rounding.
+    Rounding of the factors depends on the pattern. The residual is a small difference between response and modes: with
+    other factors than those of the modes its error would exceed rounding.
     """
     entries = sparse.coo_array(lower)
     above = entries.row != entries.col
@@ -177,7 +177,7 @@ def _mirrored(lower: Matrix) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class NearField:
-    """A residual (n, n) as far as its size is asked for: entries between neighbours, a mean share beyond.
+    """Approximation of a residual (n, n) for bounds: entries between neighbours, a mean size beyond.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ class NearField:
         return np.maximum(self.entries.diagonal(), 0.0)
 
     def between(self, rows: Matrix, columns: Matrix) -> ProjectedNear:
-        """The same between directions (n, n_rows) and (n, n_columns)."""
+        """The near field between directions (n, n_rows) and (n, n_columns)."""
         left, right = sparse.csc_array(rows), sparse.csc_array(columns)
         entries = sparse.csr_array(left.T @ self.entries @ right)
         sizes = [
@@ -216,7 +216,7 @@ class ProjectedNear:
         self.entries, self._share, self._left, self._right = entries, share, left, right
         sizes = abs(entries)
         rows = np.repeat(np.arange(entries.shape[0]), np.diff(entries.indptr))
-        sizes.data -= share * left[rows] * right[entries.indices]  # what the far field holds of it
+        sizes.data -= share * left[rows] * right[entries.indices]  # the far field counts these too
         self._sizes = sizes
 
     def reach(self, forces: Array) -> Array:
@@ -232,11 +232,11 @@ class SolvedResiduals:
     full
         The model; ``rows`` (n_keep, n_rows) and ``columns`` (n_keep, n_ports) are directions on what it keeps.
     omega, left, right
-        The modes that are left to others: frequencies, and at rows and columns, load columns at the end.
+        Modes that are not part of the residuals: frequencies, shapes at rows and at columns, loads last.
     loads
         Both residuals from the loads, (2, n_rows, n_loads).
     near
-        Both residuals between what is kept, near themselves.
+        Near fields of both residuals between the directions kept.
     """
 
     def __init__(
@@ -257,7 +257,7 @@ class SolvedResiduals:
         self._n = columns.shape[1]
         self.shape = left.shape[0], right.shape[0]
         self.near = [one.between(rows, columns) for one in near]
-        self._known: tuple[Any, ...] | None = None
+        self._last: tuple[Any, ...] | None = None
 
     def __len__(self) -> int:
         """Two."""
@@ -266,10 +266,10 @@ class SolvedResiduals:
     def both(self, forces: Array, second: NDArray[np.bool_], *, transposed: bool = False) -> Array:
         """``R_0 F``, and ``R_1 F`` of the columns marked (zero else), (2, n_rows, k), for ports alone (n_ports, k).
 
-        With the transposes forces are on the rows. The last answer is remembered: residual and slope ask the same.
+        With the transposes forces are on the rows. The last result is stored: residual and slope need the same.
         """
-        if self._known is not None:
-            before, marked, turned, answer = self._known
+        if self._last is not None:
+            before, marked, turned, answer = self._last
             if turned == transposed and np.array_equal(marked, second) and np.array_equal(before, forces):
                 return np.asarray(answer)
         onto, moved = (self._rows, self._columns) if transposed else (self._columns, self._rows)
@@ -281,15 +281,15 @@ class SolvedResiduals:
             first, then = self._full.solutions(onto @ forces[:, part], second[part])
             out[0][:, part] = moved.T @ first - left @ (modal[:, part] / self._omega[:, None] ** 2)
             out[1][:, also] = moved.T @ then - left @ (modal[:, also] / self._omega[:, None] ** 4)
-        self._known = forces.copy(), second.copy(), transposed, out
+        self._last = forces.copy(), second.copy(), transposed, out
         return out
 
     def nearly(self) -> SolvedResiduals:
-        """The same by the near field alone, without solutions: what is further off falls away fast."""
+        """The near field alone, without solutions: the residuals decay fast with distance."""
         return _NearResiduals(self)
 
     def _summed(self, x: ComplexArray, weight: ComplexArray, transposed: bool) -> ComplexArray:
-        """The sum over both of complex numbers on the ports or rows: only columns that are there are solved for."""
+        """Weighted sum of both products with complex numbers on ports or rows; columns of zeros take no solution."""
         pairs = np.ascontiguousarray(x).view(float)
         here = pairs.any(axis=0)
         answer = np.zeros((2, self._n if transposed else self.shape[0], pairs.shape[1]))
@@ -298,7 +298,7 @@ class SolvedResiduals:
         return np.asarray(answer[0].view(complex) * weight[0] + answer[1].view(complex) * weight[1])
 
     def _on_ports(self, x: Any) -> Any:
-        """Numbers on the ports (n_ports, k) alone of those on the first columns, zero on those that are not given."""
+        """Numbers on the ports (n_ports, k), from those on the first columns; zero on ports beyond these."""
         if len(x) >= self._n:
             return x[: self._n]
         return np.concatenate([x, np.zeros((self._n - len(x), x.shape[1]))])
@@ -318,7 +318,7 @@ class SolvedResiduals:
         return np.concatenate(out)
 
     def reach(self, sizes: Array, weight: Array) -> Array:
-        """``sum_p weight_p |R_p| sizes``: near itself entry by entry, beyond by its mean size."""
+        """``sum_p weight_p |R_p| sizes``: by the entries of the near field, beyond by the mean size."""
         out = np.zeros((self.shape[0], sizes.shape[1]))
         for near, load, share in zip(self.near, self._loads, weight, strict=True):
             out += near.reach(self._on_ports(sizes)) * share
@@ -332,7 +332,7 @@ class SolvedResiduals:
         return [np.asarray(near.entries[i.ravel(), j.ravel()]).reshape(i.shape) for near in self.near]
 
     def written(self) -> tuple[Array, Array]:
-        """Both matrices (n_rows, n_columns), by as many solutions as there are rows or ports, the fewer of them."""
+        """Both matrices (n_rows, n_columns), by one solution for each row or port, whichever are fewer."""
         turned = self.shape[0] < self._n
         parts, unit = [], sparse.eye_array(min(self.shape[0], self._n), format="csc")
         for first in range(0, unit.shape[0], _TOGETHER):
@@ -345,13 +345,13 @@ class SolvedResiduals:
 
 
 class _NearResiduals(SolvedResiduals):
-    """Residuals that end where the near field does."""
+    """Residuals without a far field."""
 
     def __init__(self, of: SolvedResiduals) -> None:
         self.__dict__.update(of.__dict__)
 
     def nearly(self) -> SolvedResiduals:
-        """This."""
+        """Itself."""
         return self
 
     def both(self, forces: Array, second: NDArray[np.bool_], *, transposed: bool = False) -> Array:
@@ -366,13 +366,13 @@ _TOGETHER = 32
 """Columns of a matrix that is written out at a time."""
 
 SOLVED = 32
-"""Columns solved at a time: more cost as much each, and memory."""
+"""Columns solved at a time: with more the cost of each stays the same and memory grows."""
 
 
 class SolvedStatic:
     """Static compliance (n_rows, n_columns) that is a product: modes and a residual that is solved for.
 
-    Entries are told of the ports over themselves (``own_compliance``) and of the loads (``load_compliance``).
+    Its entries are known for the ports along themselves (``own_compliance``) and for the loads (``load_compliance``).
     """
 
     ndim = 2
@@ -400,14 +400,14 @@ class SolvedStatic:
 
     @property
     def own(self) -> Array:
-        """Of the rows over the columns that are the same directions, (n_rows,); of the residual as its near field."""
+        """Compliances of the rows along themselves, (n_rows,), with the near field of the residual."""
         n = self.shape[0]
         modal = np.einsum("ir,ir->i", self._left / self._omega**2, self._right[:n])
         return np.asarray(modal + self._residuals.near[0].entries.diagonal()) * self._factor[:n]
 
     @property
     def loads(self) -> Array:
-        """Of the loads, exact, (n_rows, n_loads): of single dofs, and then of shapes."""
+        """Compliances of the loads, exact, (n_rows, n_loads): of single dofs, then of shapes."""
         rows, ports = self.shape[0], self._residuals._n
         modal = (self._left / self._omega**2) @ self._right[ports:].T
         shapes = np.asarray(modal + self._residuals._loads[0]) * self._factor[ports:]
@@ -417,7 +417,7 @@ class SolvedStatic:
 
 
 def own_compliance(static: Any) -> Array:
-    """Static compliances of the ports, which are the first columns, over themselves, (n_rows,)."""
+    """Static compliances of the ports, which are the first columns, along themselves, (n_rows,)."""
     return static.own if isinstance(static, SolvedStatic) else np.diag(static[:, : len(static)])
 
 

@@ -1,4 +1,4 @@
-"""The surface of a reduced body, to see how it moves: what modes and forces do at its nodes."""
+"""Surface mesh of a reduced body: its motion by modes and by forces, for deflected shapes."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ if TYPE_CHECKING:
     from slipstick.structure.modal import ModalStructure
 
 MOST_SKIN_NODES = 50_000
-"""More are not needed to see a shape."""
+"""Nodes of a surface mesh, at most; more do not improve a picture."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Skin:
-    """Nodes and triangles of a surface with its motion, three rows for each node: x, y, z; in seven digits.
+    """Nodes and triangles of a surface mesh with its motion, three rows for each node: x, y, z; in single precision.
 
     Parameters
     ----------
     nodes
         Positions (n, 3).
     triangles
-        Places of their corners among the nodes (t, 3), whole numbers.
+        Indices of their corners among the nodes (t, 3).
     modes
         Mass-normalised modes at the nodes (3 n, n_modes).
     static
         Exact static displacement by unit forces on the kept dofs (3 n, n_dofs); None: it is solved for with the full
-        model of the structure, for the forces that are asked for.
+        model of the structure.
     loads
         Exact static displacement by each load shape (3 n,).
     rows
-        What takes the motion out of that of the full model, sparse (n_full, 3 n); where ``static`` is None.
+        Rows of the full model, sparse (n_full, 3 n), where ``static`` is None.
     places
-        Where the dofs are (n_dofs, 3), nan where it is not known; None: of none.
+        Positions of the dofs (n_dofs, 3), nan where not known; None: no position is known.
 
     Raises
     ------
@@ -94,14 +94,14 @@ class Skin:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What an equal skin is made from; rows and places only where they are there."""
+        """Arguments of an equal skin; rows and places only where they are given."""
         known = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: value for name, value in known.items() if name not in ("rows", "places") or value is not None}
 
     def faults(self, modes: int, dofs: int, shapes: tuple[str, ...], full: int | None = None) -> list[Fault]:
-        """Why this is no skin of a structure with so many modes and dofs, and these load shapes.
+        """Faults as the surface mesh of a structure with so many modes and dofs, and these load shapes.
 
-        ``full`` is the size of the model that it solves with, None where it does not.
+        ``full`` is the size of the full model for solutions, None where there is none.
         """
         faults = rows_faults("skin", self, modes, dofs, shapes, full)
         if self.places is not None and len(self.places) != dofs:
@@ -109,7 +109,7 @@ class Skin:
         return faults
 
     def part(self, nodes: IntArray, triangles: IntArray) -> Skin:
-        """Some of the nodes, by place, and triangles (t, 3) between these, by place among the chosen."""
+        """Part with some nodes, by index, and triangles (t, 3), by index among these."""
         kept = (3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()
         return Skin(
             nodes=self.nodes[nodes], triangles=triangles, modes=self.modes[kept],
@@ -119,7 +119,7 @@ class Skin:
         )  # fmt: skip
 
     def basis(self, solved: Array | None = None) -> Array:
-        """Orthonormal columns (3 n, k) that hold every motion of the skin; ``solved`` (3 n, any) in place of static."""
+        """Orthonormal basis (3 n, k) of all motions of the mesh; ``solved`` (3 n, any) in place of static."""
         static = self.static if solved is None else solved
         assert static is not None
         columns = [self.modes, static, *(np.asarray(load)[:, None] for load in self.loads.values())]
@@ -127,10 +127,9 @@ class Skin:
         return np.asarray(np.linalg.qr(np.hstack(scaled))[0])
 
     def along(self, basis: Array, structure: ModalStructure, known: SolvedFields | None = None) -> Recovered:
-        """The structure whose receptance is to the ``k`` columns of a basis (3 n, k) of the motion of the skin.
+        """The structure with receptances at the ``k`` columns of a basis (3 n, k) of the motion of the mesh.
 
-        ``known`` stands for what is static where this skin does not have it. How what the modes leave out grows with
-        frequency is not known there.
+        ``known`` replaces ``static`` where that is None. There is no second-order residual.
         """
         loads = {name: basis.T @ load for name, load in self.loads.items()}
         static = self.static if known is None else known.static
@@ -142,7 +141,7 @@ class Skin:
 
 
 def solved_faults(name: str, static: object, rows: Sparse | None, count: int) -> list[Fault]:
-    """Whether static responses are given, or in their place the ``count`` rows that they are solved for at."""
+    """Faults where neither static responses are given, nor ``count`` rows of a full model to solve with."""
     if static is None and rows is None:
         return [Fault((name, "static"), "is missing", remedy="give static, or rows of a full model to solve with")]
     if rows is not None and (not issparse(rows) or rows.shape[1] != count):
@@ -152,7 +151,7 @@ def solved_faults(name: str, static: object, rows: Sparse | None, count: int) ->
 
 
 class SolvedFields(NamedTuple):
-    """What the modes leave out at rows that are no dofs, under some fields of forces on the dofs."""
+    """Residuals at rows that are no dofs, under some fields of forces on the dofs."""
 
     forces: Array
     """Orthonormal (n_dofs, k)."""
@@ -162,7 +161,7 @@ class SolvedFields(NamedTuple):
 
 
 class KnownRows(Protocol):
-    """What modes and forces do at rows that are no dofs: (n_rows, n_modes), (n_rows, n_dofs), loads (n_rows,)."""
+    """Rows that are no dofs, with their motion: modes (n_rows, n_modes), static (n_rows, n_dofs), loads (n_rows,)."""
 
     @property
     def modes(self) -> Array: ...  # noqa: D102
@@ -180,9 +179,9 @@ R = TypeVar("R", bound=KnownRows)
 def rows_faults(
     name: str, rows: KnownRows, modes: int, dofs: int, shapes: tuple[str, ...], full: int | None
 ) -> list[Fault]:
-    """Why these are no rows of a structure with so many modes and dofs, and these load shapes.
+    """Faults as rows of a structure with so many modes and dofs, and these load shapes.
 
-    ``full`` is the size of the model that it solves with, None where it does not.
+    ``full`` is the size of the full model for solutions, None where there is none.
     """
     faults = [Fault(name, f"it has no load shape '{shape}'") for shape in shapes if shape not in rows.loads]
     sizes = (np.shape(rows.modes)[1], dofs if rows.static is None else np.shape(rows.static)[1])
@@ -195,7 +194,7 @@ def rows_faults(
 
 
 def with_more(rows: R | None, more: Array, mode_shapes: Array, participation: Mapping[str, Array]) -> R | None:
-    """Rows whose modes at rest give ``more`` (n_modes,) times their squares, as those of other frequencies do."""
+    """Rows for other natural frequencies: the static response grows by ``more`` (n_modes,) times squares of modes."""
     if rows is None:
         return None
     static = None if rows.static is None else rows.static + (rows.modes * more) @ mode_shapes.T
@@ -205,17 +204,18 @@ def with_more(rows: R | None, more: Array, mode_shapes: Array, participation: Ma
 
 @dataclass(frozen=True, kw_only=True)
 class Recovered:
-    """A structure whose receptance is to rows that are no dofs of it.
+    """A structure with receptances at rows that are no dofs of it.
 
     Attributes
     ----------
     modes, static, loads
-        Of its modes (n_rows, n_modes), of unit forces on its dofs (n_rows, n_dofs), of its load shapes (n_rows,).
+        Motion by its modes (n_rows, n_modes), by unit forces on its dofs (n_rows, n_dofs), by its load shapes
+        (n_rows,).
     second, second_loads
-        Second residuals of the last two, where they are known.
+        Second-order residuals of the last two, where they are known.
     forces
-        Fields of forces on the dofs (n_dofs, k), orthonormal: ``static`` and ``second`` (n_rows, k) are then what the
-        modes leave out under these alone, and nothing else is left out; None: of unit forces.
+        Orthonormal fields of forces on the dofs (n_dofs, k): ``static`` and ``second`` (n_rows, k) are then the
+        residuals under these alone, and all others are zero; None: ``static`` is by unit forces.
     """
 
     structure: ModalStructure

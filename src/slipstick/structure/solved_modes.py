@@ -1,7 +1,7 @@
-"""A structure of modes whose residuals are applied by solutions with the full model, never written out.
+"""A structure of modes whose residuals are applied by solutions with the full model, not written out.
 
-For thousands of directions: their squares fill memory, and it takes as many solutions to write them. Products with both
-residuals take two solutions, of all harmonics together (``structure/residuals.py``).
+For thousands of directions, whose residuals would fill memory and take a solution for each direction. Products with
+both residuals take two solutions, of all harmonics together (``structure/residuals.py``).
 """
 
 from __future__ import annotations
@@ -29,32 +29,32 @@ FEW = 64
 """Directions or rows up to which receptances are written out: it takes two solutions for each."""
 
 MOST_WRITTEN = 2**24
-"""Entries of a receptance (134 MB) up to which it is written out where somebody wants it all."""
+"""Entries of a receptance (134 MB) up to which it is written out where all are needed."""
 
 
 class SolvedModes(ModalStructure):
     """Mass-normalised modes at some dofs of a full model, which solves for what they leave out.
 
-    As a :class:`ModalStructure`, to rounding the same receptance. ``static_compliance`` and ``second_residual`` are
-    written out when they are asked for, of a few thousand dofs at most.
+    The receptance is that of a :class:`ModalStructure`, to rounding. ``static_compliance`` and ``second_residual`` are
+    written out at first use, of a few thousand dofs at most.
 
     Parameters
     ----------
     omega, mode_shapes, dofs, loss_factor, damping_ratio, load_shapes, damping, skin, strains
-        As of a ``ModalStructure``; what is static of the last two may be left to the full model.
+        As of a ``ModalStructure``; static responses of the last two may be solved for with the full model.
     full
         The full model, its ``directions`` those of the dofs.
     near, near_second
-        Both residuals near themselves: sizes, entries of single contacts.
+        Near fields of both residuals, for bounds and entries of single contacts.
     sample
         Dofs (n_sample,) whose columns ``sample_static``, ``sample_second`` (n_dofs, n_sample) of the static compliance
-        and the second residual are known: they stand for all where the error of the reduction is estimated.
+        and the second-order residual are known: a sample for estimates of the error of the reduction.
     reference
         Frequencies (n_modes,) of the modes when the model was reduced; None: ``omega``.
     """
 
     residuals = "solved"
-    """What results say of how the residuals are applied."""
+    """Kind of the residuals in results."""
 
     def __init__(
         self,
@@ -86,11 +86,11 @@ class SolvedModes(ModalStructure):
         self.reference = self.omega if reference is None else np.asarray(reference, dtype=float)
 
     def _take_compliance(self, compliance: Array | None, second: Array | None) -> None:
-        """The full model knows it."""
+        """Static compliance and residuals come from the full model."""
         self._knows_residual = True
 
     def _follow_modes(self, more: Array) -> None:
-        """What the modes leave out stays."""
+        """The residuals stay."""
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -104,14 +104,14 @@ class SolvedModes(ModalStructure):
         return {**numbers, "damping_ratio": self._viscous, "load_shapes": self.shapes, **seen}
 
     def left_out(self, rows: Any, modes: Array, forces: Array, *, second: bool = False) -> SolvedFields:
-        """What the modes leave out at rows of the full model under fields of forces on the dofs, by solutions.
+        """Residuals at rows of the full model under fields of forces on the dofs, by solutions.
 
         Parameters
         ----------
         rows
-            What takes them out of its motion, sparse (n_full, n_rows); ``modes`` (n_rows, n_modes) are the modes there.
+            Directions of the full model, sparse (n_full, n_rows); ``modes`` (n_rows, n_modes) are the modes there.
         forces
-            Orthonormal (n_dofs, k): one solution for each, or two with the ``second`` residual.
+            Orthonormal (n_dofs, k): one solution for each, or two with the ``second``-order residual.
         """
         k, onto = forces.shape[1], sparse.csr_array(self.full.directions)
         out, participation = np.zeros((1 + second, rows.shape[1], k)), self.mode_shapes.T @ forces
@@ -129,7 +129,7 @@ class SolvedModes(ModalStructure):
 
     @property
     def second_residual(self) -> Array | None:  # type: ignore[override]
-        """The second residual, likewise."""
+        """The second-order residual, likewise."""
         return self._all()[3]
 
     def _all(self) -> tuple[Array, Array, Array, Array | None]:
@@ -146,7 +146,7 @@ class SolvedModes(ModalStructure):
         )  # fmt: skip
 
     def own_compliance(self, along: Any) -> tuple[Array, Array]:
-        """Static compliances of directions over themselves: whole, and what the modes leave out, by its near field."""
+        """Static compliances of directions along themselves: total, and of the modes left out, by the near field."""
         columns = any_directions("directions", along, len(self._dofs))
         left_out = np.asarray((columns * (self.near.entries @ columns)).sum(axis=0)).ravel()
         return left_out + np.sum(((columns.T @ self.mode_shapes) / self.omega) ** 2, axis=1), left_out
@@ -156,7 +156,7 @@ class SolvedModes(ModalStructure):
         if min(np.shape(rows)[1], np.shape(columns)[1]) <= FEW:
             return super().project(rows, columns, shapes)
         residuals, left, right = self._residuals(rows, columns, shapes)
-        return SolvedReceptance(
+        return SolvedModesReceptance(
             residuals, left=left, right=right, stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
             damping=2.0 * self._viscous * self.omega, factor=self.damping,
         )  # fmt: skip
@@ -172,7 +172,7 @@ class SolvedModes(ModalStructure):
     def _residuals(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
     ) -> tuple[SolvedResiduals, Array, Array]:
-        """Of what the modes leave out, with the modes at the rows and the participations of the columns."""
+        """The residuals, the modes at the rows, and the participations of the columns."""
         right, n = self._participations(columns, shapes), len(self._dofs)
         r, c = any_directions("rows", rows, n), any_directions("columns", columns, n)
         chosen = [self.shapes[name] for name in shapes]
@@ -192,8 +192,8 @@ class SolvedModes(ModalStructure):
         return f"SolvedModes({self.omega.size} modes, {len(self._dofs)} dofs of {self.full.K.shape[0]})"
 
 
-class SolvedReceptance(ModalReceptance):
-    """A ``ModalReceptance`` whose residuals are applied by solutions; its entries are written out if they are few."""
+class SolvedModesReceptance(ModalReceptance):
+    """A ``ModalReceptance`` whose residuals are applied by solutions."""
 
     def __init__(
         self, residuals: SolvedResiduals, *, left: Array, right: Array, stiffness: ComplexArray, damping: Array,
@@ -210,8 +210,8 @@ class SolvedReceptance(ModalReceptance):
     def _parts(self) -> Residuals:
         return self._residuals
 
-    def nearly(self) -> SolvedReceptance:
-        """The same without solutions, see ``SolvedResiduals.nearly``; where there are none, this."""
+    def nearly(self) -> SolvedModesReceptance:
+        """An approximation without solutions, see ``SolvedResiduals.nearly``."""
         residuals = self._residuals.nearly()
         if residuals is self._residuals:
             return self

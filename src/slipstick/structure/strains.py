@@ -1,4 +1,4 @@
-"""Strain and stress at places of a reduced body: what modes and forces do there."""
+"""Strain and stress at places of a reduced body, by modes and by forces."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 """Of strain and stress; shear strains are angles (twice those of the tensor)."""
 
 MOST_PLACES = 100_000
-"""Of each, six rows of all modes are kept."""
+"""Places of strains; each has six rows of all modes."""
 
 MOST_NUMBER = 10**18
-"""Of an element or a node."""
+"""Largest number of an element or a node."""
 
 ELEMENTS, NODES = "elements", "nodes"
-"""Where places are: the centroids of elements, or their nodes."""
+"""Kinds of places: centroids of elements, or their nodes."""
 
 CELLS = {"tet4": 4, "pyramid5": 5, "wedge6": 6, "hex8": 8}
 """Corners of the solids that elements are drawn as."""
@@ -41,7 +41,7 @@ class StrainPlaces:
     at
         "elements" or "nodes".
     labels, positions
-        Numbers of the elements or nodes (n,), and where they are (n, 3).
+        Numbers of the elements or nodes (n,), and their positions (n, 3).
     young, poisson
         Of the material there (n,); a node between two materials is a place for each of them.
     nodes, cells

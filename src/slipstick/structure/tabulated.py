@@ -23,8 +23,7 @@ from numpy.typing import ArrayLike
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
 from slipstick.structure.checks import array_faults, checked_names, known_shapes, number_faults
-from slipstick.structure.measured import FLOOR, resonances
-from slipstick.structure.measurement_noise import FEW, deviation, seen
+from slipstick.structure.measured import FEWEST_NOISY, FLOOR, deviation, noise_squares, resonances
 from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import Receptance
 from slipstick.structure.truncation import Truncation
@@ -433,11 +432,11 @@ def noise_of(values: ComplexArray) -> Array:
 
     That of the median line, of those at which fourth differences show noise; 0 where hardly any do.
     """
-    squares, used = seen(values)
+    squares, used = noise_squares(values)
     size = np.abs(values)
     share = np.sqrt(squares) / np.where(size > 0.0, size, np.inf)
     out = np.zeros(values.shape[1])
-    for pair in np.flatnonzero(used.mean(axis=0) > FEW):
+    for pair in np.flatnonzero(used.mean(axis=0) > FEWEST_NOISY):
         out[pair] = np.median(share[used[:, pair], pair]) / np.sqrt(2.0 * np.log(2.0))
     return out
 

@@ -1,4 +1,4 @@
-"""What the modes left out of a modal structure do to its receptance: estimated from its residuals, or measured.
+"""Error of a receptance by the modes left out of a modal structure: estimated from its residuals, or measured.
 
 A mode left out adds ``a_r a_r^T / (w_r^2 - w^2)``, of which the residuals hold the first terms in ``w^2``. With all
 modes up to ``w_n`` kept, ``R0 = sum a_r a_r^T / w_r^2`` and ``R1 = sum a_r a_r^T / w_r^4`` over those left out, the
@@ -6,7 +6,7 @@ rest is, as a symmetric form and below ``w_n``, at most (THEORY.md (10.3))::
 
     R1 w^4 / (w_n^2 - w^2)   with both residuals,      R0 w^2 / (w_n^2 - w^2)   with the static one alone
 
-Near and above ``w_n`` modes may be left out that w passes; there ``RESONANT`` stands for ``w^2 / (w_n^2 - w^2)``.
+Near and above ``w_n`` a mode left out may be in resonance; there ``RESONANT`` replaces ``w^2 / (w_n^2 - w^2)``.
 """
 
 from __future__ import annotations
@@ -24,29 +24,32 @@ REFUSED = 1e-2
 """Relative error of the receptance above which a reduction is refused."""
 
 WARNED_REDUCTION = 1e-4
-"""Relative error of the receptance above which a reduction is warned of."""
+"""Relative error of the receptance above which a reduction gives a warning."""
 
 RESONANT = 5.0
-"""Largest factor on what a mode left out adds at rest."""
+"""Largest factor on the static compliance of a mode left out."""
 
 _MODES_BEYOND = 5.0
+"""Frequency of the last mode over the highest that matters, with which the error is 1e-4 (by experience)."""
 
 CANCELLED = 0.1
-"""A receptance counts as no less than this share of what its modes come to without cancelling."""
+"""Smallest size of a receptance for relative errors, over the sum of its modes without cancellation."""
 
 UNREACHED = 1e-4
-"""The response to a load counts as no less than this share of what it could at most be: some reach nothing."""
+"""Smallest size of the response to a load, over its bound: some loads excite nothing."""
 
 _BETWEEN = 24
+"""Frequencies between two resonances of a band."""
 _SPREAD = 96
+"""Evenly spread frequencies of a band."""
 
 
 class ReceptanceSize:
-    """How large a receptance given by modes and a static residual is: what its error is relative to.
+    """Size of a receptance given by modes and a static residual, to which its error is relative.
 
     Undamped, Frobenius norm between all dofs (first column) and from each load to all dofs (the others). Between two
-    resonances a receptance can pass through zero, where nothing is small beside it: there it counts as a share of what
-    its modes come to without cancelling each other.
+    resonances a receptance can pass through zero, where no error would be small. There its size is a fraction of the
+    sum of its modes without cancellation.
 
     Parameters
     ----------
@@ -97,7 +100,7 @@ def _norm(weights: Array, gram: Array) -> Array:
 
 
 def band(omega: Array, lowest: float, highest: float) -> Array:
-    """Frequencies that show what a receptance does over a band: spread evenly, and more between its resonances."""
+    """Frequencies that resolve a receptance over a band: evenly spread, and more between its resonances."""
     even = np.linspace(lowest, highest, _SPREAD)
     inner = np.sort(omega[(omega > lowest) & (omega < highest)])
     ends = np.concatenate([[lowest], inner, [highest]])
@@ -107,7 +110,7 @@ def band(omega: Array, lowest: float, highest: float) -> Array:
 
 
 class Truncation:
-    """Estimate of what is left out, undamped; dofs are scaled by their static compliance, so that units do not matter.
+    """Estimate of the undamped error by modes left out; dofs are scaled by their static compliance.
 
     Symmetric forms, or the Hermitian ones of a phase from sector to sector.
 
@@ -125,13 +128,13 @@ class Truncation:
         Of loads: modal forces (n_loads, n_modes), exact static response and second residual (n_dofs, n_loads), the last
         one None where it is not known of all.
     kind
-        What the error is: an "estimate", with the static compliance alone a "bound", "unknown" where nothing is known
-        of what is left out; by default as the residuals are.
+        Kind of the error: an "estimate", with the static compliance alone a "bound", "unknown" without residuals; by
+        default as the residuals are.
 
     Attributes
     ----------
     last, count
-        Highest natural frequency of the modes kept, rad/s, and how many they are.
+        Highest natural frequency of the modes kept, rad/s, and their number.
     """
 
     def __init__(
@@ -172,8 +175,8 @@ class Truncation:
     ) -> Array:
         """Error of the receptance (Frobenius norm) at frequencies (rad/s), same shape: the worst of all dofs and loads.
 
-        It is relative to the receptance there, or at the frequencies ``relative_to`` (of a shape that fits), of another
-        phase to that of ``beside``: loads count where these are the same, for no load acts elsewhere.
+        It is relative to the receptance there, or at the frequencies ``relative_to`` (of a shape that fits), with
+        ``beside`` to that of another phase. Loads count only where both frequencies are equal: they act at no other.
         """
         w = np.asarray(frequency, dtype=float)
         reference = w if relative_to is None else np.asarray(relative_to, dtype=float)
@@ -196,7 +199,7 @@ class Truncation:
 
 
 def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Any]:
-    """What :class:`Truncation` takes of load shapes; second responses where all have one."""
+    """Arguments of :class:`Truncation` by load shapes; second responses where all have one."""
     arrays: dict[str, Any] = {}
     if shapes:
         arrays["participation"] = np.array([shape["participation"] for shape in shapes])
@@ -220,11 +223,11 @@ def band_error(
 
         (w/W)^4 [ |E_p(W)| + (W^2 - w^2) / (w_n^2 - w^2) sqrt(tr E(W)  E_pp(W)) ]
 
-    Beside a resonance the measured figure grows without end; (10.3) is then the better bound.
+    Near a resonance the measured bound grows without limit; (10.3) is then the better one.
 
-    ``missing`` is what the receptance lacks at the top, ``second`` the second residual, both between directions and
-    loads after them (n, n), or of a ``sample`` of directions and of loads (n, n_sample + n_loads); ``omega`` the modes
-    kept. Infinite where these end below the top.
+    ``missing`` is the error of the receptance at the top, ``second`` the second-order residual, both between directions
+    and loads after them (n, n), or of a ``sample`` of directions and of loads (n, n_sample + n_loads); ``omega`` the
+    modes kept. Infinite where these end below the top.
     """
     last = float(omega.max())
     if last <= top:
@@ -240,9 +243,9 @@ def band_error(
 
 
 def _sizes(form: AnyArray, n: int, sample: IntArray) -> tuple[Array, Array]:
-    """Norms of the block between directions and of each load's column, and what can hide behind cancelling terms.
+    """Norms of the block between directions and of each load's column, and bounds of terms that may cancel.
 
-    Nothing hides between directions, ``sqrt(tr F  F_pp)`` for a load.
+    These are 0 between directions, ``sqrt(tr F  F_pp)`` for a load.
     """
     s = len(sample)
     norms = [np.sqrt(n / s) * np.linalg.norm(form[:n, :s]), *np.linalg.norm(form[:n, s:], axis=0)]
@@ -253,9 +256,9 @@ def _sizes(form: AnyArray, n: int, sample: IntArray) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, kw_only=True)
 class WorstError:
-    """Where the receptance of a reduced structure is worst.
+    """Largest error of the receptance of a reduced structure.
 
-    ``relative`` is the error of the receptance at ``order`` times ``omega`` (rad/s), ``value`` what it does to the
+    ``relative`` is the error of the receptance at ``order`` times ``omega`` (rad/s), ``value`` its effect on the
     motion, relative to that at the harmonics that are excited; ``last_mode`` in rad/s; ``reach`` (rad/s) the highest
     frequency that matters, lower for harmonics that count less; ``kind`` as
     :attr:`slipstick.structure.modal.ModalStructure.error_kind`.
@@ -271,7 +274,7 @@ class WorstError:
 
     @property
     def refused(self) -> bool:
-        """Whether it is of no use: a bound alone, which can be far above the error, does not say so."""
+        """Whether the reduction is refused: only by an estimate, since a bound can be far above the error."""
         return self.kind == "estimate" and not self.value <= REFUSED
 
     @property
@@ -284,7 +287,7 @@ class WorstError:
         return float(max(min(_MODES_BEYOND * self.reach, closer), 1.05 * self.last_mode))
 
     def sentence(self, count: int | None = None, unit: str = "rad/s") -> str:
-        """What is wrong and what to do; ``count`` modes lie below :attr:`needed`; ``unit`` is that of frequencies."""
+        """Description and remedy; ``count`` modes lie below :attr:`needed`; ``unit`` is that of frequencies."""
         at = f"{self.order * self.omega:.5g} {unit}"
         if self.order > 1:
             at += f" (harmonic {self.order} of {self.omega:.5g} {unit}"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.state.thermal.descent import TemperatureCells, downhill, near
+from slipstick.state.thermal.equilibrium import TemperatureCells, downhill, near_start
 
 T_LOW, T_HIGH = 0.0, 10.0
 
@@ -64,10 +64,10 @@ def test_beyond_the_limits_the_parameters_stay_as_they_are():
 def test_newton_takes_near_roots_and_refuses_those_beyond_a_bend():
     balance = cubic([[2.0, 5.0, 8.0]] * 3)
     longest = np.full(3, 1.0)
-    T, good = near(balance, np.array([2.01, 5.01, 3.4]), longest, small)
+    T, good = near_start(balance, np.array([2.01, 5.01, 3.4]), longest, small)
     assert good.tolist() == [True, False, False]
     assert T[0] == pytest.approx(2.0, abs=1e-10)
-    held, good = near(balance, np.array([2.01, 5.01, 2.01]), longest, small, hold=True)
+    held, good = near_start(balance, np.array([2.01, 5.01, 2.01]), longest, small, hold=True)
     assert good.tolist() == [True, True, True]
     np.testing.assert_allclose(held, [2.0, 5.0, 2.0], atol=1e-10)
 
@@ -79,5 +79,5 @@ def test_a_cell_says_whether_its_ends_leave_room_for_more():
     stays = TemperatureCells(0 * one, one, -0.4 * one, one, one, 0.4 * one)
     crosses = TemperatureCells(0 * one, -one, 2 * one, one, one, 2 * one)
     folds = TemperatureCells(0 * one, -one, -2 * one, one, one, 2 * one)
-    assert [bool(cell.may_hide_more()[0]) for cell in (dips, stays, crosses, folds)] == [True, False, False, True]
-    assert [bool(cell.bent()[0]) for cell in (dips, stays, crosses)] == [True, True, False]
+    assert [bool(cell.may_hold_more_roots()[0]) for cell in (dips, stays, crosses, folds)] == [True, False, False, True]
+    assert [bool(cell.is_curved()[0]) for cell in (dips, stays, crosses)] == [True, True, False]

@@ -22,12 +22,12 @@ from slipstick.trig.compiled import compiled, part
 from slipstick.trig.roots import FULL, STACK
 
 ALL_DONE = -1
-"""What a run returns when every element was computed."""
+"""Return value of a run that has computed every element."""
 
 
 @part
 def workspace(grid: Grid) -> Workspace:
-    """Room for the worst case: every polynomial with all its ``2 m_n`` roots, a slip onset in every segment."""
+    """Arrays for the worst case: every polynomial with all its ``2 m_n`` roots, a slip onset in every segment."""
     padded, cells, room = grid.orders.size, grid.cos.shape[1], grid.top + 2
     many = 3 * room + 1
     return Workspace(
@@ -58,7 +58,7 @@ def run_elements(first: int, last: int, inputs: Any, tables: Any, outputs: Any, 
     The last four are plain tuples of the fields of ``Inputs``, ``Grid``, ``Outputs`` and ``States``: numba knows the
     type of a plain tuple at once, that of a named one only after microseconds.
 
-    Returns ``DONE``, or the number of an element that cannot be computed, where the run ends.
+    Returns ``ALL_DONE``, or the number of an element that cannot be computed, where the run ends.
     """
     every, grid, out, kept = ElementInputs(*inputs), Grid(*tables), ElementOutputs(*outputs), States(*states)
     k = workspace(grid)
@@ -79,5 +79,5 @@ def run_elements(first: int, last: int, inputs: Any, tables: Any, outputs: Any, 
 
 
 def most_intervals(top: int) -> int:
-    """Room for the intervals of one element."""
+    """Largest number of intervals of one element."""
     return 2 * (3 * (top + 2) + 1)

@@ -1,17 +1,17 @@
-"""The Bouc-Wen element along a periodic motion: a march over the period in steps that keep to a tolerance.
+"""The Bouc-Wen element along a periodic motion: a march over the period in steps with an error tolerance.
 
-``dz/dw = 1 - |z|^n (beta sign(w' z) + gamma)``: the law does not know how fast it is moved. Between reversals z is a
-function of the way made since, ``z = Z(w - w_r, z_r)``, so ``dz = (dz/dw) dw(tau) + E c`` with a constant c for each
-way and ``E = dZ/dz_r``: the derivatives by all coefficients take two numbers of the march.
+``dz/dw = 1 - |z|^n (beta sign(w' z) + gamma)``: the law does not depend on the velocity. Between reversals z is a
+function of the path since the last one, ``z = Z(w - w_r, z_r)``. So ``dz = (dz/dw) dw(tau) + E c`` with a constant c
+for each path and ``E = dZ/dz_r``: the derivatives by all coefficients follow from two numbers of the march.
 
-Loading goes on over the way ``(beta + gamma)^(-1/n)``, unloading over ``1 / (n (beta - gamma) |z|^(n - 1))``, and
-where n is no integer ``|z|^n`` is not smooth at ``z = 0``: three scales, of which each may be much the smallest. Small
-motions leave next to nothing of ``z - w``, which decides about the mean: it is integrated for itself.
+Loading has the scale ``(beta + gamma)^(-1/n)``, unloading ``1 / (n (beta - gamma) |z|^(n - 1))``, and where n is no
+integer ``|z|^n`` is not smooth at ``z = 0``: three scales, each of which may be by far the smallest. For small motions
+``z - w`` is small and decides the mean, so it is integrated separately.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from slipstick.contact.kernel.velocity_friction import (
     TABLE,
     TWO_PI,
     WEIGHTS,
+    Element,
+    Workspace,
     add_motion,
     breakpoints,
     motion_at,
@@ -32,18 +34,27 @@ from slipstick.typing import Array
 
 _TOLERANCE = 1e-11
 """Error of a step, relative to what it is an error of."""
+_ROUNDING = 1e-14
+"""Error of a step by rounding, relative to the slope."""
+_WILD = 1e3
+"""Stiffness lost while loading, over that at the beginning, from which the stages of a step are useless."""
+_SATURATED = 1e-14
+"""Distance of z from its largest value, relative to that, at which the remaining way is an exponential."""
+_ZERO = 1e-15
+"""z over its largest value that counts as zero in the march."""
+
+_PERIODIC = 1e-13
+"""Error of a periodic z, over the range of the motion, at which Newton's method ends."""
+_MOST, _MOST_STEPS = 100, 100_000
+"""Periods of Newton's method; steps of a way, and panels of it: beyond them the force is not a number."""
+
 _PANEL = 2.0
 """Largest way of a panel of integration over the shortest scale, and its length in radians of the highest harmonic."""
 _NEAR = 0.25
 """Part of that for a panel that begins or ends where ``|z|^n`` is not smooth, whose nodes crowd there."""
-_SATURATED, _PERIODIC = 1e-14, 1e-13
-_MOST, _MOST_STEPS = 100, 100_000
-"""Periods of Newton's method; steps of a way, and panels of it: beyond them the force is not a number."""
 _AT_CORNER = 1e-11
 """z over its largest value that counts as zero to the panels: the march is no better."""
-_ZERO, _ROUNDING = 1e-15, 1e-14
-_WILD = 1e3
-"""Stiffness lost while loading, over that at the beginning, from which a stage tells nothing of its step."""
+
 _Z, _LOG, _D, _BETA, _GAMMA, _N = range(6)
 """State of the march: z, the logarithm of E, ``z - w`` since it began, and derivatives of z by beta, gamma, n."""
 _A = np.array(
@@ -61,11 +72,24 @@ _E = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 52
 """Method of J. R. Dormand and P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19, and the error of its steps."""
 
 
+class March(NamedTuple):
+    """Arrays of the march that functions overwrite."""
+
+    K: Array
+    """Slopes at the stages of a step, (7, 6)."""
+    at: Array
+    """State at the end of a step, (6,)."""
+    error: Array
+    """Errors of a step that are allowed, (6,)."""
+    scale: Array
+    """Length of the next step, and largest z there can be, (2,)."""
+
+
 @part
 def slopes(y: Array, sigma: float, s: float, p: Array, full: bool, whole: bool, out: Array) -> None:
-    """Derivatives of the state by the way made in the direction s, z on the side sigma.
+    """Derivatives of the state by the path in the direction s, with the sign sigma of z.
 
-    ``whole``: of the derivatives by parameters over E instead, whose rates are as smooth as that of z.
+    ``whole``: for derivatives by parameters over E instead, whose rates are as smooth as that of z.
     """
     n, size = p[2], max(0.0, sigma * y[_Z])
     q = p[0] * sigma + p[1] * s
@@ -93,7 +117,7 @@ def slopes(y: Array, sigma: float, s: float, p: Array, full: bool, whole: bool, 
 
 @part
 def side_of(z: float, s: float) -> float:
-    """The side that z is on, or goes to."""
+    """Sign of z, or of its change where z is zero."""
     return 1.0 if z > 0.0 else -1.0 if z < 0.0 else s
 
 
@@ -105,7 +129,7 @@ def share_lost(z: float, s: float, p: Array) -> float:
 
 @part
 def allowed(reach: float, small: bool, p: Array, out: Array) -> None:
-    """Errors of a step that are allowed in each number of the state; ``reach`` is the largest z there can be."""
+    """Error tolerances of a step for each number of the state; ``reach`` is the largest possible z."""
     n, most = p[2], p[0] + abs(p[1])
     power = reach**n
     lost = min(1.0, most * power)
@@ -118,9 +142,9 @@ def allowed(reach: float, small: bool, p: Array, out: Array) -> None:
 
 
 @part
-def march_step(y: Array, now: float, sigma: float, s: float, p: Array, k: Any, full: bool, whole: bool) -> float:
+def march_step(y: Array, now: float, sigma: float, s: float, p: Array, march: March, full: bool, whole: bool) -> float:
     """One step from ``y``, whose slopes are the first row of K, to ``at``; its error over what is allowed."""
-    K, at, error, _ = k
+    K, at, error = march.K, march.at, march.error
     for r in range(1, 7):
         for i in range(6 if full else 3):
             total = 0.0
@@ -128,9 +152,9 @@ def march_step(y: Array, now: float, sigma: float, s: float, p: Array, k: Any, f
                 total += _A[r, c] * K[c, i]
             at[i] = y[i] + now * total
         slopes(at, sigma, s, p, full, whole, K[r])
-        if sigma == s and not -s * K[r, _D] < _WILD:  # its power, or that of the next stage, may be no number
+        if sigma == s and not -s * K[r, _D] < _WILD:  # its power, or that of the next stage, may overflow
             return np.inf
-    if not -s * K[6, _D] < (1.0 if whole else 2.0):  # far beyond what z tends to
+    if not -s * K[6, _D] < (1.0 if whole else 2.0):  # far beyond the limit of z
         return np.inf
     worst = 0.0
     for i in range(_LOG if not whole else _D, 6 if full else 3):
@@ -145,9 +169,9 @@ def march_step(y: Array, now: float, sigma: float, s: float, p: Array, k: Any, f
 
 
 @part
-def advance(y: Array, way: float, s: float, p: Array, k: Any, full: bool, stop: bool) -> float:
-    """Carry ``y`` along a way without reversal, or ``stop`` where z becomes zero; what is left of the way."""
-    K, at, _, kept = k
+def advance(y: Array, way: float, s: float, p: Array, march: March, full: bool, stop: bool) -> float:
+    """Integrate ``y`` along a path without reversal, with ``stop`` up to where z becomes zero; the rest of the path."""
+    K, at, scale = march.K, march.at, march.scale
     n, largest = p[2], (p[0] + p[1]) ** (-1.0 / p[2])
     left, fresh, made = way, True, 0
     while left > 0.0:
@@ -161,18 +185,18 @@ def advance(y: Array, way: float, s: float, p: Array, k: Any, full: bool, stop: 
             y[_GAMMA] = by_beta + kept_here * (y[_GAMMA] - by_beta)
             y[_N] = by_n + kept_here * (y[_N] - by_n)
             return 0.0
-        sigma, size, now = side_of(y[_Z], s), abs(y[_Z]), min(left, kept[0])
+        sigma, size, now = side_of(y[_Z], s), abs(y[_Z]), min(left, scale[0])
         lost = share_lost(y[_Z], s, p) if fresh else -s * K[0, _D]
         whole = lost <= 0.5
         if sigma != s:
-            if size <= _ZERO * kept[1]:
+            if size <= _ZERO * scale[1]:
                 y[_Z], fresh = 0.0, True
                 left -= min(left, size)
                 if stop:
                     return left
                 continue
             now = min(now, to_zero(size, lost))
-        elif not whole:  # longer steps swing about what z tends to, within the tolerance
+        elif not whole:  # longer steps would oscillate about the limit of z
             now = min(now, largest / n)
         if full and whole:
             for i in range(_BETA, 6):
@@ -180,13 +204,13 @@ def advance(y: Array, way: float, s: float, p: Array, k: Any, full: bool, stop: 
         if fresh:
             slopes(y, sigma, s, p, full, whole, K[0])
         longest = now
-        worst = march_step(y, now, sigma, s, p, k, full, whole)
+        worst = march_step(y, now, sigma, s, p, march, full, whole)
         while worst > 1.0 and now > 1e-12 * longest:
             now *= max(0.1, 0.9 * worst**-0.2)
-            worst = march_step(y, now, sigma, s, p, k, full, whole)
+            worst = march_step(y, now, sigma, s, p, march, full, whole)
         proposed = now * min(5.0, 0.9 * max(worst, 1e-9) ** -0.2)
-        if now < longest or proposed > kept[0]:
-            kept[0] = proposed
+        if now < longest or proposed > scale[0]:
+            scale[0] = proposed
         z = at[_Z]
         if made > _MOST_STEPS or not abs(z) <= 1e300:
             y[:] = np.nan
@@ -210,17 +234,23 @@ def advance(y: Array, way: float, s: float, p: Array, k: Any, full: bool, stop: 
 
 @part
 def to_zero(size: float, lost: float) -> float:
-    """The way on which z unloads to zero, or a little less; exact for n = 1."""
+    """Path on which z unloads to zero, or a little less; exact for n = 1."""
     return size * (np.log1p(-lost) / -lost if lost < -1e-8 else 1.0)
 
 
 @part
-def ways(X: Array, m: Array, v: float, k: Any, times: Array) -> Array:
-    """Phases at which the ways of a period begin and end: its reversals; without any, where it is cut."""
-    kinds, still = np.empty(times.size, np.int64), np.zeros(X.size)
-    e = (X, still, m, TABLE, np.zeros(2), v, 1.0, 1.0, 1.0, 1.0)
-    highest = max(1.0, m[-1]) if m.size else 1.0
-    count = breakpoints(np.zeros(1), e, int(np.ceil(TWO_PI * _CELLS * highest)), k, times, kinds)
+def moving(X: Array, m: Array, v: float) -> tuple[Element, Workspace]:
+    """The motion as an element without normal motion, and arrays for its search."""
+    e = Element(X, np.zeros(X.size), m, TABLE, np.zeros(2), v, 1.0, 1.0, 1.0, 1.0)
+    return e, Workspace(np.empty(5), np.empty(2), np.empty(5))
+
+
+@part
+def ways(e: Element, work: Workspace, times: Array) -> Array:
+    """Phases of the reversals in a period, between which paths run; without any, the phase at which it begins."""
+    kinds = np.empty(times.size, np.int64)
+    highest = max(1.0, e.m[-1]) if e.m.size else 1.0
+    count = breakpoints(np.zeros(1), e, int(np.ceil(TWO_PI * _CELLS * highest)), work, times, kinds)
     out = np.empty(max(count, 1) + 1)
     out[0] = times[0] if count else _START
     out[:count] = times[:count]
@@ -236,7 +266,7 @@ def tangent(z: float, s: float, p: Array) -> float:
 
 @part
 def moved(a: float, b: float, X: Array, m: Array, v: float) -> float:
-    """The way between two phases, exact to rounding of itself."""
+    """Path between two phases, with a small relative error."""
     middle, half, way = 0.5 * (a + b), 0.5 * (b - a), v * (b - a)
     for j in range(m.size):
         wave = X[2 * j + 2] * np.cos(m[j] * middle) - X[2 * j + 1] * np.sin(m[j] * middle)
@@ -245,8 +275,8 @@ def moved(a: float, b: float, X: Array, m: Array, v: float) -> float:
 
 
 @part
-def periodic(X: Array, m: Array, v: float, p: Array, edges: Array, k: Any, y: Array) -> tuple[float, bool]:
-    """z at the cut, and whether the motion is small; Newton's method on the map of a period, between bounds."""
+def periodic(X: Array, m: Array, v: float, p: Array, edges: Array, march: March, y: Array) -> tuple[float, bool]:
+    """z at the start of the period, and whether the motion is small; Newton on the period map, between bounds."""
     largest = (p[0] + p[1]) ** (-1.0 / p[2])
     count = edges.size - 1
     lengths, at, low, high = np.empty(count), 0.0, 0.0, 0.0
@@ -261,15 +291,15 @@ def periodic(X: Array, m: Array, v: float, p: Array, edges: Array, k: Any, y: Ar
     if v != 0.0 and count == 1:
         z = largest if lengths[0] > 0.0 else -largest
     z, below, above = min(most, max(-most, z)), -most, most
-    _, _, error, kept = k
-    allowed(reach, small, p, error)
-    kept[0], kept[1] = reach, reach
+    scale = march.scale
+    allowed(reach, small, p, march.error)
+    scale[0], scale[1] = reach, reach
     for _ in range(_MOST):
         y[:] = 0.0
         y[_Z] = z
         for i in range(count):
             s = 1.0 if lengths[i] > 0.0 else -1.0
-            advance(y, abs(lengths[i]), s, p, k, False, False)
+            advance(y, abs(lengths[i]), s, p, march, False, False)
         change, gap = y[_D] + TWO_PI * v if small else y[_Z] - z, -np.expm1(y[_LOG])
         if change == 0.0 or gap <= 0.0:
             break
@@ -289,7 +319,7 @@ def periodic(X: Array, m: Array, v: float, p: Array, edges: Array, k: Any, y: Ar
 
 @part
 def phase_of(way: float, t: float, h: float, X: Array, m: Array, v: float) -> float:
-    """How far after t a way is made that is made within h."""
+    """Phase after t at which a path is completed, at most h."""
     first, last, before, after = 0.0, h, -way, abs(moved(t, t + h, X, m, v)) - way
     for i in range(80):
         at = last - after * (last - first) / (after - before)
@@ -307,11 +337,11 @@ def phase_of(way: float, t: float, h: float, X: Array, m: Array, v: float) -> fl
 
 @part
 def over_shortest(z: float, unloads: bool, way: float, s: float, p: Array) -> float:
-    """A way over the shortest scale of z on it and as far again."""
+    """Length of a path over the shortest scale of z along twice that path."""
     size, n = abs(z), p[2]
     if unloads:
         gained = (p[0] - p[1]) * size**n
-        # |z|^n of a large n is no polynomial to the rule, however little there is of it
+        # for large n the rule does not resolve |z|^n, however small it is
         return way * n / size * (max(1.0, gained) if n > 4.0 and gained > 1e-9 else gained)
     largest = (p[0] + p[1]) ** (-1.0 / n)
     if abs(s * largest - z) <= _SATURATED * largest:
@@ -325,12 +355,13 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
     nodes, weights = rule
     L = 2 * m.size + 1
     G = L + 4
-    now, times = np.empty(5), np.empty(64 * (int(max(1.0, m[-1]) if m.size else 1) + 1))
-    k = (np.empty((7, 6)), np.empty(6), np.empty(6), np.empty(2))
+    times = np.empty(64 * (int(max(1.0, m[-1]) if m.size else 1) + 1))
+    march = March(np.empty((7, 6)), np.empty(6), np.empty(6), np.empty(2))
     y, trial, work = np.zeros(6), np.zeros(6), 0.0
-    edges = ways(X, m, v, (now, np.empty(2), np.empty(5)), times)
-    z, small = periodic(X, m, v, p, edges, k, trial)
-    reach, returned = k[3][1], np.zeros(L)
+    element, space = moving(X, m, v)
+    edges = ways(element, space, times)
+    z, small = periodic(X, m, v, p, edges, march, trial)
+    reach, returned = march.scale[1], np.zeros(L)
     c, wave = np.zeros(G), np.empty(L)
     f[:], by[:] = 0.0, 0.0
     so_far, lost = 0.0, 0.0
@@ -341,7 +372,7 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
         a, b = edges[i], edges[i + 1]
         s = 1.0 if moved(a, b, X, m, v) > 0.0 else -1.0
         y[_LOG], y[_BETA], y[_GAMMA], y[_N] = 0.0, 0.0, 0.0, 0.0
-        # c = dz - (dz/dw) dw where the way begins: the tangent jumps there
+        # c = dz - (dz/dw) dw where the path begins: the tangent jumps there
         jump = share_lost(y[_Z], s, p) - lost
         wave[:] = 0.0
         add_motion(jump, a, m, wave)
@@ -372,7 +403,7 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
             h = b - t if b - t - h < 1e-13 else h
             if unloads and to_corner <= way:  # a panel ends at the corner of the law
                 trial[:] = y
-                rest = advance(trial, way, s, p, k, False, True)
+                rest = advance(trial, way, s, p, march, False, True)
                 if rest > 0.0:
                     h = max(phase_of(way - rest, t, h, X, m, v), 1e-14)
             last = t
@@ -388,15 +419,15 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
                         share *= 3.0 * (1.0 - x) * (1.0 - x)
                         x = 1.0 - (1.0 - x) * (1.0 - x) * (1.0 - x)
                     tau = t + h * x
-                advance(y, abs(moved(last, tau, X, m, v)), s, p, k, True, False)
+                advance(y, abs(moved(last, tau, X, m, v)), s, p, march, True, False)
                 last = tau
                 if r == nodes.size:
                     break
-                motion_at(tau, X, X, m, v, now)
+                motion_at(tau, element, space.motion)
                 g, kept_here = tangent(y[_Z], s, p), np.exp(y[_LOG])
                 wave[:] = 0.0
                 add_motion(1.0, tau, m, wave)
-                work += 0.5 * share * (y[_D] if small and v == 0.0 else y[_Z]) * now[_W1]
+                work += 0.5 * share * (y[_D] if small and v == 0.0 else y[_Z]) * space.motion[_W1]
                 for j in range(L):
                     part = share * wave[j] * (0.5 if j == 0 else 1.0)
                     f[j] += part * y[_Z]
@@ -411,12 +442,12 @@ def evaluate(X: Array, m: Array, v: float, p: Array, f: Array, by: Array, rule: 
         c *= np.exp(y[_LOG])
         c[L + 1 :] += y[_BETA:]
         so_far += y[_LOG]
-    # a change of z at the cut, beside that of the motion, comes back with its own
+    # a change of z at the start returns with its own
     wave[:] = 0.0
     add_motion(lost, edges[-1], m, wave)
     c[:L] -= wave
     c[L] += TWO_PI - lost * edges[-1]
-    if so_far >= 0.0:  # any mean repeats: the motion is put in the middle
+    if so_far >= 0.0:  # any mean is periodic: the motion is centred
         c[:] = 0.0
         at_cut, low, high = 0.0, 0.0, 0.0
         first, other = edges[0], edges[0]
@@ -447,11 +478,12 @@ def run(X: Array, m: Array, v: Array, p: Array, rule: Any, f: Array, by: Array, 
 def path(X: Array, m: Array, v: Array, p: Array, tau: Array, out: Array) -> None:
     """z of n elements at phases that increase from ``_START`` on within a period."""
     for i in range(len(X)):
-        now, times = np.empty(5), np.empty(64 * (int(max(1.0, m[-1]) if m.size else 1) + 1))
-        k = (np.empty((7, 6)), np.empty(6), np.empty(6), np.empty(2))
+        times = np.empty(64 * (int(max(1.0, m[-1]) if m.size else 1) + 1))
+        march = March(np.empty((7, 6)), np.empty(6), np.empty(6), np.empty(2))
         y = np.zeros(6)
-        edges = ways(X[i], m, v[i], (now, np.empty(2), np.empty(5)), times)
-        z, _ = periodic(X[i], m, v[i], p[i], edges, k, y)
+        element, space = moving(X[i], m, v[i])
+        edges = ways(element, space, times)
+        z, _ = periodic(X[i], m, v[i], p[i], edges, march, y)
         y[:] = 0.0
         y[_Z] = z
         t, at = edges[0], np.searchsorted(tau, edges[0])
@@ -463,7 +495,7 @@ def path(X: Array, m: Array, v: Array, p: Array, tau: Array, out: Array) -> None
                 take = done < tau.size and (phase <= edges[e] or e == edges.size - 1)
                 end = phase if take else edges[e]
                 way = moved(t, end, X[i], m, v[i])
-                advance(y, abs(way), 1.0 if way > 0.0 else -1.0, p[i], k, False, False)
+                advance(y, abs(way), 1.0 if way > 0.0 else -1.0, p[i], march, False, False)
                 t = end
                 if not take:
                     break

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 
 COMPILE_TIME = "10 to 30 s"
-"""What to expect of the first evaluation: 14 s of processor time were measured, more of the clock on a busy one."""
+"""Time of the first evaluation: 14 s of processor time were measured, more elapsed time on a busy machine."""
 INTERPRETED = "NUMBA_DISABLE_JIT"
 """Environment variable of numba's that leaves its functions plain Python: an element takes 2 ms instead of 10 us."""
 
@@ -19,14 +19,14 @@ def is_interpreted() -> bool:
 
 
 def is_compiled() -> bool:
-    """Whether the compiled kernel lies in the cache, so that the first evaluation starts at once."""
+    """Whether the compiled kernel is in the cache, so that the first evaluation starts at once."""
     from slipstick.trig.compiled import cache_folder
 
     return any(cache_folder().glob("run_elements-slipstick.contact.kernel.batch-*.nbc"))
 
 
 def compile_kernel() -> float:
-    """Compile the kernel and what measures its motion, or load them from the cache; returns the seconds it took."""
+    """Compile the kernel and the search for extreme motions, or load them from the cache; returns the seconds taken."""
     from slipstick.contact.forces import element_forces
     from slipstick.trig.extremes import largest_deviations
     from slipstick.trig.harmonics import Harmonics

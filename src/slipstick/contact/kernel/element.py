@@ -136,7 +136,7 @@ def integral(i: int, grid: Grid, sums: Sums, W: Array) -> None:
 
 @inlined
 def finite(inputs: ElementInputs) -> bool:
-    """Whether all that is given is a number: zero times it is zero."""
+    """Whether all inputs are finite: zero times each is zero."""
     total = 0.0
     for i in range(inputs.X.size):
         total += 0.0 * inputs.X[i] + 0.0 * inputs.Y[i]
@@ -148,7 +148,7 @@ def finite(inputs: ElementInputs) -> bool:
 @inlined
 def evaluate(inputs: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs) -> int:
     """Forces, tangents and sensitivities of one element; returns the number of its intervals, or ``FULL`` where they
-    cannot be found. What is given as nan or infinite has nan for an answer, and no intervals.
+    cannot be found. Inputs that are nan or infinite give nan, and no intervals.
     """
     if not finite(inputs):
         out.vectors[:], out.matrices[:], out.scalars[:] = np.nan, np.nan, np.nan

@@ -23,7 +23,7 @@ from slipstick.trig.compiled import compiled, inlined
 
 @inlined
 def send_round(f: float, side: int, count: int, kt: float, segments: Segments) -> tuple[float, int, int]:
-    """Send a start value at a bound once round the period: the end value, where and at which bound it clamped last."""
+    """Apply the period map to a start value at a bound: the end value, where and at which bound it was clamped last."""
     dw, b, contact = segments.dw, segments.b, segments.contact
     where = 0
     for i in range(count):
@@ -127,7 +127,7 @@ def march(
             total = push(total, left, right, STICK, previous, f, out)
             side = 1 if new == bound else (-1 if new == -bound else 2)
             f = new
-            if right > left:  # critical times that coincide leave nothing that a stick could begin from
+            if right > left:  # critical times coincide: no stick begins there
                 previous = STICK
             continue
         x = w[i] - e.v * (left - time[0])

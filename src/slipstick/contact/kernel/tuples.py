@@ -1,4 +1,4 @@
-"""What the compiled functions of the contact element hand each other: named tuples of arrays, and codes."""
+"""Named tuples of arrays, and codes, between the compiled functions of the contact element."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class ElementMotion(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Room to find critical times."""
+    """Arrays for the search of critical times."""
 
     g: Array
     """``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'`` at the cell middles (9, cells)."""
@@ -95,7 +95,7 @@ class Search(NamedTuple):
 
 
 class Segments(NamedTuple):
-    """Critical times, and what holds from each to the next."""
+    """Critical times, and the state of the motion from each to the next."""
 
     time: Array
     kind: IntArray
@@ -131,11 +131,11 @@ class Sums(NamedTuple):
     """``C_k, S_k`` of each (6, top)."""
     lengths: Array
     ends: IntArray
-    """Number of interval ends of each: without any the state lasts all period, or never is."""
+    """Number of interval ends of each: without any the state lasts all period, or never occurs."""
 
 
 class Workspace(NamedTuple):
-    """Room for the worst case of one element; one for each thread."""
+    """Arrays for the worst case of one element; one for each thread."""
 
     parts: Array
     """Cosines and sines of the motion, padded (4, n4)."""
@@ -151,7 +151,7 @@ class Workspace(NamedTuple):
 
 
 class Stick(NamedTuple):
-    """How a stick interval ``c h`` moves with its start ``a``."""
+    """Coefficients of a stick interval ``c h`` and its derivatives by its start ``a``."""
 
     c: float
     """``f_x(a) - kt x(a)``."""

@@ -1,33 +1,51 @@
-"""Contact temperature at which friction heats and the body cools alike [THEORY.md (8.1), (8.2)].
+"""Thermal equilibrium of contacts: friction heats them as much as the body cools them [THEORY.md (8.1), (8.2)].
 
 ``T = T_0 + R Edot(b(T))``: the contact parameters b follow the temperature, the power Edot follows the parameters. The
-solution taken is the one that the body itself would reach when it is let go at the start temperature, following
-``dT/dt ~ T_0 + R Edot - T``: from cold where no start is given, near the neighbouring solution where one is.
+solution is the one that the body itself would reach from the start temperature, along ``dT/dt ~ T_0 + R Edot - T``:
+from cold where no start is given, else from the neighbouring solution.
+
+Elements that do not heat each other are solved one by one. Newton's method comes first, where its root is close to the
+start. Else cells are marched along ``dT/dt = -G``, ``G = T - T_0 - R Edot``: they end at the rows of the tables and are
+halved until the values and slopes at their ends leave no room for an equilibrium in between.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
-from slipstick.state.thermal.descent import LONGEST_CELL, downhill, near
 from slipstick.typing import Array, BoolArray
 
 PowerFunction = Callable[[Array], tuple[Array, Array]]
 """Temperatures (n,) to powers (n,) and their derivatives by the own temperature (n,)."""
+
+HeatBalance = Callable[[Array], tuple[Array, Array]]
+"""Temperatures (n,) to ``G`` (n,) and its derivative by the own temperature (n,)."""
+
+FIRST_CELL = 1 / 384
+LONGEST_CELL = 1 / 24
+SHORTEST_CELL = 1e-9
+"""Lengths of cells over the range of the table."""
+_MOST_CELLS = 600
+"""Cells of a march, halved ones included, before it ends without a root."""
+_SLOPE_CHANGE = 0.5
+"""Relative change of the slope up to which a Newton step or a cell is reliable."""
+_MOST_NEWTON_STEPS, _MOST_BRACKET_STEPS = 30, 200
+"""Steps of Newton's method near a start, and inside brackets."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Equilibrium:
     """Temperatures in equilibrium with the friction power they bring about, n elements.
 
-    ``jumped`` says that the equilibrium near the start temperature had vanished and another one was taken. Beyond the
-    tables the parameters are held at the last row, so that a solver can pass through; such a temperature is no result:
-    ``outside`` marks it and ``problem`` says so.
+    ``jumped``: the equilibrium near the start temperature has vanished, and this is another one. Beyond the tables the
+    parameters are those of the last row, so that a solver can pass through. Such a temperature is no result:
+    ``outside`` marks it and ``problem`` reports it.
     """
 
     temperature: Array
@@ -52,7 +70,7 @@ class Equilibrium:
         return is_stable(self.resistance, self.dpower_dT)
 
     def problem(self, names: Sequence[str] | None = None) -> str | None:
-        """What is wrong with this equilibrium, one sentence, or None; ``names`` are those of the contacts."""
+        """One sentence where this equilibrium is no result, else None; ``names`` are those of the contacts."""
         if not self.converged:
             return "no thermal equilibrium was found: lower the power or the thermal resistance, or smooth the tables"
         if not np.any(self.outside):
@@ -121,9 +139,8 @@ def settled(
 ) -> Equilibrium:
     """``equilibrium`` for arguments that have been ``checked``.
 
-    ``knots`` (k, n) are the rows of the tables, nan for none: no cell of the way to an equilibrium holds one. With
-    ``hold`` an equilibrium next to the start is kept even where it is unstable at fixed motion: a structure that
-    answers to the temperature can keep it stable.
+    ``knots`` (k, n) are the rows of the tables, nan for none, at which cells end. With ``hold`` an equilibrium close to
+    the start counts even where it is unstable at fixed motion: the response of the structure can stabilise it.
     """
     T = np.array(T0 if start is None else start, dtype=float)
     clipped = _Clipped(evaluate, limits)
@@ -148,7 +165,7 @@ def settled(
 
 
 def dissipated(evaluate: PowerFunction) -> PowerFunction:
-    """The same power without what rounding takes below zero: friction only dissipates."""
+    """The power, at least zero: friction dissipates, and only rounding makes it negative."""
 
     def at(T: Array) -> tuple[Array, Array]:
         power, slope = evaluate(T)
@@ -158,7 +175,7 @@ def dissipated(evaluate: PowerFunction) -> PowerFunction:
 
 
 def onto(T: Array, T0: Array, limits: tuple[Array, Array]) -> Array:
-    """Temperatures beyond a limit by rounding alone, put onto it."""
+    """Temperatures, those beyond a limit by rounding alone moved to the limit."""
     inside, span = np.clip(T, *limits), limits[1] - limits[0]
     rounding = 1e-11 * np.maximum(np.maximum(np.abs(T), np.abs(T - T0)), np.where(np.isfinite(span), span, 0.0))
     return np.asarray(np.where(np.abs(T - inside) <= rounding, inside, T))
@@ -233,7 +250,7 @@ class _Clipped:
         return power, np.where(inside == T, slope, 0.0)
 
     def size(self, T: Array, T0: Array) -> Array:
-        """What a tolerance of the temperatures is relative to; not nothing where the background is 0."""
+        """Size that a tolerance of the temperatures is relative to, (n,); above zero where the background is 0."""
         span = self.limits[1] - self.limits[0]
         return np.asarray(np.maximum.reduce([np.abs(T), np.abs(T - T0), np.where(np.isfinite(span), 1e-3 * span, 0.0)]))
 
@@ -248,7 +265,7 @@ class _Clipped:
 def _element_wise(
     power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, knots: Array, *, hold: bool
 ) -> tuple[Array, bool, bool]:
-    """Newton next to the start, else the first equilibrium downhill; whether all were found, and any beyond a fold."""
+    """Newton close to the start, else the first equilibrium downhill; whether all were found, and any beyond a fold."""
 
     def balance(T: Array) -> tuple[Array, Array]:
         power, slope = power_of(T)
@@ -257,7 +274,7 @@ def _element_wise(
     def small(T: Array) -> Array:
         return tolerance * power_of.size(T, T0) + np.finfo(float).tiny
 
-    roots, good = near(balance, T, power_of.longest_step, small, hold=hold)
+    roots, good = near_start(balance, T, power_of.longest_step, small, hold=hold)
     if good.all():
         return roots, True, False
     walked, ended, passed = downhill(balance, np.where(good, roots, T), power_of.limits, knots, small)
@@ -267,7 +284,7 @@ def _element_wise(
 def _coupled(
     power_of: _Clipped, T0: Array, R: Array, T: Array, cold: bool, tolerance: float, *, hold: bool
 ) -> tuple[Array, bool, bool]:
-    """Damped Newton near the start; where that fails, and from cold, the body's own way in implicit steps."""
+    """Damped Newton near the start; where that fails, and from cold, implicit steps in time."""
     if not cold:
         close = _damped_newton(power_of, T0, R, T, tolerance, hold=hold)
         if close is not None:
@@ -276,9 +293,9 @@ def _coupled(
 
 
 def _damped_newton(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, *, hold: bool) -> Array | None:
-    """Newton with halved steps for all elements together; None where no equilibrium next to the start is reached.
+    """Newton with halved steps for all elements together; None where no equilibrium close to the start is reached.
 
-    Next to it: every step is at most twice the simplified one after it (P. Deuflhard's natural monotonicity).
+    Each step has to pass P. Deuflhard's natural monotonicity test: the simplified step after it is shorter.
     """
     power, slope = power_of(T)
     G, J = T - T0 - R @ power, np.eye(T.size) - R * slope
@@ -344,3 +361,125 @@ def _solve(matrix: Array, right: Array) -> Array | None:
     except np.linalg.LinAlgError:
         return None
     return solution if np.all(np.isfinite(solution)) else None
+
+
+class TemperatureCells(NamedTuple):
+    """Ends of cells, one for each element: temperature, G and its slope, left (behind) and right (ahead)."""
+
+    a: Array
+    Ga: Array
+    da: Array
+    b: Array
+    Gb: Array
+    db: Array
+
+    def may_hold_more_roots(self) -> BoolArray:
+        """Whether the slopes at the ends allow more roots than the signs there show, (n,)."""
+        rise = (self.Gb - self.Ga) * np.sign(self.b - self.a)
+        crossing = self.Ga * self.Gb < 0
+        against = (self.da * rise < 0) | (self.db * rise < 0)
+        sign = np.where(self.Ga + self.Gb > 0, 1.0, -1.0) * np.sign(self.b - self.a)
+        dips = (sign * self.da < 0) & (sign * self.db > 0)
+        bend = np.where(dips, self.da - self.db, 1.0)
+        turning = (self.Gb - self.Ga + self.da * self.a - self.db * self.b) / bend  # where the end tangents meet
+        reached = np.sign(self.Ga + self.Gb) * (self.Ga + self.da * (turning - self.a)) <= 0
+        return np.where(crossing, against, dips & reached)
+
+    def is_curved(self) -> BoolArray:
+        """Whether the slope changes too much within a cell for a judgement from its ends, (n,)."""
+        return np.asarray(
+            np.abs(self.db - self.da) > _SLOPE_CHANGE * np.maximum(1.0, np.minimum(abs(self.da), abs(self.db)))
+        )
+
+
+def near_start(
+    balance: HeatBalance, T: Array, longest: Array, small: Callable[[Array], Array], *, hold: bool = False
+) -> tuple[Array, BoolArray]:
+    """Newton from a start (n,), and which elements found a root close to it: the slope hardly changes on the way.
+
+    An unstable root, which an element at fixed motion would leave, counts only with ``hold``.
+    """
+    G, dG = balance(T)
+    good = dG != 0 if hold else dG > 0
+    for _ in range(_MOST_NEWTON_STEPS):
+        step = np.where(good, -G / np.where(dG != 0, dG, 1.0), 0.0)
+        limit = small(T)
+        size = np.abs(step)
+        moving = good & (size > limit)
+        if not moving.any():
+            return T, good
+        T = np.where(moving, T + step, T)
+        new_G, new_dG = balance(T)
+        steady = (np.abs(new_dG - dG) <= _SLOPE_CHANGE * np.abs(dG)) & (np.abs(new_G) <= 0.5 * np.abs(G))
+        steady |= size <= 1e3 * limit  # rounding alone keeps the last values from falling
+        good &= ~moving | (steady & (size <= longest))
+        G, dG = new_G, new_dG
+    return T, np.zeros_like(good)
+
+
+def downhill(
+    balance: HeatBalance, T: Array, limits: tuple[Array, Array], knots: Array, small: Callable[[Array], Array]
+) -> tuple[Array, BoolArray, BoolArray]:
+    """First root in the direction of ``-G``, (n,), which were found, and which passed an unstable place on their way.
+
+    Beyond the limits G has the slope 1. ``knots`` (k, n) are ends of cells of each element, nan for none.
+    """
+    low, high = limits
+    G, dG = balance(T)
+    known = np.isfinite(high - low)
+    span = np.where(known, high - low, np.maximum(np.abs(T), np.abs(G)))
+    way, h, longest = -np.sign(G), FIRST_CELL * span, np.where(known, LONGEST_CELL * span, np.inf)
+    reached, passed, bracket = G == 0, np.zeros(T.size, dtype=bool), np.zeros(T.size, dtype=bool)
+    a, Ga, da, b, Gb = T.copy(), G.copy(), dG.copy(), T.copy(), G.copy()
+    passed |= ~reached & (dG <= 0)
+    for _ in range(_MOST_CELLS):
+        marching = ~reached & ~bracket
+        if not marching.any():
+            break
+        leaving = marching & np.where(way > 0, a >= high, a <= low)
+        a[leaving] -= Ga[leaving]  # held parameters: T = T_0 + R Edot
+        reached |= leaving
+        marching &= ~leaving
+        ahead = np.where(marching, _next_end(a, way, h, limits, knots), a)
+        G, dG = balance(ahead)
+        cell = TemperatureCells(a, Ga, da, ahead, G, dG)
+        finer = marching & (np.abs(ahead - a) > SHORTEST_CELL * span) & (cell.may_hold_more_roots() | cell.is_curved())
+        h = np.where(finer, 0.5 * np.abs(ahead - a), h)
+        crossed = marching & ~finer & (Ga * G <= 0)
+        bracket |= crossed
+        b, Gb = np.where(crossed, ahead, b), np.where(crossed, G, Gb)
+        walked = marching & ~finer & ~crossed
+        a, Ga, da = np.where(walked, ahead, a), np.where(walked, G, Ga), np.where(walked, dG, da)
+        passed |= walked & (dG <= 0)
+        h = np.where(walked, np.minimum(2.0 * h, longest), h)
+    T, closed = bracketed(balance, a, Ga, np.where(bracket, b, a), small)
+    return T, reached | (bracket & closed), passed
+
+
+def _next_end(a: Array, way: Array, h: Array, limits: tuple[Array, Array], knots: Array) -> Array:
+    """End of the next cell: ``h`` ahead, or at a knot before that."""
+    ahead = np.clip(a + way * h, *limits)
+    beyond = (knots - a) * way
+    distance = np.where(beyond > 0, beyond, np.inf).min(axis=0, initial=np.inf)
+    cut = distance < np.abs(ahead - a)
+    return np.asarray(np.where(cut, a + way * np.where(cut, distance, 0.0), ahead))
+
+
+def bracketed(
+    balance: HeatBalance, a: Array, Ga: Array, b: Array, small: Callable[[Array], Array]
+) -> tuple[Array, BoolArray]:
+    """Newton inside brackets whose ends have different signs; a bracket without width stays as it is."""
+    T, last = np.where(a == b, a, 0.5 * (a + b)), np.full_like(a, np.inf)
+    done = a == b
+    for _ in range(_MOST_BRACKET_STEPS):
+        if done.all():
+            break
+        G, dG = balance(T)
+        same = (G < 0) == (Ga < 0)
+        a, b = np.where(same & ~done, T, a), np.where(same | done, b, T)
+        step = np.divide(-G, dG, out=np.full_like(G, np.inf), where=dG != 0)
+        done |= (G == 0) | (np.abs(b - a) <= small(T)) | (np.abs(step) <= small(T))
+        fits = (T + step > np.minimum(a, b)) & (T + step < np.maximum(a, b)) & (np.abs(G) <= 0.5 * last)
+        T = np.where(done, T, np.where(fits, T + step, 0.5 * (a + b)))
+        last = np.abs(G)
+    return T, done

@@ -1,4 +1,4 @@
-"""Contacts heated by their own friction: what a problem holds, and forces at the temperature they bring about."""
+"""Contacts heated by their own friction: the model of a problem, and forces at the equilibrium temperature."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TEMPERATURE = StateVariable("temperature", "temperature", "contact temperature")
 
 @dataclass(frozen=True, kw_only=True)
 class ThermalModel(StateModel):
-    """How the contacts of a problem heat up and what that does to them.
+    """Heating of the contacts of a problem by friction, and their parameters over temperature.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class ThermalModel(StateModel):
         return tuple(dict.fromkeys(name for curve in curves for name in curve.names))
 
     def of(self, laws: Sequence[Law], names: Sequence[Sequence[str]]) -> list[HeatedContacts]:
-        """The contacts of dry friction; without any, those of the first law that follows some curve."""
+        """The contacts of dry friction; without any, those of the first law with a parameter of some curve."""
         curves = set(self.parameters)
         follow = [k for k, law in enumerate(laws) if curves & set(law.values)]
         follow = [k for k in follow if laws[k].coulomb] or follow[:1] or [0]  # others may call a parameter the same
@@ -98,7 +98,7 @@ class ThermalModel(StateModel):
         return [replace(self._only(names[k], order, matrix).elements(names[k]), batch=k) for k in follow]
 
     def _only(self, names: Sequence[str], order: list[str], matrix: Array) -> ThermalModel:
-        """What it says of these contacts; ``order`` is that of the influence matrix, if it is one."""
+        """The model of these contacts alone; ``order`` is that of the influence matrix, where there is one."""
         tables = {key: getattr(self, key) for key in ("curve", "background", "resistance")}
         kept: dict[str, Any] = {
             key: {name: of for name, of in value.items() if name in names} if isinstance(value, Mapping) else value
@@ -209,23 +209,23 @@ def _curve(name: Name, value: Any, expected: str = "ss.FrictionCurve(...)") -> F
 
 @dataclass(frozen=True, kw_only=True)
 class Heat(Carried):
-    """Temperatures at which friction heats and the body cools alike, and the forces there."""
+    """Temperatures in thermal equilibrium, and the forces there."""
 
     equilibrium: Equilibrium
 
     @property
     def power_by_value(self) -> Array:
-        """``dEdot/dT`` (n,), zero where the parameters are held."""
+        """``dEdot/dT`` (n,), zero where the parameters are constant."""
         return self.equilibrium.dpower_dT
 
     @property
     def lost(self) -> bool:
-        """Whether there is no equilibrium near the temperatures handed on."""
+        """Whether there is no equilibrium near the temperatures of the neighbouring solution."""
         equilibrium = self.equilibrium
         return equilibrium.jumped or (equilibrium.near and not equilibrium.converged)
 
     def fault(self) -> str | None:
-        """What is wrong with the equilibrium."""
+        """One sentence where the equilibrium is no result."""
         return self.equilibrium.problem(self.state.names)
 
 
@@ -233,8 +233,8 @@ class Heat(Carried):
 class HeatedContacts(ContactState):
     """A thermal model bound to n contact elements: validated arrays; ``curves`` with the elements each is for.
 
-    ``nominal`` holds mu, kt, kn (n,) of the curves at the background temperature, nan where no curve gives them: the
-    contacts' own stand for these, and scale the curves.
+    ``nominal`` holds mu, kt, kn (n,) of the curves at the background temperature, nan where no curve gives them. The
+    parameters of the contacts are values at the background and scale the curves.
     """
 
     variable = TEMPERATURE
@@ -267,7 +267,7 @@ class HeatedContacts(ContactState):
         return self.background
 
     def parameters(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
-        """mu, kt, kn at the temperatures: the curves times what the cold values are of them."""
+        """mu, kt, kn at the temperatures: the curves, scaled to the cold values."""
         sampled = {name: Sampled(np.array(given[name], dtype=float), np.zeros(z.size)) for name in self.nominal}
         for curve, rows in self.curves:
             for name, values in curve.within(z[rows]).items():
@@ -280,7 +280,7 @@ class HeatedContacts(ContactState):
         return sampled
 
     def _scale(self, name: str, given: Array) -> Array | None:
-        """What a cold value is of that of the curve, (n,); None where they are the same."""
+        """Cold value over that of the curve, (n,); None where they are equal."""
         cold = self.nominal[name]  # where no curve gives it, nan: the cold value stays
         if np.array_equal(given, cold):
             return None
@@ -304,7 +304,7 @@ class HeatedContacts(ContactState):
         return Rate(self.background + (R * heat if R.ndim == 1 else R @ heat) - z, -np.ones(z.size), R)
 
     def at_start(self) -> Mapping[str, Array]:
-        """What the curves say at the background."""
+        """Parameters of the curves at the background."""
         return self.nominal
 
     def follows(self, name: str, rows: Sequence[int]) -> bool:
@@ -312,7 +312,7 @@ class HeatedContacts(ContactState):
         return name in self.nominal and bool(np.any(np.isfinite(self.nominal[name][list(rows)])))
 
     def parameter_fault(self, name: str, quantity: str, rows: Sequence[int]) -> Fault | None:
-        """A parameter with a curve."""
+        """Fault of a parameter that a curve gives."""
         if not self.follows(quantity, rows):
             return None
         return Fault(
@@ -320,7 +320,7 @@ class HeatedContacts(ContactState):
         )
 
     def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
-        """A stiffness along the normal that follows the temperature where nothing moves along it."""
+        """Contacts whose normal stiffness has a curve while nothing moves along their normal."""
         normal = {law.ports[i] for i, name in law.stiffness_names.items() if name == "kn"}
         for e, (name, present) in enumerate(zip(self.names, ports, strict=True)):
             if self.follows("kn", [e]) and any(p not in present for p in normal & set(law.optional_ports)):
@@ -331,7 +331,7 @@ class HeatedContacts(ContactState):
                 )
 
     def warnings(self) -> Iterator[str]:
-        """Heat that nothing depends on."""
+        """Temperatures without effect."""
         if not self.nominal:
             yield (
                 "contact temperatures have no effect: neither mu nor kt nor kn is a table over temperature; the "
@@ -339,7 +339,7 @@ class HeatedContacts(ContactState):
             )
 
     def time_fault(self, held: Container[str]) -> Fault | None:
-        """Heat is not integrated in time; hot parameters may be held."""
+        """Fault of time integration, unless hot parameters are held."""
         if "mu" in held:
             return None
         return Fault(
@@ -349,15 +349,15 @@ class HeatedContacts(ContactState):
         )
 
     def self_excited_fault(self) -> Fault:
-        """It is not known."""
+        """Fault of self-excited vibration of heated contacts."""
         return Fault("thermal", "self-excited vibration of heated contacts is not known", remedy="leave it out")
 
     def settled(self, law: Law, motion: Motion, given: Mapping[str, Array], near: Array | None) -> Heat:
-        """Forces at the temperatures that balance their own power.
+        """Forces at temperatures in equilibrium with the power of friction.
 
-        ``given`` holds the parameters (n,) without heat. Next to ``near`` (n,), the neighbouring solution, also
-        an equilibrium counts that is unstable while the motion is held; from cold without it. A temperature outside the
-        tables does not raise: see ``Equilibrium.problem``.
+        ``given`` holds the parameters (n,) at the background. From ``near`` (n,), the neighbouring solution, an
+        equilibrium counts even where it is unstable at fixed motion; without it the start is cold. A temperature
+        outside the tables does not raise: see ``Equilibrium.problem``.
         """
         element = _Element(self, law, motion, given)
         equilibrium = settled(element, self.background, self.resistance, self.limits, near, knots=self.knots, hold=True)
@@ -384,7 +384,7 @@ class HeatedContacts(ContactState):
 
 
 class _Element:
-    """Power of temperature at one motion, remembering the forces of the last temperatures."""
+    """Power as a function of temperature at one motion; keeps the forces of the last temperatures."""
 
     def __init__(self, heated: HeatedContacts, law: Law, motion: Motion, cold: Mapping[str, Array]) -> None:
         self.heated, self.law, self.motion, self.cold = heated, law, motion, cold

@@ -1,4 +1,4 @@
-"""All thermal equilibria in a range of temperatures, for contacts whose friction falls steeply with heat."""
+"""All thermal equilibria in a range of temperatures, for contacts whose friction falls steeply as they heat up."""
 
 from __future__ import annotations
 
@@ -9,8 +9,17 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.state.thermal.descent import SHORTEST_CELL, TemperatureCells, bracketed
-from slipstick.state.thermal.equilibrium import PowerFunction, checked, dissipated, equilibrium, is_stable, onto
+from slipstick.state.thermal.equilibrium import (
+    SHORTEST_CELL,
+    PowerFunction,
+    TemperatureCells,
+    bracketed,
+    checked,
+    dissipated,
+    equilibrium,
+    is_stable,
+    onto,
+)
 from slipstick.typing import Array, BoolArray
 
 Scalar = Callable[[float], tuple[float, float]]
@@ -40,8 +49,8 @@ def element_equilibria(
 ) -> list[ElementEquilibria]:
     """All equilibria of each element that does not heat the others, within the limits.
 
-    The range is cut at ``knots`` (the rows of the tables) and into ``divisions``; a cell is cut again until the values
-    and slopes at its ends leave room for no further root. Arguments as in ``equilibrium``.
+    The range is divided at ``knots`` (the rows of the tables) and into ``divisions``. A cell is halved until the values
+    and slopes at its ends leave no room for a further root. Arguments as in ``equilibrium``.
 
     Examples
     --------
@@ -68,7 +77,7 @@ def element_equilibria(
         balance = _one(evaluate, T0, R, grid[0], i)
         samples = [(float(grid[k, i]), float(G[i]), float(dG[i])) for k, (G, dG) in enumerate(sampled)]
         for end in (0, -1):
-            samples[end] = _without_rounding(samples[end], T0[i])
+            samples[end] = _rounded_to_root(samples[end], T0[i])
         roots.append(_roots(balance, samples))
     return roots
 
@@ -94,11 +103,11 @@ def surface_equilibria(
     limits: tuple[ArrayLike, ArrayLike],
     starts: int = 40,
 ) -> SurfaceEquilibria:
-    """The equilibria of a coupled surface that are found from many starts, within the limits; ascending in the mean.
+    """Equilibria of a coupled surface from many starts, within the limits; ascending in the mean.
 
-    Starts are uniform and scattered temperatures; then, from each equilibrium found, those of each single
-    element in the heat of the others, until nothing new appears. Nothing guarantees that none is missed (where nothing
-    couples, ``element_equilibria`` misses none).
+    Starts are uniform and scattered temperatures. From each equilibrium found, each single element then starts at its
+    other equilibria in the heat of the others, until nothing new appears. Some may be missed; where elements do not
+    heat each other ``element_equilibria`` finds all.
     """
     evaluate = dissipated(evaluate)
     T0, R, (lowest, highest) = checked(background, resistance, limits)
@@ -115,7 +124,7 @@ def surface_equilibria(
         candidates = [reached.temperature] if reached.converged else []
         candidates += _plain_newton(evaluate, T0, R, start, lowest, highest)
         for T in (onto(T, T0, (lowest, highest)) for T in candidates):
-            new = all(np.abs(T - old).max() > 1e-7 * size for old in equilibria)
+            new = all(np.abs(T - old).max() > _SAME * size for old in equilibria)
             if new and np.array_equal(np.clip(T, lowest, highest), T):
                 equilibria.append(T)
                 pending += _one_changed(evaluate, T0, R, T, low, high)
@@ -125,16 +134,19 @@ def surface_equilibria(
 
 
 _MOST_FOUND = 200
+"""Equilibria of a surface, at most."""
+_SAME = 1e-7
+"""Distance of equal equilibria, over the largest temperature or range."""
 
 
 def _starting_range(evaluate: PowerFunction, T0: Array, R: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Range to start from, finite also for elements without a table: what the cold powers bring about, and twice it."""
-    reach = 2.0 * np.abs(R @ evaluate(T0)[0]) + 1.0
-    return np.where(np.isfinite(low), low, T0), np.where(np.isfinite(high), high, T0 + reach)
+    """Range of the starts; of elements without a table up to twice the rise by the powers at the background."""
+    rise = 2.0 * np.abs(R @ evaluate(T0)[0]) + 1.0
+    return np.where(np.isfinite(low), low, T0), np.where(np.isfinite(high), high, T0 + rise)
 
 
 def _one_changed(evaluate: PowerFunction, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
-    """Starts with one element at another equilibrium of its own while the others heat it as they are."""
+    """Starts with one element at another of its equilibria, heated by the others as they are."""
     diagonal = R.diagonal()
     heated = np.clip(T0 + R @ evaluate(T)[0] - diagonal * evaluate(T)[0], low, high)
     starts = []
@@ -147,7 +159,7 @@ def _one_changed(evaluate: PowerFunction, T0: Array, R: Array, T: Array, low: Ar
 
 
 def _plain_newton(evaluate: PowerFunction, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
-    """The temperatures plain Newton settles at, [] where it does not."""
+    """Temperatures at which plain Newton converges, [] where it does not."""
     for _ in range(30):
         power, slope = evaluate(T)
         try:
@@ -176,8 +188,8 @@ def _one(evaluate: PowerFunction, T0: Array, R: Array, others: Array, i: int) ->
     return balance
 
 
-def _without_rounding(sample: tuple[float, float, float], T0: float) -> tuple[float, float, float]:
-    """The same end of a range, an equilibrium where only rounding keeps it from being one."""
+def _rounded_to_root(sample: tuple[float, float, float], T0: float) -> tuple[float, float, float]:
+    """An end of a range, with ``G = 0`` where it differs from that by rounding alone."""
     t, G, dG = sample
     return t, 0.0 if abs(G) <= 1e-14 * max(abs(t), abs(t - T0)) else G, dG
 
@@ -188,7 +200,10 @@ def _roots(balance: Scalar, samples: list[tuple[float, float, float]]) -> Elemen
     cells = list(pairwise(samples))[::-1]
     while cells:
         left, right = cells.pop()
-        if right[0] - left[0] > SHORTEST_CELL * span and TemperatureCells(*np.array((*left, *right))).may_hide_more():
+        if (
+            right[0] - left[0] > SHORTEST_CELL * span
+            and TemperatureCells(*np.array((*left, *right))).may_hold_more_roots()
+        ):
             middle = 0.5 * (left[0] + right[0])
             between = (middle, *balance(middle))
             cells += [(between, right), (left, between)]

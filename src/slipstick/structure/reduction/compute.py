@@ -15,9 +15,8 @@ from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.solve.linear.modes import EigenError, StageListener, StageProgress
 from slipstick.structure.matrix_checks import matrix_faults, name_of, scaled, smallest_pivot
 from slipstick.structure.reduction.data import Columns, ReducedData
-from slipstick.structure.reduction.near_field import sampled
+from slipstick.structure.reduction.near_field import near_residuals, sampled
 from slipstick.structure.reduction.request import Accuracy
-from slipstick.structure.reduction.solved import ALWAYS_WRITTEN, cheaper_solved, near_residuals
 from slipstick.typing import AnyArray, Array, IntArray, Sparse
 
 MOST_BY_DEFAULT = 128
@@ -30,6 +29,18 @@ _TOGETHER = 256
 
 _HELD, _SLICE = 1024, 32
 """Columns whose solutions are held together; more are solved for in slices."""
+
+_PRODUCTS = 1000
+"""Products with a receptance in one curve, for the choice between written and solved residuals."""
+
+_COLUMNS = 11
+"""Columns of each product: the harmonics 0 to 5."""
+
+ALWAYS_WRITTEN = 500
+"""Directions up to which residuals are written out."""
+
+MOST_WRITTEN_BYTES = 4e9
+"""Memory that residuals written out may take."""
 
 
 def compute(
@@ -67,6 +78,20 @@ def compute(
     if not (data.omega > 0.0).all():
         raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
     return replace(data, seconds=clock.stop())
+
+
+def cheaper_solved(n_keep: int, factors: int) -> bool:
+    """Whether solutions cost less than matrices, over reduction and one curve, by operations.
+
+    ``factors`` are the bytes of the factorised stiffness.
+    """
+    if n_keep <= ALWAYS_WRITTEN:
+        return False
+    if 16.0 * n_keep**2 > MOST_WRITTEN_BYTES:
+        return True
+    solution = 4.0 * factors / 12.0
+    matrices = 2.0 * n_keep * solution + _PRODUCTS * _COLUMNS * 4.0 * n_keep**2
+    return (2.0 * _COLUMNS * _PRODUCTS + 500.0) * solution < matrices
 
 
 def reduced_data(
@@ -116,9 +141,9 @@ def reduced_data(
 def _static_solutions(
     iteration: BlockLanczos, M: Sparse, B: Sparse, columns: Columns, sample: IntArray | None
 ) -> ReducedData:
-    """``B^H U``, ``B^H K^-1 M U`` for ``U = K^-1 B``, ``U`` at the rows seen and ``K^-1 M U`` at those of strains.
+    """``B^H U``, ``B^H K^-1 M U`` for ``U = K^-1 B``, ``U`` at the recovery rows and ``K^-1 M U`` at those of strains.
 
-    Of many columns, and of a sample of them and the loads, U is not held: slices of them are solved for once more.
+    Of many columns, and of a sample of them and the loads, U is not stored: slices take a second solution.
     """
     n, n_keep, rows = B.shape[1], columns.directions.shape[1], columns.seen
     partial = ReducedData(
@@ -159,11 +184,11 @@ def _static_solutions(
 def wanted_modes(
     iteration: BlockLanczos, B: Sparse, partial: ReducedData, n_keep: int, want: Accuracy, probe: Probe | None
 ) -> tuple[int, float | None]:
-    """How many modes, and the error of the receptance up to the highest frequency where it is measured.
+    """Number of modes, and the error of the receptance up to the highest frequency where it is measured.
 
-    A number that is asked for; or, with a range, as many as make the error measured by ``probe`` half of what is
-    allowed; else as many as make the estimate as little as wanted, which stands above the error (THEORY.md (10.3)) and
-    costs no solution of the full model, at most ``MOST_BY_DEFAULT``.
+    The number is given; or, with a range, the error measured by ``probe`` has to be half of the tolerance. Else the
+    estimate has to reach the tolerance, with at most ``MOST_BY_DEFAULT`` modes. The estimate is above the error
+    (THEORY.md (10.3)) and needs no solution of the full model.
     """
     if want.modes is not None:
         return min(want.modes, iteration.n), None
@@ -196,7 +221,7 @@ def wanted_modes(
 
 
 def reached(omega: Array, want: Accuracy) -> float:
-    """Up to which frequency (rad/s) the modes are to serve, where their number is left to the estimate."""
+    """Frequency (rad/s) up to which the estimate has to be small."""
     return max(BAND_BY_DEFAULT * float(omega[0]), want.reach)
 
 
@@ -224,7 +249,7 @@ def _iteration(
 
 
 def _is_indefinite(K: Sparse) -> bool:
-    """Whether a regular K has negative eigenvalues, for solvers that do not tell."""
+    """Whether a regular K has negative eigenvalues, for solvers without inertia."""
     diagonal = K.diagonal()
     return bool(diagonal.min() <= 0.0) or smallest_pivot(scaled(K, diagonal)) <= 0.0
 
@@ -246,9 +271,9 @@ class Probe(NamedTuple):
     exact: AnyArray
     """Undamped receptance between the directions, or from some of them to all."""
     below: int | None
-    """Number of modes below the frequency, where the solver tells."""
+    """Number of modes below the frequency; None: the solver has no inertia."""
     ordering: Any
-    """Of the factors."""
+    """Ordering of the factors."""
 
 
 def direct_receptance(
@@ -268,14 +293,14 @@ def at_resonance(omega: float, where: str = "") -> str:
 
 
 def probed(factors: Factorisation, directions: Sparse, forces: Sparse | None = None) -> Probe:
-    """The same by factors of ``K - omega^2 M``."""
+    """``direct_receptance`` by factors of ``K - omega^2 M``."""
     exact = directions.conj().T @ factors.solve((directions if forces is None else forces).toarray())
     below = None if factors.inertia is None else factors.inertia.negative
     return Probe(np.asarray(exact), below, factors.ordering)
 
 
 def modes_below(K: Sparse, M: Sparse, omega: float, solver: str | None = None) -> int | None:
-    """How many modes lie below a frequency (rad/s), by one factorisation; None where the solver does not tell."""
+    """Number of modes below a frequency (rad/s), by one factorisation; None where the solver has no inertia."""
     try:
         inertia = factorise(shifted(K, M, omega**2), solver=solver).inertia
     except SingularMatrixError:
@@ -284,7 +309,7 @@ def modes_below(K: Sparse, M: Sparse, omega: float, solver: str | None = None) -
 
 
 class _Clock:
-    """Seconds by stage, each announced to the listener when it begins."""
+    """Seconds by stage; each stage is announced to the listener when it begins."""
 
     def __init__(self, listener: StageListener | None) -> None:
         self._listener, self._seconds, self._stage, self._began = listener, dict[str, float](), "", perf_counter()

@@ -1,4 +1,4 @@
-"""What a reduction computes and stores: modes, static solutions at a few directions, and residuals."""
+"""Data of a reduction: modes, static solutions at a few directions, and residuals."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from slipstick.typing import AnyArray, Array, IntArray, Sparse
 
 _STORED = ("omega", "amplitudes", "static", "second", "residuals")
 _SEEN = ("seen_modes", "seen_static", "seen_second")
-"""Arrays of the store that are the fields of their name; those at rows seen as a skin and strains hold them."""
+"""Arrays of the store by the names of fields; the latter at recovery rows, in single precision."""
 
 _ANSWERS = {True: "yes", False: "no", None: "unknown"}
 
 
 class Columns(NamedTuple):
-    """What is asked of a model: kept directions (n, n_keep), loads (n, n_loads), rows seen besides (n, n_seen).
+    """Directions of a full model: kept ones (n, n_keep), loads (n, n_loads), recovery rows (n, n_seen).
 
-    Of the last ``n_strains`` of these, strains, the second residual is kept too: there what modes leave out counts.
+    The last ``n_strains`` recovery rows are strains. They keep the second-order residual too, because modes left out
+    matter more in strains than in displacements.
     """
 
     directions: Sparse
@@ -38,7 +39,7 @@ class Columns(NamedTuple):
         return sparse.csc_array(sparse.hstack([self.directions, sparse.csc_array(self.loads)]))
 
     def of(self, arrays: Mapping[str, AnyArray]) -> ReducedData | None:
-        """What was computed of these, as it is stored; None where it does not fit."""
+        """Stored data of these directions; None where the arrays do not fit."""
         n_seen = 0 if self.seen is None else self.seen.shape[1]
         return ReducedData.of(arrays, self.directions.shape[1], self.loads.shape[1], n_seen, self.n_strains)
 
@@ -47,8 +48,8 @@ class Columns(NamedTuple):
 class ReducedData:
     """All but names, damping and the full model. Loads are the columns after the kept ones.
 
-    Where residuals are to be solved for, nothing is as large as the square of the number of directions: of the columns
-    below there are those of a ``sample`` of directions and of the loads, at rows seen those of the loads alone.
+    Where residuals are solved for, no array is as large as the square of the number of directions. The columns below
+    are then those of a ``sample`` of directions and of the loads, at recovery rows those of the loads alone.
     """
 
     omega: Array
@@ -57,27 +58,27 @@ class ReducedData:
     static: AnyArray
     """``[B, P]^H K^-1 [B, P]``, (n_keep + n_loads, n_columns)."""
     second: AnyArray
-    """``[B, P]^H K^-1 M K^-1 [B, P]``, not yet less its modal part."""
+    """``[B, P]^H K^-1 M K^-1 [B, P]``, its modal part included."""
     residuals: Array
     solver: str
     complete: bool | None = None
     error_estimate: float | None = None
     seen_modes: AnyArray | None = None
-    """Modes at the rows seen, (n_seen, n_modes)."""
+    """Modes at the recovery rows, (n_seen, n_modes)."""
     seen_static: AnyArray | None = None
-    """``K^-1 [B, P]`` at the rows seen."""
+    """``K^-1 [B, P]`` at the recovery rows."""
     seen_second: AnyArray | None = None
-    """``K^-1 M K^-1 [B, P]`` at the last rows seen, those of strains, less its modal part."""
+    """``K^-1 M K^-1 [B, P]`` at the rows of strains, less its modal part."""
     sample: IntArray | None = None
     """Directions that have columns; None: all."""
     near: tuple[NearField, NearField] | None = None
-    """Both residuals near themselves, where they are to be solved for."""
+    """Near fields of both residuals, where these are solved for."""
     seconds: Mapping[str, float] = field(default_factory=dict)
     factors: Factorisation | None = None
-    """Of the stiffness, where they are at hand and residuals are to be solved for."""
+    """Factors of the stiffness, where residuals are solved for and the factors exist."""
 
     def arrays(self) -> dict[str, Any]:
-        """For the store: the near fields have one pattern; factors are made again."""
+        """Arrays for the store; both near fields have one pattern, factors are not stored."""
         made = {
             **{name: getattr(self, name) for name in _STORED},
             **{name: np.asarray(value, np.float32) for name in _SEEN if (value := getattr(self, name)) is not None},
@@ -96,7 +97,7 @@ class ReducedData:
     def of(
         cls, arrays: Mapping[str, Any], n_keep: int, n_loads: int, n_seen: int = 0, n_strains: int = 0
     ) -> ReducedData | None:
-        """From the store; None where they do not fit, or a KeyError, TypeError or ValueError."""
+        """Data from the arrays of the store; None, KeyError, TypeError or ValueError where they do not fit."""
         sample, near, n, known = arrays.get("sample"), None, n_keep + n_loads, n_loads
         columns = n if sample is None else len(sample) + n_loads
         if sample is None:
@@ -123,7 +124,7 @@ class ReducedData:
 
     @property
     def chosen(self) -> slice | IntArray:
-        """Which directions and loads have columns."""
+        """Directions and loads that have columns."""
         if self.sample is None:
             return slice(None)
         n, loads = len(self.amplitudes), self.static.shape[1] - len(self.sample)
@@ -152,7 +153,7 @@ class ReducedData:
         )  # fmt: skip
 
     def left_out(self, n_keep: int) -> Truncation:
-        """What the modes leave out, as the residuals tell it."""
+        """Errors by the modes left out, from the residuals."""
         a, second, own, s = self.amplitudes, self.second_residual, None, self._sampled(n_keep)
         static, second, kept = self.static[:n_keep], second[:n_keep], a[:n_keep]
         if self.sample is not None:
@@ -169,7 +170,7 @@ class ReducedData:
         return float(self.left_out(n_keep).error(top * np.linspace(0.02, 1.0, 50)).max())
 
     def _sampled(self, n_keep: int) -> int:
-        """How many columns are those of directions."""
+        """Number of columns that belong to directions."""
         return n_keep if self.sample is None else len(self.sample)
 
 

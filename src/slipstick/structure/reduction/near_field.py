@@ -1,9 +1,9 @@
-"""The near field of residuals that are never written out: entries between neighbours, by products with many at once.
+"""Near field of residuals that are not written out: entries between neighbours, by products with many columns at once.
 
-What the modes leave out falls off with distance. Directions that are far from each other share a *colour*; a product
-with all of one colour, each with a sign of its own, tells in every row the entry of the nearest of them (T. F. Coleman,
-J. J. More, SIAM J. Numer. Anal. 20, 187, 1983; J. M. Tang, Y. Saad, Numer. Linear Algebra Appl. 19, 485, 2012). Some
-columns, solved for exactly, tell how much there is beyond.
+Residuals decay with distance. Directions that are far from each other share a *colour*. A product with all of one
+colour, each with a random sign, has in every row the entry of the nearest of them (T. F. Coleman, J. J. More, SIAM J.
+Numer. Anal. 20, 187, 1983; J. M. Tang, Y. Saad, Numer. Linear Algebra Appl. 19, 485, 2012). A sample of exact columns
+gives the mean size of the entries beyond.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
+from slipstick.solve.linear.lanczos import BlockLanczos
+from slipstick.structure.reduction.data import ReducedData
 from slipstick.structure.residuals import NearField
 from slipstick.typing import Array, IntArray, Sparse
 
@@ -21,30 +23,32 @@ SAMPLE = 48
 """Columns that are solved for exactly."""
 
 _HOPS = 8
-"""Rows of the matrix from a direction to the middle between it and the next, at most."""
+"""Half the distance between neighbouring directions, in rows of the matrix, at most."""
 
-_REACH = 2
-"""Neighbours of neighbours are near."""
+_RINGS = 2
+"""Rings of neighbours that are near: neighbours of neighbours."""
 
 _SPREAD = 256
-"""A direction that touches more of the others is spread over them all (of compact ones: 80, three at each node)."""
+"""Neighbours above which a direction counts as spread over all others (compact ones have 80, three at each node)."""
 
 _SEED = 20120602
+"""Of the random signs and of the sample: a reduction is reproducible."""
 _TOGETHER = 32
+"""Colours of one product."""
 
 
 class Neighbours(NamedTuple):
-    """Which directions are near each other, sparse (n, n) with the diagonal, and a colour of each (n,)."""
+    """Pattern of near directions, sparse (n, n) with the diagonal, and the colour of each direction (n,)."""
 
     near: Any
     colours: IntArray
 
 
 def neighbours(K: Sparse, directions: Sparse) -> Neighbours:
-    """From the pattern of a matrix: cells of the rows that are nearest to each direction; cells that touch are near.
+    """Neighbours by the pattern of a matrix: each direction has a cell of nearest rows, and cells that touch are near.
 
-    Directions that are spread over many others, a whole face say, are near to themselves alone, and of one colour each:
-    what the modes leave out of them does not fall off.
+    Directions that are spread over many others, such as a whole face, have no neighbours and a colour each: their
+    residuals do not decay.
     """
     pattern, B = sparse.csr_array(K), sparse.csc_array(directions)
     touching = _touching(pattern, B)
@@ -56,7 +60,7 @@ def neighbours(K: Sparse, directions: Sparse) -> Neighbours:
         B.eliminate_zeros()
         touching = _touching(pattern, B)
     near = touching
-    for _ in range(_REACH - 1):
+    for _ in range(_RINGS - 1):
         near = _pattern(near @ near)
     colours = _coloured(_pattern(near @ near))
     colours[spread] = int(colours.max()) + 1 + np.arange(spread.size)
@@ -64,7 +68,7 @@ def neighbours(K: Sparse, directions: Sparse) -> Neighbours:
 
 
 def _touching(K: Any, B: Any) -> Any:
-    """Directions whose cells touch, or which share rows, and each with itself."""
+    """Pattern of directions whose cells touch, or which share rows, and the diagonal."""
     touching = _cells(K, B)
     own = sparse.csr_array(abs(B).T @ abs(B)) + sparse.eye_array(B.shape[1], format="csr")
     return _pattern(touching + touching.T + own)
@@ -78,7 +82,7 @@ def _pattern(matrix: Any) -> Any:
 
 
 def _cells(K: Any, B: Any) -> Any:
-    """Which cells touch, (n, n): rows of K are given to the directions that they are nearest to."""
+    """Cells that touch, (n, n): each row of K belongs to the nearest direction."""
     cell = np.full(K.shape[0], -1)
     rows = np.diff(B.indptr)
     widest = np.argsort(-np.repeat(rows, rows), kind="stable")  # a row of two directions belongs to the smaller one
@@ -100,7 +104,7 @@ def _cells(K: Any, B: Any) -> Any:
 
 
 def _coloured(conflicts: Any) -> IntArray:
-    """The first colour that no conflicting direction has, one after the other."""
+    """Greedy colouring: each direction in turn gets the first colour that no conflicting one has."""
     colours = np.full(conflicts.shape[0], -1)
     for i, (first, last) in enumerate(zip(conflicts.indptr[:-1], conflicts.indptr[1:], strict=True)):
         taken = np.zeros(last - first + 1, dtype=bool)
@@ -111,14 +115,14 @@ def _coloured(conflicts: Any) -> IntArray:
 
 
 def sampled(n: int) -> IntArray:
-    """Directions whose columns stand for all, sorted, all of them where they are few."""
+    """Random sample of directions, sorted; all of them where they are few."""
     return np.sort(np.random.default_rng(_SEED).permutation(n)[: min(SAMPLE, n)])
 
 
 def near_fields(
     apply: Callable[[Array], Array], known: Neighbours, sample: IntArray, columns: Array
 ) -> tuple[NearField, NearField]:
-    """Those of both residuals.
+    """Near fields of both residuals.
 
     ``apply`` gives both (2, n, k) for directions (n, k); ``columns`` (2, n, n_sample) are exact ones.
     """
@@ -132,8 +136,8 @@ def near_fields(
         x = np.zeros((n, min(_TOGETHER, int(colours.max()) + 1 - first)))
         x[here, colours[here] - first] = sign[here]
         y = apply(x)
-        told = np.flatnonzero((of_entry >= first) & (of_entry < first + _TOGETHER))
-        entries[:, told] = y[:, rows[told], of_entry[told] - first] * sign[near.indices[told]]
+        rows_here = np.flatnonzero((of_entry >= first) & (of_entry < first + _TOGETHER))
+        entries[:, rows_here] = y[:, rows[rows_here], of_entry[rows_here] - first] * sign[near.indices[rows_here]]
     return tuple(_near_field(near, entry, sample, exact) for entry, exact in zip(entries, columns, strict=True))  # type: ignore[return-value]
 
 
@@ -146,3 +150,22 @@ def _near_field(near: Any, entries: Array, sample: IntArray, exact: Array) -> Ne
         place[near.indices[near.indptr[column] : near.indptr[column + 1]]] = 0.0
         least += size[column] * (size.sum() - size[near.indices[near.indptr[column] : near.indptr[column + 1]]].sum())
     return NearField(entries=found, share=float(far.sum() / least) if least > 0.0 else 0.0)
+
+
+def near_residuals(
+    iteration: BlockLanczos, M: Sparse, directions: Any, data: ReducedData
+) -> tuple[NearField, NearField]:
+    """Near fields of both residuals of ``data`` between directions (n, n_keep), by a few solutions."""
+    n, omega, sample = directions.shape[1], data.omega, data.sample
+    assert sample is not None
+    kept, s = data.amplitudes[:n], len(sample)
+
+    def residual(x: Array) -> Array:
+        U = iteration.solve(np.asfortranarray(directions @ x))
+        modal, out = kept.T @ x, np.empty((2, *x.shape))
+        out[0] = directions.T @ U - kept @ (modal / omega[:, None] ** 2)
+        out[1] = directions.T @ iteration.solve(np.asfortranarray(M @ U)) - kept @ (modal / omega[:, None] ** 4)
+        return out
+
+    exact = np.array([data.left_over(data.static, 2), data.left_over(data.second, 4)])
+    return near_fields(residual, neighbours(iteration.K, directions), sample, exact[:, :n, :s])

@@ -1,4 +1,4 @@
-"""Forces of a marched period and their derivatives: those of the collocation itself, read off its pieces."""
+"""Forces of a marched period from its pieces, and the exact derivatives of the collocation."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from slipstick.contact.kernel.planar.motion import (
     V2,
     Pieces,
     Planar,
-    Room,
+    Workspace,
     basis_row,
-    look,
+    evaluate_motion,
 )
 from slipstick.contact.kernel.planar.slip import NODES, WEIGHTS, onset_rate
 from slipstick.trig.basis import Grid, circle, powers
@@ -101,7 +101,7 @@ def divide(J: Array, B: Array) -> None:
 
 @part
 def differentiate(
-    p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid, room: Room
+    p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid, work: Workspace
 ) -> tuple[Array, Array, Array]:
     """Friction force (2, L) of a period, its derivatives (2, L, columns), those of the force at its end (2, columns).
 
@@ -113,14 +113,14 @@ def differentiate(
     D = np.zeros((2, columns))
     D[0, q + F1], D[1, q + F2] = 1.0, 1.0
     turn = np.zeros(columns)
-    H, dH, bases, o = np.zeros(L), np.zeros(L), np.zeros((STAGES, L)), room.state
+    H, dH, bases, o = np.zeros(L), np.zeros(L), np.zeros((STAGES, L)), work.state
     edge = np.zeros((2, 2, grid.top + 4))
     h, hv, W = np.zeros(L), np.zeros(L), np.zeros((L, L))
     C, S, moved = np.zeros(grid.top + 4), np.zeros(grid.top + 4), np.zeros((2, columns))
     stick = 0.0
     # slip: rows of both forces with their derivatives at BLOCK nodes, summed with their weights by one product
     wide = columns + 1
-    rows, weighted = room.rows, room.weighted
+    rows, weighted = work.rows, work.weighted
     sums, angles = np.zeros((L, 2 * wide)), np.zeros((STAGES, columns))
     rates, J, B = np.zeros((STAGES, columns)), np.zeros((STAGES, STAGES)), np.zeros((STAGES, STAGES + 1))
     filled, was_slip, opened = 0, False, arcs.shape[0] == 0 or arcs[0, 2] < 0.5
@@ -130,8 +130,8 @@ def differentiate(
         fresh = opened and (piece == 0 or pieces.at[piece - 1, 1] < a - 1e-15 or pieces.kind[piece - 1] == LAST_SLIP)
         if fresh:
             D[:] = 0.0
-            basis_row(a, grid, room, H, dH)
-            look(p, a, grid, room, o)
+            basis_row(a, grid, work, H, dH)
+            evaluate_motion(p, a, grid, work, o)
             if kind == STICK:
                 for r in range(2):
                     over = p.kt * o[2 + r] / o[5]
@@ -146,8 +146,8 @@ def differentiate(
                 C[i] += edge[1, 1, i] - edge[0, 1, i]
                 S[i] += edge[0, 0, i] - edge[1, 0, i]
             stick += b - a
-            basis_row(a, grid, room, H, dH)
-            look(p, a, grid, room, o)
+            basis_row(a, grid, work, H, dH)
+            evaluate_motion(p, a, grid, work, o)
             x1, x2 = o[0] - p.v1 * a, o[1] - p.v2 * a
             for r in range(2):
                 for j in range(columns):
@@ -163,8 +163,8 @@ def differentiate(
                     dF[r, i, q + KT] += v * hv[i]
                     for j in range(columns):
                         dF[r, i, j] += h[i] * moved[r, j]
-            basis_row(b, grid, room, H, dH)
-            look(p, b, grid, room, o)
+            basis_row(b, grid, work, H, dH)
+            evaluate_motion(p, b, grid, work, o)
             for r in range(2):
                 for j in range(columns):
                     D[r, j] = moved[r, j]
@@ -177,7 +177,7 @@ def differentiate(
             continue
         theta = pieces.at[piece, 4]
         if kind == LAST_SLIP:
-            basis_row(0.5 * (a + b), grid, room, H, dH)
+            basis_row(0.5 * (a + b), grid, work, H, dH)
             angles[0] = 0.0
             force_row(p, pieces.rates[piece, 0, 2], np.cos(theta), np.sin(theta), H, angles[0], rows[filled])
             for j in range(L):
@@ -189,7 +189,7 @@ def differentiate(
             if fresh:
                 speed = np.sqrt(o[2] * o[2] + o[3] * o[3])
                 c, s = np.cos(theta), np.sin(theta)
-                rate = onset_rate(p, speed, theta, o[5], grid, room)
+                rate = onset_rate(p, speed, theta, o[5], grid, work)
                 over = rate * p.b / (p.kt * speed)
                 turn[:] = 0.0
                 for j in range(L):
@@ -197,20 +197,20 @@ def differentiate(
                 turn[q + V1], turn[q + V2], turn[q + GAP] = -s / speed, c / speed, over
             elif not was_slip:
                 c, s = np.cos(theta), np.sin(theta)
-                look(p, a, grid, room, o)
+                evaluate_motion(p, a, grid, work, o)
                 over = 1.0 / (p.b * o[4])
                 for j in range(columns):
                     turn[j] = over * (c * D[1, j] - s * D[0, j])
             length = b - a
             for i in range(STAGES):
-                basis_row(a + NODES[i] * length, grid, room, bases[i], dH)
-                room.theta[i] = pieces.theta[piece, i]
-                room.nodes[i] = pieces.rates[piece, i]
-                room.cos[i], room.sin[i] = circle(room.theta[i])
-                c, s, depth = room.cos[i], room.sin[i], room.nodes[i, 2]
+                basis_row(a + NODES[i] * length, grid, work, bases[i], dH)
+                work.theta[i] = pieces.theta[piece, i]
+                work.nodes[i] = pieces.rates[piece, i]
+                work.cos[i], work.sin[i] = circle(work.theta[i])
+                c, s, depth = work.cos[i], work.sin[i], work.nodes[i, 2]
                 over = p.kt / (p.b * depth)
-                g = over * (room.nodes[i, 1] * c - room.nodes[i, 0] * s)
-                slope = -over * (room.nodes[i, 0] * c + room.nodes[i, 1] * s)
+                g = over * (work.nodes[i, 1] * c - work.nodes[i, 0] * s)
+                slope = -over * (work.nodes[i, 0] * c + work.nodes[i, 1] * s)
                 by1, by2, by3 = -over * s, over * c, -g / depth
                 for j in range(STAGES):
                     J[j, i] = -length * WEIGHTS[j, i] * slope
@@ -230,7 +230,7 @@ def differentiate(
                     for k in range(STAGES):
                         total += B[i, k] * rates[k, j]
                     angles[i, j] = total
-                force_row(p, room.nodes[i, 2], room.cos[i], room.sin[i], bases[i], angles[i], rows[filled])
+                force_row(p, work.nodes[i, 2], work.cos[i], work.sin[i], bases[i], angles[i], rows[filled])
                 weight = length * WEIGHTS[z, i] / pi
                 for j in range(L):
                     weighted[filled, j] = weight * bases[i, j]

@@ -16,12 +16,12 @@ from slipstick.contact.kernel.planar.motion import (
     STICK,
     Pieces,
     Planar,
-    Room,
+    Workspace,
     contact_arcs,
     element,
-    look,
+    evaluate_motion,
     new_pieces,
-    new_room,
+    new_workspace,
 )
 from slipstick.contact.kernel.planar.resting import resting_mean
 from slipstick.trig.basis import TWO_PI, Grid
@@ -30,34 +30,34 @@ from slipstick.typing import Array
 
 
 @part
-def settle(
+def periodic_pieces(
     p: Planar,
     whole: bool,
     arcs: Array,
     tolerance: float,
     grid: Grid,
-    room: Room,
+    work: Workspace,
     pieces: Pieces,
     old: Pieces,
     P: Array,
 ) -> tuple[int, float, float, Array, Array]:
-    """The periodic state in ``pieces``: their number, ``FULL`` or ``LOST``; what remains of ``periodic``.
+    """The periodic state in ``pieces``: their number, ``FULL`` or ``LOST``; the residual of ``periodic``.
 
-    A contact that never slips has one piece, of all the period, with the mean force in the place of that at the start;
-    that mean is one of many: it is returned with its derivatives (2,), (2, columns); else arrays of no length.
+    A contact that never slips has one piece, the whole period, with the mean force in place of that at the start. That
+    indeterminate mean is returned with its derivatives (2,), (2, columns); other contacts return empty arrays.
     """  # fmt: skip
     none, nothing = np.zeros(0), np.zeros((0, 0))
     if not whole:
-        count, _, _ = march(p, 0.0, 0.0, arcs, tolerance, grid, room, old, 0, pieces, P)
+        count, _, _ = march(p, 0.0, 0.0, arcs, tolerance, grid, work, old, 0, pieces, P)
         return count, 0.0, 0.0, none, nothing
-    o, f1, f2 = room.state, 0.0, 0.0
-    look(p, 0.0, grid, room, o)
+    o, f1, f2 = work.state, 0.0, 0.0
+    evaluate_motion(p, 0.0, grid, work, o)
     limit, speed = p.b * o[4], np.sqrt(p.v1 * p.v1 + p.v2 * p.v2)
     if speed > 0.0:
         f1, f2 = limit * p.v1 / speed, limit * p.v2 / speed
     else:
         w1, w2 = o[0], o[1]
-        least, c1, c2, dc = resting_mean(p, grid, room)
+        least, c1, c2, dc = resting_mean(p, grid, work)
         f1, f2 = c1 + p.kt * w1, c2 + p.kt * w2
         if least <= 0.0:
             pieces.kind[0] = STICK
@@ -66,7 +66,7 @@ def settle(
         size = np.sqrt(f1 * f1 + f2 * f2)
         if size > limit:
             f1, f2 = f1 * limit / size, f2 * limit / size
-    count, r1, r2 = periodic(p, arcs, f1, f2, tolerance, grid, room, pieces, old, P)
+    count, r1, r2 = periodic(p, arcs, f1, f2, tolerance, grid, work, pieces, old, P)
     return count, r1, r2, none, nothing
 
 
@@ -77,14 +77,14 @@ def run_planar(
     """Elements from ``first`` to ``last``: motion (n, 3, L), parameters ``v1 v2 kt mu kn gap`` (n, 6).
 
     Outputs: forces (n, 3, L), derivatives (n, 3, L, 3 L + 6), scalars (n, 4): fractions of stick, slip, separation, and
-    whether the mean is one of many. Returns -1, the element whose pieces do not fit, or, negative and less 2, the one
-    without a periodic state. Motion that is no number has nan for an answer.
+    whether the mean is indeterminate. Returns -1, the element whose pieces do not fit, or ``-2 - e`` for an element e
+    without a periodic state. Motion that is not finite gives nan.
     """
     grid = Grid(*tables)
     forces, derivatives, scalars = outputs
     L, q = 2 * grid.n + 1, 3 * (2 * grid.n + 1)
     kept = q + COLUMNS - 2
-    room, pieces, old, P = new_room(grid), new_pieces(capacity), new_pieces(capacity), np.zeros((2, 2))
+    work, pieces, old, P = new_workspace(grid), new_pieces(capacity), new_pieces(capacity), np.zeros((2, 2))
     for e in range(first, last):
         F, dF = forces[e], derivatives[e]
         if not (np.isfinite(X[e]).all() and np.isfinite(par[e]).all()):
@@ -98,7 +98,7 @@ def run_planar(
         if arcs.shape[0] == 0 or p.mu == 0.0 or p.kt == 0.0:
             scalars[e, 1] = length / TWO_PI
             continue
-        count, r1, r2, mean, dc = settle(p, whole, arcs, tolerance, grid, room, pieces, old, P)
+        count, r1, r2, mean, dc = periodic_pieces(p, whole, arcs, tolerance, grid, work, pieces, old, P)
         if count == FULL:
             return e
         if count == LOST:
@@ -115,7 +115,7 @@ def run_planar(
                     dF[r, 0, j] = dc[r, j]
             scalars[e, 0], scalars[e, 3] = 1.0, 1.0
             continue
-        G, dG, D = differentiate(p, pieces, count, arcs, grid, room)
+        G, dG, D = differentiate(p, pieces, count, arcs, grid, work)
         a, b, c, d = 1.0 - D[0, kept], -D[0, kept + 1], -D[1, kept], 1.0 - D[1, kept + 1]
         det = a * d - b * c
         for j in range(kept):
@@ -144,7 +144,7 @@ def run_planar(
 def trace(X: Array, par: Array, tables: Any, tolerance: float, capacity: int) -> Any:
     """Pieces of an element's period (motion (3, L), parameters (6,)): their number, kinds, ``at``, angles at the nodes.
 
-    None of a contact that is open, or has no friction; the arcs of contact come last.
+    An open contact, or one without friction, has no pieces. The arcs of contact come last.
     """
     grid = Grid(*tables)
     p = element(X, par, grid)
@@ -152,5 +152,5 @@ def trace(X: Array, par: Array, tables: Any, tolerance: float, capacity: int) ->
     pieces, count = new_pieces(capacity), 0
     if arcs.shape[0] > 0 and p.mu > 0.0 and p.kt > 0.0:
         old, P = new_pieces(capacity), np.zeros((2, 2))
-        count, _, _, _, _ = settle(p, whole, arcs, tolerance, grid, new_room(grid), pieces, old, P)
+        count, _, _, _, _ = periodic_pieces(p, whole, arcs, tolerance, grid, new_workspace(grid), pieces, old, P)
     return count, pieces.kind, pieces.at[:, :5], pieces.theta, arcs

@@ -1,4 +1,4 @@
-"""A period marched piece by piece: stick in closed form up to the circle, slip by collocation, until it repeats."""
+"""A period marched piece by piece until it is periodic: stick in closed form, slip by collocation."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from slipstick.contact.kernel.planar.motion import (
     STICK,
     Pieces,
     Planar,
-    Room,
-    look,
+    Workspace,
+    evaluate_motion,
 )
 from slipstick.contact.kernel.planar.slip import (
     INSTANT,
@@ -36,38 +36,40 @@ from slipstick.trig.compiled import compiled, part
 from slipstick.typing import Array
 
 _SHORTEST = 0.1
-"""Slip before a separation that is left of it, rad, over the root of the tolerance: its force falls to nothing."""
+"""Length (rad) of the last slip before a separation, over the root of the tolerance: its force vanishes."""
 _OF_LAST = 1e-5
-"""Error of the force over the last term of a panel's angle to the power 1.5: at most, of 4000 measured states."""
+"""Error of the force over the last term of a panel's angle to the power 1.5: the maximum of 4000 measured states."""
 _NEXT = 0.1
-"""Part of the last term but one that the last is taken to have at least."""
-_PERIODS = 200
-_CLOSED = 1e-9
-"""Distance from the periodic state, over the limit, that one step of Newton's makes nothing."""
+"""Least size of the last term over the last but one: it may pass through zero."""
 _BEYOND = 1.1
-"""Part of an interval up to an event that the next period tries."""
+"""Length of the panel that the next period tries, over the part up to an event."""
+
+_PERIODS = 200
+"""Periods that are marched, at most."""
+_CLOSED = 1e-9
+"""Distance from the periodic state, over the limit, whose square is rounding: one Newton step removes it."""
 
 
 @compiled
-def stick_end(p: Planar, t: float, end: float, f1: float, f2: float, grid: Grid, room: Room) -> tuple[float, bool]:
-    """When a stick that begins with a force reaches the circle, else ``end``; and whether it does."""
-    o = room.state
-    look(p, t, grid, room, o)
+def stick_end(p: Planar, t: float, end: float, f1: float, f2: float, grid: Grid, work: Workspace) -> tuple[float, bool]:
+    """End of a stick that begins with a force, at the circle or at ``end``; and whether the circle is reached."""
+    o = work.state
+    evaluate_motion(p, t, grid, work, o)
     a1, a2 = f1 - p.kt * o[0], f2 - p.kt * o[1]
     step = pi / (8.0 * (grid.top + 2))
     low, rising = t, False
     at = t
     while at < end - INSTANT:
         at = min(at + step, end)
-        look(p, at, grid, room, o)
+        evaluate_motion(p, at, grid, work, o)
         r1, r2, b = a1 + p.kt * o[0], a2 + p.kt * o[1], p.b * max(o[4], 0.0)
         beyond = r1 * r1 + r2 * r2 - b * b
         grows = p.kt * (r1 * o[2] + r2 * o[3]) - p.b * b * o[5] > 0.0
-        if beyond <= 0.0 and rising and not grows:  # it may have been beyond in between
+        if beyond <= 0.0 and rising and not grows:  # a maximum in between may exceed the circle
             left, right = low, at
             for _ in range(60):
                 middle = 0.5 * (left + right)
-                look(p, middle, grid, room, o)
+                evaluate_motion(p, middle, grid, work, o)
                 r1, r2, b = a1 + p.kt * o[0], a2 + p.kt * o[1], p.b * max(o[4], 0.0)
                 if r1 * r1 + r2 * r2 > b * b:
                     beyond, at = 1.0, middle
@@ -82,7 +84,7 @@ def stick_end(p: Planar, t: float, end: float, f1: float, f2: float, grid: Grid,
             left, right = low, at
             x = 0.5 * (left + right)
             for _ in range(200):
-                look(p, x, grid, room, o)
+                evaluate_motion(p, x, grid, work, o)
                 r1, r2, b = a1 + p.kt * o[0], a2 + p.kt * o[1], p.b * max(o[4], 0.0)
                 value = r1 * r1 + r2 * r2 - b * b
                 rate = 2.0 * (p.kt * (r1 * o[2] + r2 * o[3]) - p.b * b * o[5])
@@ -107,13 +109,13 @@ def march(
     arcs: Array,
     tolerance: float,
     grid: Grid,
-    room: Room,
+    work: Workspace,
     old: Pieces,
     known: int,
     out: Pieces,
     P: Array,
 ) -> tuple[int, float, float]:
-    """One period of contact arcs ``(start, end, whether the contact has been closed before)`` from a force on.
+    """One period of contact arcs ``(start, end, whether the contact has been closed before)`` from an initial force.
 
     Fills ``out``, and ``P`` (2, 2) with the derivative of the force at the end by that at the start. ``old`` holds the
     ``known`` pieces of the period before: its panels are kept. Returns the number of pieces, or ``FULL``, and the force
@@ -122,11 +124,11 @@ def march(
     longest, small, shortest = longest_panel(tolerance, grid), np.sqrt(1e-5 * tolerance), _SHORTEST * np.sqrt(tolerance)
     count, k = 0, 0
     P[0, 0], P[0, 1], P[1, 0], P[1, 1] = 1.0, 0.0, 0.0, 1.0
-    kind, at, o, z = out.kind, out.at, room.state, STAGES - 1
+    kind, at, o, z = out.kind, out.at, work.state, STAGES - 1
     for a in range(arcs.shape[0]):
         t, end, whole = arcs[a, 0], arcs[a, 1], arcs[a, 2] > 0.5
         slope, curve, first, turn0, turn1 = 0.0, 0.0, 0.0, 0.0, 0.0
-        look(p, t, grid, room, o)
+        evaluate_motion(p, t, grid, work, o)
         if whole:
             theta, b = np.arctan2(f2, f1), p.b * o[4]
             size = np.sqrt(f1 * f1 + f2 * f2)
@@ -136,7 +138,7 @@ def march(
                 turn0, turn1 = -np.sin(theta) / b, np.cos(theta) / b
         else:
             f1, f2 = 0.0, 0.0
-            slip, theta, slope = begin_slip(p, t, grid, room)
+            slip, theta, slope = begin_slip(p, t, grid, work)
             first = slip_rate(p, o[2], o[3], o[5], theta)
             P[0, 0], P[0, 1], P[1, 0], P[1, 1] = 0.0, 0.0, 0.0, 0.0
         h, still = longest, 0
@@ -145,10 +147,10 @@ def march(
                 return FULL, f1, f2
             at[count, 0], at[count, 2], at[count, 3], at[count, 4] = t, f1, f2, theta
             if not slip:
-                until, slip = stick_end(p, t, end, f1, f2, grid, room)
-                look(p, t, grid, room, o)
+                until, slip = stick_end(p, t, end, f1, f2, grid, work)
+                evaluate_motion(p, t, grid, work, o)
                 w1, w2 = o[0], o[1]
-                look(p, until, grid, room, o)
+                evaluate_motion(p, until, grid, work, o)
                 f1, f2 = f1 + p.kt * (o[0] - w1), f2 + p.kt * (o[1] - w2)
                 kind[count], at[count, 1], at[count, 5] = STICK, until, until
                 count += 1
@@ -166,7 +168,7 @@ def march(
             left = end - t
             if not whole and left <= shortest:
                 kind[count], at[count, 1] = LAST_SLIP, end
-                look(p, t + 0.5 * left, grid, room, o)
+                evaluate_motion(p, t + 0.5 * left, grid, work, o)
                 for j in range(4):
                     out.rates[count, 0, j] = o[2 + j]
                 count += 1
@@ -183,51 +185,51 @@ def march(
                 h = min(old.at[k, 5] - t, left)
                 shift = theta - old.at[k, 4]
                 for i in range(STAGES):
-                    room.theta[i] = old.theta[k, i] + shift
+                    work.theta[i] = old.theta[k, i] + shift
             error, settled = 0.0, False
             if same:
                 for i in range(STAGES):
                     for j in range(4):
-                        room.nodes[i, j] = old.rates[k, i, j]
-                settled = collocate(p, theta, h, small, room)
+                        work.nodes[i, j] = old.rates[k, i, j]
+                settled = collocate(p, theta, h, small, work)
             for _ in range(60):
                 if not settled:
                     if not again:
                         for i in range(STAGES):
                             x = NODES[i] * h
-                            room.theta[i] = theta + x * (slope + 0.5 * curve * x)
-                    settled = panel(p, t, theta, h, small, grid, room)
+                            work.theta[i] = theta + x * (slope + 0.5 * curve * x)
+                    settled = panel(p, t, theta, h, small, grid, work)
                 if settled:
                     top, next_to = 0.0, 0.0
                     for j in range(STAGES):
-                        top += TOP[0, j] * room.g[j]
-                        next_to += TOP[1, j] * room.g[j]
-                    last = max(abs(top), _NEXT * abs(next_to)) * h  # the last alone may pass through zero
+                        top += TOP[0, j] * work.g[j]
+                        next_to += TOP[1, j] * work.g[j]
+                    last = max(abs(top), _NEXT * abs(next_to)) * h  # the last may pass through zero
                     error = _OF_LAST * last * np.sqrt(last)
-                    if error < (1.5 * tolerance if again else tolerance) and abs(room.theta[z] - theta) < 1.5:
+                    if error < (1.5 * tolerance if again else tolerance) and abs(work.theta[z] - theta) < 1.5:
                         break
                 h *= 0.5
                 again, settled = False, False
-            length, ends = end_of_slip(p, t, theta, h, first, small, grid, room)
+            length, ends = end_of_slip(p, t, theta, h, first, small, grid, work)
             slip = not ends
             if length > 0.0:
                 total = 0.0
                 for i in range(STAGES):
-                    out.theta[count, i] = room.theta[i]
-                    total += WEIGHTS[z, i] * room.slope[i]
+                    out.theta[count, i] = work.theta[i]
+                    total += WEIGHTS[z, i] * work.slope[i]
                     for j in range(4):
-                        out.rates[count, i, j] = room.nodes[i, j]
-                # what the angle at the end owes to that at the start
-                owed = np.exp(length * total)
-                turn0, turn1 = turn0 * owed, turn1 * owed
+                        out.rates[count, i, j] = work.nodes[i, j]
+                # derivative of the angle at the end by that at the start
+                decay = np.exp(length * total)
+                turn0, turn1 = turn0 * decay, turn1 * decay
                 kind[count], at[count, 1] = SLIP, t + length
                 at[count, 5] = t + min(h, _BEYOND * length) if ends else t + length
                 count += 1
-                t, theta, slope = t + length, room.theta[z], room.g[z]
-                curve = (room.g[z] - room.g[z - 1]) / ((1.0 - NODES[z - 1]) * length)
-                first = slip_rate_at_end(p, room)
-                b = p.b * room.nodes[z, 2]
-                c, s = room.cos[z], room.sin[z]
+                t, theta, slope = t + length, work.theta[z], work.g[z]
+                curve = (work.g[z] - work.g[z - 1]) / ((1.0 - NODES[z - 1]) * length)
+                first = slip_rate_at_end(p, work)
+                b = p.b * work.nodes[z, 2]
+                c, s = work.cos[z], work.sin[z]
                 f1, f2 = b * c, b * s
                 P[0, 0], P[0, 1], P[1, 0], P[1, 1] = -b * s * turn0, -b * s * turn1, b * c * turn0, b * c * turn1
             still = still + 1 if length < 1e-13 else 0
@@ -246,18 +248,19 @@ def periodic(
     f2: float,
     tolerance: float,
     grid: Grid,
-    room: Room,
+    work: Workspace,
     pieces: Pieces,
     old: Pieces,
     P: Array,
 ) -> tuple[int, float, float]:
-    """Pieces of the period that ends as it begins, from a guess of the force: their number, ``FULL`` or ``LOST``; and
-    what the force at its end is more than that at its start, which Newton's next step makes nothing.
+    """Pieces of the periodic state, from a guess of the force: their number, ``FULL`` or ``LOST``; and the force at the
+    end less that at the start, which one Newton step removes.
 
-    Marching never lets two states part (the circle is convex), so it converges; Newton's steps make it quick.
+    Marching never increases the distance of two states (the circle is convex), so it converges; Newton's steps are
+    faster.
     """  # fmt: skip
-    o = room.state
-    look(p, arcs[0, 0], grid, room, o)
+    o = work.state
+    evaluate_motion(p, arcs[0, 0], grid, work, o)
     limit = p.b * o[4]
     best, stalled, wanted, count = 1e300, 0, tolerance, 0
     for lap in range(_PERIODS):
@@ -266,7 +269,7 @@ def periodic(
             old.at[i] = pieces.at[i]
             old.theta[i] = pieces.theta[i]
             old.rates[i] = pieces.rates[i]
-        count, g1, g2 = march(p, f1, f2, arcs, tolerance, grid, room, old, count, pieces, P)
+        count, g1, g2 = march(p, f1, f2, arcs, tolerance, grid, work, old, count, pieces, P)
         if count < 0:
             return count, 0.0, 0.0
         r1, r2 = g1 - f1, g2 - f2

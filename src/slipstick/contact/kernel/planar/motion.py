@@ -1,4 +1,4 @@
-"""Motion of a planar element, what one period of it is kept in, and when the contact is closed."""
+"""Motion of a planar element, the arrays of one period, and when the contact is closed."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from slipstick.typing import Array, IntArray
 
 STAGES = 6
 SEPARATION, STICK, SLIP, LAST_SLIP = 0, 1, 2, 3
-"""Kinds of pieces. The last slip before a separation is too short for its angle to matter: it stays as it is."""
+"""Kinds of pieces. The last slip before a separation is so short that its angle counts as constant."""
 NAMES = ("separation", "stick", "slip", "slip")
 
 V1, V2, KT, MU, KN, GAP, F1, F2 = range(8)
-"""Columns of the derivatives behind the 3 L of the motion."""
+"""Columns of the derivatives after the 3 L of the motion."""
 COLUMNS = 8
 
 FULL, LOST = -1, -2
-"""How a period ends where it does not as it should: without room for another piece, or with no periodic state."""
+"""Failures: more pieces than the arrays hold, or no periodic state."""
 
 BLOCK = 48
-"""Nodes whose derivatives are summed by one product of matrices."""
+"""Nodes whose derivatives are summed by one matrix product."""
 
 
 class Planar(NamedTuple):
@@ -33,7 +33,7 @@ class Planar(NamedTuple):
     X1: Array
     X2: Array
     Y: Array
-    """The zero coefficient is less the gap."""
+    """Its mean is that of the penetration: less the gap."""
     v1: float
     v2: float
     kt: float
@@ -42,7 +42,7 @@ class Planar(NamedTuple):
     b: float
     """``mu kn``: friction limit over penetration."""
     series: Array
-    """Of each order the coefficients of the cosine in ``w1', w2', y, y', w1, w2``, then those of the sine (n, 12)."""
+    """For each order the coefficients of the cosine in ``w1', w2', y, y', w1, w2``, then those of the sine (n, 12)."""
 
 
 class Pieces(NamedTuple):
@@ -50,15 +50,15 @@ class Pieces(NamedTuple):
 
     kind: IntArray
     at: Array
-    """Start, end, force at the start, angle at the start, how far slip was tried (room, 6)."""
+    """Start, end, force at the start, angle at the start, end of the panel that was tried (capacity, 6)."""
     theta: Array
-    """Angle at the nodes of a panel (room, STAGES)."""
+    """Angle at the nodes of a panel (capacity, STAGES)."""
     rates: Array
-    """``w1', w2', penetration, its rate`` at the nodes (room, STAGES, 4)."""
+    """``w1', w2', penetration, its rate`` at the nodes (capacity, STAGES, 4)."""
 
 
-class Room(NamedTuple):
-    """Room for one element after the other."""
+class Workspace(NamedTuple):
+    """Arrays that functions overwrite, for one element after the other."""
 
     c: Array
     s: Array
@@ -80,16 +80,16 @@ class Room(NamedTuple):
     state: Array
     """Motion at a time: ``w1, w2, w1', w2', penetration, its rate``."""
     rows: Array
-    """Of ``differentiate``: both forces and their derivatives at nodes (BLOCK, 2 (1 + columns))."""
+    """For ``differentiate``: both forces and their derivatives at nodes (BLOCK, 2 (1 + columns))."""
     weighted: Array
     """And their weights (BLOCK, L)."""
 
 
 @part
-def new_room(grid: Grid) -> Room:
-    """Room of one thread."""
+def new_workspace(grid: Grid) -> Workspace:
+    """Workspace of one thread."""
     padded, L = grid.orders.size, 2 * grid.n + 1
-    return Room(
+    return Workspace(
         np.zeros(padded), np.zeros(padded), np.zeros((STAGES, STAGES)), np.zeros(STAGES),
         np.zeros((STAGES, padded)), np.zeros((STAGES, padded)), np.zeros((STAGES, 4)),
         np.zeros(STAGES), np.zeros(STAGES), np.zeros(STAGES), np.zeros(STAGES), np.zeros(STAGES), np.zeros((3, STAGES)),
@@ -98,14 +98,17 @@ def new_room(grid: Grid) -> Room:
 
 
 @part
-def new_pieces(room: int) -> Pieces:
-    """Room for the pieces of a period."""
-    return Pieces(np.zeros(room, np.int64), np.zeros((room, 6)), np.zeros((room, STAGES)), np.zeros((room, STAGES, 4)))
+def new_pieces(capacity: int) -> Pieces:
+    """Arrays for the pieces of a period."""
+    return Pieces(
+        np.zeros(capacity, np.int64), np.zeros((capacity, 6)), np.zeros((capacity, STAGES)),
+        np.zeros((capacity, STAGES, 4)),
+    )  # fmt: skip
 
 
 @part
 def element(X: Array, par: Array, grid: Grid) -> Planar:
-    """One element: the tangential means do not matter."""
+    """One element, without the tangential means, which do not matter."""
     X1, X2, Y = X[0].copy(), X[1].copy(), X[2].copy()
     X1[0], X2[0] = 0.0, 0.0
     Y[0] -= par[5]
@@ -146,9 +149,9 @@ def contact_arcs(p: Planar, grid: Grid) -> tuple[bool, Array]:
 
 
 @compiled
-def look(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
-    """``w1, w2, w1', w2', y - gap, y'`` at a time, whose basis stays in the room."""
-    a, c, s = p.series, room.c, room.s
+def evaluate_motion(p: Planar, t: float, grid: Grid, work: Workspace, out: Array) -> None:
+    """``w1, w2, w1', w2', y - gap, y'`` at a time; its basis stays in the workspace."""
+    a, c, s = p.series, work.c, work.s
     basis(t, grid, c, s)
     w1, w2, d1, d2, y, dy = p.v1 * t, p.v2 * t, p.v1, p.v2, p.Y[0], 0.0
     for j in range(grid.n):
@@ -163,10 +166,10 @@ def look(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
 
 
 @compiled
-def basis_row(t: float, grid: Grid, room: Room, H: Array, dH: Array) -> None:
+def basis_row(t: float, grid: Grid, work: Workspace, H: Array, dH: Array) -> None:
     """``H_-`` and ``H_-'`` at a time, (L,) each."""
-    basis(t, grid, room.c, room.s)
+    basis(t, grid, work.c, work.s)
     H[0], dH[0] = 1.0, 0.0
     for j in range(grid.n):
-        r, m, c, s = 2 * j + 1, grid.orders[j], room.c[j], room.s[j]
+        r, m, c, s = 2 * j + 1, grid.orders[j], work.c[j], work.s[j]
         H[r], H[r + 1], dH[r], dH[r + 1] = c, s, -m * s, m * c

@@ -1,4 +1,4 @@
-"""The mean force of a contact that never slips: of all means within the circle, the one farthest from its edge."""
+"""Mean force of a contact that never slips: of all means within the circle, the one farthest from its edge."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.contact.kernel.planar.motion import COLUMNS, GAP, KN, KT, MU, Planar, Room, look
+from slipstick.contact.kernel.planar.motion import COLUMNS, GAP, KN, KT, MU, Planar, Workspace, evaluate_motion
 from slipstick.trig.basis import TWO_PI, Grid
 from slipstick.trig.compiled import compiled, inlined, part
 from slipstick.typing import Array, IntArray
 
 _NOTHING, _LEVEL = 1e-14, 1e-10
-"""Gain of a margin that rounding hides, over its size; bend of one over time that is none, over what it sums up."""
+"""Rounding of a margin over its size, and of its second derivative over the size of its terms."""
 _EXCHANGES = 16
-"""Rounds in which times that decide over the mean of a contact at rest are exchanged."""
+"""Rounds of exchange of the active times, at most."""
 
 
 @compiled
@@ -32,7 +32,7 @@ def margin(forces: Array, limits: Array, c1: float, c2: float) -> tuple[float, i
 
 @compiled
 def equal_margins(times: IntArray, n: int, forces: Array, limits: Array) -> tuple[float, float, float]:
-    """Where the margins at one, two or three times are equal and least: the margin, and the means; inf: nowhere."""
+    """Least equal margins at one, two or three times: the margin, and the means; 1e300: there are none."""
     nowhere = (1e300, 0.0, 0.0)
     i = times[0]
     q1, q2, b = -forces[0, i], -forces[1, i], limits[i]
@@ -71,13 +71,13 @@ def equal_margins(times: IntArray, n: int, forces: Array, limits: Array) -> tupl
 
 
 @compiled
-def least_margin(forces: Array, limits: Array, room: IntArray) -> tuple[float, float, float, int]:
-    """The mean whose largest margin over the sampled times is least: margin, means, how many times decide.
+def least_margin(forces: Array, limits: Array, work: IntArray) -> tuple[float, float, float, int]:
+    """The mean whose largest margin over the sampled times is least: margin, means, number of active times.
 
-    The smallest circle round points with a weight each (E. Welzl, 1991): two or three of them decide. They are found
-    by exchange: the time that is most beyond joins those that decide. ``room`` (13,) receives their numbers.
+    The smallest circle around weighted points (E. Welzl, 1991), of which two or three are active. They are found by
+    exchange: the time with the largest margin joins the active ones. ``work`` (13,) receives their numbers.
     """
-    kept, active, trial, better = room[:3], room[3:7], room[7:10], room[10:13]
+    kept, active, trial, better = work[:3], work[3:7], work[7:10], work[10:13]
     _, active[0] = margin(forces, limits, 0.0, 0.0)
     n, best, c1, c2 = 1, -limits[active[0]], -forces[0, active[0]], -forces[1, active[0]]
     kept[0] = active[0]
@@ -119,17 +119,17 @@ def least_margin(forces: Array, limits: Array, room: IntArray) -> tuple[float, f
 
 
 @compiled
-def margin_at(p: Planar, t: float, c1: float, c2: float, grid: Grid, room: Room, out: Array) -> None:
-    """By how much a stuck force of mean ``c`` exceeds its limit, less ``b Y_0``, with what derivatives are made of.
+def margin_at(p: Planar, t: float, c1: float, c2: float, grid: Grid, work: Workspace, out: Array) -> None:
+    """Excess of a stuck force of mean ``c`` over its limit, less ``b Y_0``, with derivatives by time.
 
-    ``out``: length of the force, its direction ``n`` and how fast that turns; the margin, its rate, the rate of that,
-    and the size of what this is the sum of. The motion stays in ``room.state``.
+    ``out``: length of the force, its direction ``n`` and the rate at which that turns; the margin, its first and second
+    derivatives, and the size of the terms of the latter. The motion stays in ``work.state``.
     """
-    o = room.state
-    look(p, t, grid, room, o)
+    o = work.state
+    evaluate_motion(p, t, grid, work, o)
     e1, e2, ey = 0.0, 0.0, 0.0
     for j in range(grid.n):
-        i, m, c, s = 2 * j + 1, grid.orders[j], room.c[j], room.s[j]
+        i, m, c, s = 2 * j + 1, grid.orders[j], work.c[j], work.s[j]
         e1 -= m * m * (p.X1[i] * c + p.X1[i + 1] * s)
         e2 -= m * m * (p.X2[i] * c + p.X2[i + 1] * s)
         ey -= m * m * (p.Y[i] * c + p.Y[i + 1] * s)
@@ -145,38 +145,38 @@ def margin_at(p: Planar, t: float, c1: float, c2: float, grid: Grid, room: Room,
 
 
 @compiled
-def climb(
-    p: Planar, t: float, c1: float, c2: float, longest: float, small: float, grid: Grid, room: Room, out: Array
+def maximise_margin(
+    p: Planar, t: float, c1: float, c2: float, longest: float, small: float, grid: Grid, work: Workspace, out: Array
 ) -> float:
-    """Time near ``t`` where the margin is largest, by Newton's steps that never fall; ``out`` as of ``margin_at``."""
-    margin_at(p, t, c1, c2, grid, room, out)
+    """Time near ``t`` of a largest margin, by Newton steps that never decrease it; ``out`` as of ``margin_at``."""
+    margin_at(p, t, c1, c2, grid, work, out)
     there = 0
     for _ in range(60):
         rate, bend, before = out[5], out[6], out[4]
         move = -rate / bend if bend < 0.0 else np.copysign(longest, rate)
         move = min(max(move, -longest), longest)
-        if abs(rate * move) <= small:  # nothing to gain but the time itself
+        if abs(rate * move) <= small:  # only the time itself still improves
             there += 1
             if there > 3 or bend > -_LEVEL * out[7]:
                 break
-        margin_at(p, t + move, c1, c2, grid, room, out)
+        margin_at(p, t + move, c1, c2, grid, work, out)
         if there == 0 and out[4] < before - small:
             longest = 0.25 * abs(move)
-            margin_at(p, t, c1, c2, grid, room, out)
+            margin_at(p, t, c1, c2, grid, work, out)
         else:
             t += move
     return t
 
 
 @inlined
-def standing(mark: Array) -> float:
-    """How far the time of the largest margin moves by its rate; none where margins are alike all round (a circle)."""
+def time_shift(mark: Array) -> float:
+    """Shift of the time of the largest margin by its rate; 0 where the margin is constant (a circle)."""
     return -1.0 / mark[6] if mark[6] < -_LEVEL * mark[7] else 0.0
 
 
 @compiled
 def conditions(marks: Array, k: int, M: Array) -> None:
-    """What the mean does to the conditions (2, 2): equal margins; of two times opposite directions of the force."""
+    """Derivatives of the conditions by the mean, (2, 2): equal margins, and for two times opposite forces."""
     for i in range(2):
         M[0, i] = marks[0, 1 + i] - marks[1, 1 + i]
         M[1, i] = marks[0, 1 + i] - marks[2, 1 + i]
@@ -185,24 +185,33 @@ def conditions(marks: Array, k: int, M: Array) -> None:
         for i in range(2):
             sign = 1.0 if i == 0 else -1.0
             mark = marks[i]
-            curvature = sign * (1.0 / mark[0] + mark[3] * mark[3] * standing(mark))
+            curvature = sign * (1.0 / mark[0] + mark[3] * mark[3] * time_shift(mark))
             M[1, 0] -= curvature * mark[2]
             M[1, 1] += curvature * mark[1]
 
 
 @compiled
 def balance(
-    p: Planar, t: Array, k: int, c: Array, longest: float, unit: float, grid: Grid, room: Room, marks: Array, M: Array
+    p: Planar,
+    t: Array,
+    k: int,
+    c: Array,
+    longest: float,
+    unit: float,
+    grid: Grid,
+    work: Workspace,
+    marks: Array,
+    M: Array,
 ) -> int:
-    """Moves two or three times and the mean to where their margins are largest, equal and least, by Newton.
+    """Move two or three times and the mean to where the margins are largest, equal and least, by Newton.
 
-    How many are left: those that climb to one force are one; none where it does not converge.
+    Returns the number of times, without those that reach the same force; 0 where it does not converge.
     """  # fmt: skip
     n, last = marks, 1e300
     for _ in range(30):
         i = 0
         while i < k:
-            t[i] = climb(p, t[i], c[0], c[1], longest, _NOTHING * unit, grid, room, n[i])
+            t[i] = maximise_margin(p, t[i], c[0], c[1], longest, _NOTHING * unit, grid, work, n[i])
             i += 1
             for j in range(i - 1):
                 apart = abs(n[i - 1, 0] - n[j, 0]) / n[j, 0] + abs(n[i - 1, 1] - n[j, 1]) + abs(n[i - 1, 2] - n[j, 2])
@@ -231,7 +240,7 @@ def balance(
             a1, a2 = n[0, 1], n[0, 2]
             if k == 2:
                 return 2 if a1 * n[1, 1] + a2 * n[1, 2] < 0.0 else 0
-            # the mean cannot be moved to lessen all three: it is among the directions
+            # no change of the mean lessens all three: zero is within the triangle of the directions
             ab, bc = a1 * n[1, 2] - a2 * n[1, 1], n[1, 1] * n[2, 2] - n[1, 2] * n[2, 1]
             ca = n[2, 1] * a2 - n[2, 2] * a1
             return 3 if min(ab, bc, ca) >= -1e-12 or max(ab, bc, ca) <= 1e-12 else 0
@@ -239,13 +248,13 @@ def balance(
 
 
 @compiled
-def add_row(p: Planar, u: Any, v: Any, depth: float, rate: float, grid: Grid, room: Room, R: Array) -> None:
-    """Adds to a row of derivatives ``u.df + v.df' + depth b dy + rate b dy'`` of a stuck force and its load."""
-    q, o = 3 * (2 * grid.n + 1), room.state
+def add_row(p: Planar, u: Any, v: Any, depth: float, rate: float, grid: Grid, work: Workspace, R: Array) -> None:
+    """Add to a row of derivatives ``u.df + v.df' + depth b dy + rate b dy'`` of a stuck force and its load."""
+    q, o = 3 * (2 * grid.n + 1), work.state
     L = 2 * grid.n + 1
     R[2 * L] += depth * p.b
     for j in range(grid.n):
-        i, m, c, s = 2 * j + 1, grid.orders[j], room.c[j], room.s[j]
+        i, m, c, s = 2 * j + 1, grid.orders[j], work.c[j], work.s[j]
         R[i] += p.kt * (u[0] * c - v[0] * m * s)
         R[i + 1] += p.kt * (u[0] * s + v[0] * m * c)
         R[L + i] += p.kt * (u[1] * c - v[1] * m * s)
@@ -261,31 +270,31 @@ def add_row(p: Planar, u: Any, v: Any, depth: float, rate: float, grid: Grid, ro
 
 @compiled
 def derive_mean(
-    p: Planar, t: Array, k: int, c: Array, grid: Grid, room: Room, marks: Array, M: Array, dc: Array
+    p: Planar, t: Array, k: int, c: Array, grid: Grid, work: Workspace, marks: Array, M: Array, dc: Array
 ) -> None:
-    """Derivatives of the mean that one, two or three times decide, into ``dc`` (2, columns)."""
+    """Derivatives of the mean with one, two or three active times, into ``dc`` (2, columns)."""
     zero = (0.0, 0.0)
-    if k == 1:  # the force at that time is none
-        look(p, t[0], grid, room, room.state)
-        add_row(p, (-1.0, 0.0), zero, 0.0, 0.0, grid, room, dc[0])
-        add_row(p, (0.0, -1.0), zero, 0.0, 0.0, grid, room, dc[1])
+    if k == 1:  # the force at that time is zero
+        evaluate_motion(p, t[0], grid, work, work.state)
+        add_row(p, (-1.0, 0.0), zero, 0.0, 0.0, grid, work, dc[0])
+        add_row(p, (0.0, -1.0), zero, 0.0, 0.0, grid, work, dc[1])
         return
     for i in range(k):
         mark = marks[i]
-        margin_at(p, t[i], c[0], c[1], grid, room, mark)
+        margin_at(p, t[i], c[0], c[1], grid, work, mark)
         n = (mark[1], mark[2])
         if i != 2:
             sign = -1.0 if i == 0 else 1.0
-            add_row(p, (sign * n[0], sign * n[1]), zero, -sign, 0.0, grid, room, dc[0])
+            add_row(p, (sign * n[0], sign * n[1]), zero, -sign, 0.0, grid, work, dc[0])
         if k == 3 and i != 1:
             sign = -1.0 if i == 0 else 1.0
-            add_row(p, (sign * n[0], sign * n[1]), zero, -sign, 0.0, grid, room, dc[1])
+            add_row(p, (sign * n[0], sign * n[1]), zero, -sign, 0.0, grid, work, dc[1])
         if k == 2:
             sign = -1.0 if i == 0 else 1.0
-            moves = sign * mark[3] * standing(mark)
+            moves = sign * mark[3] * time_shift(mark)
             curvature = sign / mark[0] + moves * mark[3]
             u, v = (-curvature * n[1], curvature * n[0]), (moves * n[0], moves * n[1])
-            add_row(p, u, v, 0.0, -moves, grid, room, dc[1])
+            add_row(p, u, v, 0.0, -moves, grid, work, dc[1])
     conditions(marks, k, M)
     det = M[0, 0] * M[1, 1] - M[0, 1] * M[1, 0]
     for j in range(dc.shape[1]):
@@ -296,35 +305,37 @@ def derive_mean(
 
 
 @compiled
-def add_time(p: Planar, t: float, n: int, grid: Grid, room: Room, times: Array, forces: Array, limits: Array) -> int:
-    """One more time for ``least_margin``; returns how many there are."""
-    o = room.state
-    look(p, t, grid, room, o)
+def add_time(
+    p: Planar, t: float, n: int, grid: Grid, work: Workspace, times: Array, forces: Array, limits: Array
+) -> int:
+    """Add a time for ``least_margin``; return their number."""
+    o = work.state
+    evaluate_motion(p, t, grid, work, o)
     times[n], forces[0, n], forces[1, n], limits[n] = t, p.kt * o[0], p.kt * o[1], p.b * (o[4] - p.Y[0])
     return n + 1
 
 
 @compiled
-def beyond(
+def largest_margin(
     p: Planar,
     c: Array,
     least: float,
     unit: float,
     samples: int,
     grid: Grid,
-    room: Room,
+    work: Workspace,
     forces: Array,
     limits: Array,
     mark: Array,
 ) -> tuple[float, float]:
-    """The largest margin of all times with a mean, and its time: climbed from the sampled ones that may lead there."""
+    """Largest margin of a mean over all times, and its time, by Newton from the sampled maxima."""
     highest, when, longest = least, -1.0, pi / samples
     last, this = -1e300, -1e300
     for i in range(-2, samples):
         f1, f2 = c[0] + forces[0, (i + 1) % samples], c[1] + forces[1, (i + 1) % samples]
         next_one = np.sqrt(f1 * f1 + f2 * f2) - limits[(i + 1) % samples]
         if i >= 0 and this >= max(last, next_one) and 2.0 * this - min(last, next_one) > least:
-            t = climb(p, TWO_PI * i / samples, c[0], c[1], longest, _NOTHING * unit, grid, room, mark)
+            t = maximise_margin(p, TWO_PI * i / samples, c[0], c[1], longest, _NOTHING * unit, grid, work, mark)
             if mark[4] > highest:
                 highest, when = mark[4], t
         last, this = this, next_one
@@ -332,13 +343,13 @@ def beyond(
 
 
 @part
-def resting_mean(p: Planar, grid: Grid, room: Room) -> tuple[float, float, float, Array]:
+def resting_mean(p: Planar, grid: Grid, work: Workspace) -> tuple[float, float, float, Array]:
     """Margin and mean force of a contact that never slips, and the derivatives of the mean (2, 3 L + COLUMNS).
 
     Of all means that keep the force within the circle it is the one of the largest least distance from it. One, two or
-    three times decide; found among sampled times they are moved to where their margins are largest and equal. Where the
-    margin is larger at another time, which proves the mean wrong, that one is added to the samples, and so on: the
-    problem is convex, so nothing larger anywhere proves the mean right.
+    three times are active. They are found among sampled times and moved to where their margins are largest and equal.
+    Where the margin is larger at another time, that one is added to the samples. The problem is convex: no larger
+    margin anywhere proves the mean right.
     """
     samples = 16 * (grid.top + 2)
     room_for, columns = samples + 4 * _EXCHANGES, 3 * (2 * grid.n + 1) + COLUMNS
@@ -346,7 +357,7 @@ def resting_mean(p: Planar, grid: Grid, room: Room) -> tuple[float, float, float
     dc, c, t, marks, M = np.zeros((2, columns)), np.zeros(2), np.zeros(3), np.zeros((4, 8)), np.zeros((2, 2))
     n, k, left, unit, least, c1, c2, none, proved = 0, 1, 0, 0.0, 0.0, 0.0, 0.0, p.b * p.Y[0], False
     for i in range(samples):
-        n = add_time(p, TWO_PI * i / samples, n, grid, room, times, forces, limits)
+        n = add_time(p, TWO_PI * i / samples, n, grid, work, times, forces, limits)
         unit = max(unit, abs(forces[0, i]) + abs(forces[1, i]), abs(limits[i]))
     if unit == 0.0:
         return -none, 0.0, 0.0, dc
@@ -354,35 +365,35 @@ def resting_mean(p: Planar, grid: Grid, room: Room) -> tuple[float, float, float
     for _ in range(_EXCHANGES):
         least, c1, c2, k = least_margin(forces[:, :n], limits[:n], decide)
         known, proved, c[0], c[1] = n, False, c1, c2
-        if least > none:  # it slips for certain
+        if least > none:  # it slips
             return least - none, c1, c2, dc
         for i in range(k):
             t[i] = times[decide[i]]
-        if k == 1:  # the force is none there, and grows to both sides
+        if k == 1:  # the force is zero there, and grows on both sides
             for side in (-1e-3, 1e-3):
-                at = climb(p, t[0] + side * longest, c1, c2, longest, _NOTHING * unit, grid, room, marks[0])
+                at = maximise_margin(p, t[0] + side * longest, c1, c2, longest, _NOTHING * unit, grid, work, marks[0])
                 if marks[0, 4] > least + 1e-13 * unit:
-                    n = add_time(p, at, n, grid, room, times, forces, limits)
+                    n = add_time(p, at, n, grid, work, times, forces, limits)
             if n > known:
                 continue
             break
-        left, margin = balance(p, t, k, c, longest, unit, grid, room, marks, M), least
-        if left > 0 and marks[0, 4] >= least - 1e-13 * unit:  # no mean has less
+        left, margin = balance(p, t, k, c, longest, unit, grid, work, marks, M), least
+        if left > 0 and marks[0, 4] >= least - 1e-13 * unit:  # no mean has a smaller one
             margin = marks[0, 4]
         else:
             left, c[0], c[1] = 0, c1, c2
-        highest, when = beyond(p, c, margin, unit, samples, grid, room, forces, limits, marks[3])
+        highest, when = largest_margin(p, c, margin, unit, samples, grid, work, forces, limits, marks[3])
         proved = highest <= margin + 1e-13 * unit
         if proved:
             break
-        n = add_time(p, when, n, grid, room, times, forces, limits)
+        n = add_time(p, when, n, grid, work, times, forces, limits)
         for i in range(k):
-            n = add_time(p, t[i], n, grid, room, times, forces, limits)
+            n = add_time(p, t[i], n, grid, work, times, forces, limits)
     if proved and left > 0:
         least, k = marks[0, 4], left
     else:
         c[0], c[1] = c1, c2
         for i in range(k):
             t[i] = times[decide[i]]
-    derive_mean(p, t, k, c, grid, room, marks, M, dc)
+    derive_mean(p, t, k, c, grid, work, marks, M, dc)
     return least - none, c[0], c[1], dc

@@ -10,14 +10,15 @@ from math import comb, pi
 import numpy as np
 from scipy.special import roots_jacobi
 
-from slipstick.contact.kernel.planar.motion import LAST_SLIP, STAGES, Planar, Room, look
+from slipstick.contact.kernel.planar.motion import LAST_SLIP, STAGES, Planar, Workspace, evaluate_motion
 from slipstick.trig.basis import Grid, basis, circle
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.typing import Array
 
 _NEWTON = 14
+"""Newton steps of a panel, at most."""
 INSTANT = 1e-15
-"""Shorter times, rad, are none."""
+"""Length (rad) that is rounding."""
 
 
 def radau(stages: int) -> tuple[Array, Array, Array, Array]:
@@ -38,7 +39,7 @@ NODES, WEIGHTS, TOP, POWERS = radau(STAGES)
 
 
 def angle_within(first: float, theta: Array, way: Array, kind: int) -> Array:
-    """Angles at parts ``way`` (0 to 1) of a piece of slip: the polynomial through its start and its nodes."""
+    """Angles at fractions ``way`` (0 to 1) of a piece of slip: the polynomial through its start and its nodes."""
     if kind == LAST_SLIP:
         return np.full(way.shape, first)
     nodes, angles = np.concatenate([[0.0], NODES]), np.concatenate([[first], theta])
@@ -47,9 +48,9 @@ def angle_within(first: float, theta: Array, way: Array, kind: int) -> Array:
 
 
 @compiled
-def look_at_nodes(p: Planar, t: float, h: float, grid: Grid, room: Room) -> None:
-    """The same at the nodes of a panel, in ``room.nodes``."""
-    a, c, s, nodes = p.series, room.node_cos, room.node_sin, room.nodes
+def evaluate_nodes(p: Planar, t: float, h: float, grid: Grid, work: Workspace) -> None:
+    """Rates and penetration at the nodes of a panel, in ``work.nodes``."""
+    a, c, s, nodes = p.series, work.node_cos, work.node_sin, work.nodes
     for i in range(STAGES):
         basis(t + NODES[i] * h, grid, c[i], s[i])
         nodes[i, 0], nodes[i, 1], nodes[i, 2], nodes[i, 3] = p.v1, p.v2, p.Y[0], 0.0
@@ -61,28 +62,28 @@ def look_at_nodes(p: Planar, t: float, h: float, grid: Grid, room: Room) -> None
 
 
 @compiled
-def begin_slip(p: Planar, t: float, grid: Grid, room: Room) -> tuple[bool, float, float]:
+def begin_slip(p: Planar, t: float, grid: Grid, work: Workspace) -> tuple[bool, float, float]:
     """Where a contact closes: whether it slips at once, the angle, and its rate."""
-    o = room.state
-    look(p, t, grid, room, o)
+    o = work.state
+    evaluate_motion(p, t, grid, work, o)
     speed = np.sqrt(o[2] * o[2] + o[3] * o[3])
     if not p.kt * speed > p.b * o[5]:
         return False, 0.0, 0.0
     theta = np.arctan2(o[3], o[2])
-    return True, theta, onset_rate(p, speed, theta, o[5], grid, room)
+    return True, theta, onset_rate(p, speed, theta, o[5], grid, work)
 
 
 @compiled
-def onset_rate(p: Planar, speed: float, theta: float, dy: float, grid: Grid, room: Room) -> float:
-    """``theta'`` where a contact closes slipping; the basis of that time stands in the room.
+def onset_rate(p: Planar, speed: float, theta: float, dy: float, grid: Grid, work: Workspace) -> float:
+    """``theta'`` where a contact closes slipping; the workspace holds the basis of that time.
 
-    The direction of motion turns at some rate; the angle follows with ``kappa / (1 + kappa)`` of it.
+    The angle turns at ``kappa / (1 + kappa)`` of the rate at which the direction of the motion turns.
     """
     a1, a2 = 0.0, 0.0
     for j in range(grid.n):
         i, k = 2 * j + 1, grid.orders[j]
-        a1 -= k * k * (p.X1[i] * room.c[j] + p.X1[i + 1] * room.s[j])
-        a2 -= k * k * (p.X2[i] * room.c[j] + p.X2[i + 1] * room.s[j])
+        a1 -= k * k * (p.X1[i] * work.c[j] + p.X1[i + 1] * work.s[j])
+        a2 -= k * k * (p.X2[i] * work.c[j] + p.X2[i + 1] * work.s[j])
     kappa = p.kt * speed / (p.b * dy) if dy > 0.0 else 1e300
     turn = (a2 * np.cos(theta) - a1 * np.sin(theta)) / speed
     return turn / (1.0 + 1.0 / kappa)
@@ -106,31 +107,31 @@ def solve(J: Array, r: Array) -> None:
 
 
 @inlined
-def turning(p: Planar, room: Room) -> None:
+def turning(p: Planar, work: Workspace) -> None:
     """``theta'`` at the nodes, and its derivative by theta."""
     for i in range(STAGES):
-        d1, d2 = room.nodes[i, 0], room.nodes[i, 1]
-        over = p.kt / (p.b * room.nodes[i, 2])
-        c, s = circle(room.theta[i])
-        room.cos[i], room.sin[i] = c, s
-        room.g[i] = over * (d2 * c - d1 * s)
-        room.slope[i] = -over * (d1 * c + d2 * s)
+        d1, d2 = work.nodes[i, 0], work.nodes[i, 1]
+        over = p.kt / (p.b * work.nodes[i, 2])
+        c, s = circle(work.theta[i])
+        work.cos[i], work.sin[i] = c, s
+        work.g[i] = over * (d2 * c - d1 * s)
+        work.slope[i] = -over * (d1 * c + d2 * s)
 
 
 @compiled
-def collocate(p: Planar, start: float, h: float, small: float, room: Room) -> bool:
-    """Angles at the nodes of a panel of length ``h`` whose rates are known; the first guess stands in ``room.theta``.
+def collocate(p: Planar, start: float, h: float, small: float, work: Workspace) -> bool:
+    """Angles at the nodes of a panel of length ``h`` whose rates are known; ``work.theta`` holds the first guess.
 
-    Newton's steps end below ``small``: the next would be its square. False: they do not converge.
+    Newton's steps end below ``small``, whose square is rounding. False: they do not converge.
     """
-    theta, J, r = room.theta, room.jacobian, room.residual
+    theta, J, r = work.theta, work.jacobian, work.residual
     for _ in range(_NEWTON):
-        turning(p, room)
+        turning(p, work)
         for i in range(STAGES):
             total = theta[i] - start
             for j in range(STAGES):
-                total -= h * WEIGHTS[i, j] * room.g[j]
-                J[i, j] = -h * WEIGHTS[i, j] * room.slope[j]
+                total -= h * WEIGHTS[i, j] * work.g[j]
+                J[i, j] = -h * WEIGHTS[i, j] * work.slope[j]
             J[i, i] += 1.0
             r[i] = total
         solve(J, r)
@@ -139,7 +140,7 @@ def collocate(p: Planar, start: float, h: float, small: float, room: Room) -> bo
             theta[i] -= r[i]
             size += abs(r[i])
         if size < small:
-            turning(p, room)
+            turning(p, work)
             return True
         if not size < 12.0:
             return False
@@ -153,33 +154,33 @@ def slip_rate(p: Planar, d1: float, d2: float, dy: float, theta: float) -> float
 
 
 @inlined
-def slip_rate_at_end(p: Planar, room: Room) -> float:
+def slip_rate_at_end(p: Planar, work: Workspace) -> float:
     """``lambda`` at the last node of a panel."""
     z = STAGES - 1
-    along = room.nodes[z, 0] * room.cos[z] + room.nodes[z, 1] * room.sin[z]
-    return along - p.b * room.nodes[z, 3] / p.kt
+    along = work.nodes[z, 0] * work.cos[z] + work.nodes[z, 1] * work.sin[z]
+    return along - p.b * work.nodes[z, 3] / p.kt
 
 
 @compiled
-def panel(p: Planar, t: float, start: float, h: float, small: float, grid: Grid, room: Room) -> bool:
-    """Collocation from a time and angle on, over ``h``; the first guess stands in ``room.theta``."""
-    look_at_nodes(p, t, h, grid, room)
-    if collocate(p, start, h, small, room):
+def panel(p: Planar, t: float, start: float, h: float, small: float, grid: Grid, work: Workspace) -> bool:
+    """Collocation from a time and angle on, over ``h``; ``work.theta`` holds the first guess."""
+    evaluate_nodes(p, t, h, grid, work)
+    if collocate(p, start, h, small, work):
         return True
     for i in range(STAGES):
-        room.theta[i] = start
-    return collocate(p, start, h, small, room)
+        work.theta[i] = start
+    return collocate(p, start, h, small, work)
 
 
 @inlined
 def longest_panel(tolerance: float, grid: Grid) -> float:
-    """Longest panel whose nodes sum a force of that tolerance, rad."""
+    """Longest panel (rad) whose nodes integrate the force to a tolerance."""
     return pi / (0.5 * grid.top + 1.0) * min(0.5, max(0.25, 0.55 * (1e8 * tolerance) ** (1.0 / (2 * STAGES - 1))))
 
 
 @inlined
 def polynomial(x: float, first: float, coefficients: Array) -> tuple[float, float]:
-    """Value and derivative of a panel's polynomial at part ``x`` of it."""
+    """Value and derivative of a panel's polynomial at the fraction ``x`` of it."""
     value, rate = 0.0, 0.0
     for k in range(STAGES - 1, -1, -1):
         rate = rate * x + value
@@ -188,15 +189,15 @@ def polynomial(x: float, first: float, coefficients: Array) -> tuple[float, floa
 
 
 @compiled
-def falls(p: Planar, first: float, room: Room) -> float:
-    """Part of the panel just computed after which the velocity of slip, ``first`` at its start, is negative; or 2.
+def slip_reversal(p: Planar, first: float, work: Workspace) -> float:
+    """Fraction of the panel just computed after which the slip velocity, ``first`` at its start, is negative; or 2.
 
-    It is sought on the polynomial through the nodes, which stays in ``room.speed``.
+    It is a root of the polynomial through the nodes, which stays in ``work.speed``.
     """
-    speed, coefficients = room.speed[0], room.speed[1]
+    speed, coefficients = work.speed[0], work.speed[1]
     for i in range(STAGES):
-        along = room.nodes[i, 0] * room.cos[i] + room.nodes[i, 1] * room.sin[i]
-        speed[i] = along - p.b * room.nodes[i, 3] / p.kt
+        along = work.nodes[i, 0] * work.cos[i] + work.nodes[i, 1] * work.sin[i]
+        speed[i] = along - p.b * work.nodes[i, 3] / p.kt
     rate = 0.0
     for k in range(STAGES):
         coefficients[k] = 0.0
@@ -250,31 +251,31 @@ def falls(p: Planar, first: float, room: Room) -> float:
 
 @compiled
 def end_of_slip(
-    p: Planar, t: float, start: float, h: float, first: float, small: float, grid: Grid, room: Room
+    p: Planar, t: float, start: float, h: float, first: float, small: float, grid: Grid, work: Workspace
 ) -> tuple[float, bool]:
-    """Where in the panel just computed slip ends, as its length: there its last node is, collocated anew; and whether.
+    """Length of slip in the panel just computed, which is collocated again up to its end; and whether slip ends.
 
-    ``first`` is the slip velocity at its start. Force and its rate are steady there: an error of the time enters the
-    force by its square.
+    ``first`` is the slip velocity at its start. Force and its rate are continuous at the end: an error of the time
+    enters the force by its square.
     """
-    x = falls(p, first, room)
+    x = slip_reversal(p, first, work)
     if x > 1.0:
         return h, False
     if first <= 0.0 and x * h < INSTANT:
         return 0.0, True
-    coefficients = room.speed[2]
+    coefficients = work.speed[2]
     for k in range(STAGES):
         coefficients[k] = 0.0
         for i in range(STAGES):
-            coefficients[k] += POWERS[k, i] * (room.theta[i] - start)
+            coefficients[k] += POWERS[k, i] * (work.theta[i] - start)
     for i in range(STAGES):
-        room.theta[i], _ = polynomial(NODES[i] * x, start, coefficients)
+        work.theta[i], _ = polynomial(NODES[i] * x, start, coefficients)
     last = 1.0
     for _ in range(8):
-        if not panel(p, t, start, x * h, small, grid, room):
+        if not panel(p, t, start, x * h, small, grid, work):
             break
-        _, rate = polynomial(x, first, room.speed[1])
-        move = -slip_rate_at_end(p, room) / rate if rate < 0.0 else 0.0
+        _, rate = polynomial(x, first, work.speed[1])
+        move = -slip_rate_at_end(p, work) / rate if rate < 0.0 else 0.0
         if abs(move) < 1e-10 or abs(move) > 0.5 * last or not 0.0 < x + move < 1.0:
             break
         last = abs(move)
