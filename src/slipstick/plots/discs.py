@@ -10,7 +10,7 @@ from slipstick.errors import InputError
 from slipstick.faults import number, one
 from slipstick.plots.points import point_number, point_titled
 from slipstick.plots.quantities import NO_POINTS, abscissa, dataset_of, parted, units_of, with_unit
-from slipstick.plots.style import COLOURS, GREY, legend, styled, titled
+from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, styled, titled
 from slipstick.results.disc import amplitude_on_disc, disc_of
 from slipstick.results.solutions import Solutions
 from slipstick.typing import Array, DrawnAxes
@@ -29,8 +29,10 @@ def disc(
 
     Parameters
     ----------
-    branch, point
+    branch
         Results of a travelling wave or of a whole disc, with their problem.
+    point
+        Number of the point; negative numbers count from the last.
     dof
         A dof of a sector, by default the first that is known at all of them.
     tau
@@ -75,8 +77,7 @@ def disc(
     ax.set_axis_off()
     label = with_unit(f"Amplitude of {dof}", units_of(dataset).label("length"))
     bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8)
-    bar.formatter.set_powerlimits((-3, 5))  # type: ignore[attr-defined]
-    bar.ax.yaxis.set_label_text(label, parse_math=False)
+    label_colour_bar(bar, label)
     if new:
         point_titled(ax, dataset, point, [])
     return ax
@@ -94,7 +95,8 @@ def blades(
     dof
         A dof of a sector, by default the first that is known at all of them.
     frequency
-        Unit of the frequency axis, as of ``response``.
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
     ax
         Axes to draw into.
 

@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.plots.overlay import Curves, corners_of, smooth
 from slipstick.plots.quantities import Branches, OneBranch, abscissa, chosen, dataset_of, quantity
-from slipstick.plots.style import GREY, legend, styled, titled
+from slipstick.plots.style import GREY, legend, log_scale, styled, titled
 from slipstick.results.view import analysis_of, values_of
 from slipstick.typing import DrawnAxes
 
@@ -36,8 +36,16 @@ def backbone(
         Forced responses to be drawn too: a branch, a list of them, or ``{label: branch}``.
     dof
         Name of the dof; by default the first.
-    ax, frequency
-        As of ``response``.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        The forced responses, if there are any, then the mode and the marks of the load factors.
 
     Raises
     ------
@@ -64,13 +72,31 @@ def backbone(
 
 
 def damping(mode: OneBranch, *, ax: Axes | None = None) -> DrawnAxes:
-    """Damping ratio of a nonlinear mode over its amplitude."""
+    """Damping ratio of a nonlinear mode over its amplitude.
+
+    Parameters
+    ----------
+    mode
+        The branch of ``ss.nonlinear_modes``.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+
+    Returns
+    -------
+    Axes
+        One line; over more than a decade of amplitudes the axis is logarithmic.
+
+    Raises
+    ------
+    InputError
+        For what is no nonlinear mode.
+    """
     data, new = mode_dataset(mode), ax is None
     ax = styled(ax, quantity(data, "modal_amplitude"), quantity(data, "modal_damping"))
     a, D = data["modal_amplitude"].to_numpy(), data["modal_damping"].to_numpy()
     ax.plot(*smooth(a, D, corners_of(data)), linewidth=1.6)
     if a.size and a.max() > 10.0 * a.min():
-        ax.set_xscale("log")
+        log_scale(ax, "x")
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     if new:
         titled(ax.figure, str(data.attrs.get("title", "")))

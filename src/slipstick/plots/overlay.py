@@ -24,7 +24,7 @@ from slipstick.plots.quantities import (
     quantity,
     title_of,
 )
-from slipstick.plots.style import GREY, legend, over_decades, styled, titled
+from slipstick.plots.style import GREY, legend, log_scale, over_decades, styled, titled
 from slipstick.results.stability import UNKNOWN
 from slipstick.results.view import values_of, view_of
 from slipstick.typing import Array, DrawnAxes, Names
@@ -107,7 +107,7 @@ class Curves:
         """A range over decades has a logarithmic axis."""
         x = [self.abscissa.values(dataset) for _, dataset in self.overlaid]
         if over_decades(x) and all(values.min(initial=1.0) > 0.0 for values in x):
-            ax.set_xscale("log")
+            log_scale(ax, "x")
 
 
 _PENS = {0: (0, (4, 3)), UNKNOWN: (0, (1, 2))}

@@ -174,7 +174,28 @@ def held_text(dataset: xarray.Dataset) -> str:
 
 
 def abscissa_text(dataset: xarray.Dataset, point: int, frequency: str | None = None) -> str:
-    """The followed quantity at a point, with its unit: "4.26 rad/s"."""
+    """The followed quantity at a point, with its unit: "4.26 rad/s".
+
+    Parameters
+    ----------
+    dataset
+        Dataset of a branch.
+    point
+        Number of the point.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    str
+        The value with its unit; a followed parameter with its name too.
+
+    Raises
+    ------
+    InputError
+        For an unknown unit, and for any unit where a parameter is followed.
+    """
     return abscissa(dataset, frequency).text(dataset, point)
 
 

@@ -24,6 +24,28 @@ def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, fre
 
     Speeds and frequencies are in the unit ``frequency``, "rad/s" by default; with "rpm", or ``rpm=True``, speeds are in
     rpm and frequencies in Hz. Where there are crossings, frequencies are shown as far as the engine orders reach.
+
+    Parameters
+    ----------
+    data
+        What :func:`slipstick.models.campbell` returns.
+    ax
+        Axes to draw into; by default those of a new figure.
+    rpm
+        The same as the unit "rpm".
+    frequency
+        "rad/s" (default), "Hz", "kHz" or "rpm": the unit of both axes; of speeds alone for "rpm", frequencies are then
+        in Hz.
+
+    Returns
+    -------
+    Axes
+        Lines of frequencies by their sense of whirl, then the engine orders, last the crossings.
+
+    Raises
+    ------
+    InputError
+        For what is no such dataset, and an unknown unit.
     """
     unit = "rpm" if truth("rpm", rpm) and frequency is None else _unit(frequency)
     data = _diagram(data, "whirl", "campbell")
@@ -61,6 +83,25 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None, frequency: str | N
     Engine order n is the bar from its lowest to its highest frequency at its nodal diameter; resonances within the
     range of speeds are circles with n beside them. The thin line is that of the highest speed, folded at N/2.
     Frequencies are in the unit ``frequency``, "rad/s" by default; in Hz for "rpm".
+
+    Parameters
+    ----------
+    data
+        What :func:`slipstick.models.interference` returns.
+    ax
+        Axes to draw into; by default those of a new figure.
+    frequency
+        "rad/s" (default), "Hz" or "kHz": the unit of the frequencies; for "rpm" they are in Hz.
+
+    Returns
+    -------
+    Axes
+        A line for each mode, that of the highest speed, the bars of the engine orders, and the resonances.
+
+    Raises
+    ------
+    InputError
+        For what is no such dataset, and an unknown unit.
     """
     from matplotlib.ticker import MaxNLocator
 

@@ -84,6 +84,17 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     return cast("DrawnAxes", ax)
 
 
+def label_colour_bar(bar: Any, label: str) -> None:
+    """Name a colour bar; small lengths in metres are shown as millimetres or micrometres."""
+    from slipstick.plots.lengths import METRES, Lengths
+
+    if label.endswith(METRES):
+        bar.formatter = Lengths(label)
+    else:
+        bar.formatter.set_powerlimits((-3, 5))
+    bar.ax.yaxis.set_label_text(label, parse_math=False)
+
+
 def titled(figure: Figure | None, *texts: str) -> None:
     """Title of a whole figure, in as many lines as it needs: the first text, the others in brackets."""
     assert figure is not None
@@ -105,7 +116,11 @@ def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
     >>> short([f"a contact of the shroud of blade {i}, upper edge" for i in (1, 2)], 24)
     ['... blade 1, upper ed...', '... blade 2, upper ed...']
     """
-    cut = [n if len(n) <= most else f"{n[: most // 2 + 1]}...{n[len(n) - most // 2 + 3 :]}" for n in names]
+    longest = [max(map(len, n.split("\n"))) for n in names]
+    cut = [
+        n if size <= most else f"{n[: most // 2 + 1]}...{n[len(n) - most // 2 + 3 :]}"
+        for n, size in zip(names, longest, strict=True)
+    ]
     if len(set(cut)) == len(set(names)):
         return cut
     differs = next(k for k in range(max(map(len, names))) if len({n[k : k + 1] for n in names}) > 1)
@@ -141,21 +156,34 @@ _PLACES = (
 
 def _placed_inside(made: Legend, ax: Axes) -> bool:
     """Put a legend where it hides no data; False if there is no such place, but room can be made beside the axes."""
+    from matplotlib.collections import PolyCollection
+
     figure = ax.get_figure(root=True)
     if figure is None or figure.get_layout_engine() is None:
         made.set_loc("best")
         return True
     figure.draw_without_rendering()
     curves = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
-    marks = [drawn.get_offset_transform().transform(drawn.get_offsets()) for drawn in ax.collections]
+    filled = [drawn for drawn in ax.collections if isinstance(drawn, PolyCollection)]
+    areas = [drawn.get_transform().transform_path(path) for drawn in filled for path in drawn.get_paths()]
+    areas += [bar.get_transform().transform_path(bar.get_path()) for bar in ax.patches]
+    dots = [drawn for drawn in ax.collections if drawn not in filled]
+    marks = [drawn.get_offset_transform().transform(drawn.get_offsets()) for drawn in dots]
     for place in _PLACES:
         made.set_loc(cast("Any", place))
         box = made.get_window_extent().padded(_MARKER * figure.dpi / 72.0)
-        if not any(curve.intersects_bbox(box, filled=False) for curve in curves) and not any(
-            map(box.count_contains, marks)
-        ):
+        hidden = any(curve.intersects_bbox(box, filled=False) for curve in curves)
+        hidden = hidden or any(area.intersects_bbox(box, filled=True) for area in areas)
+        if not hidden and not any(map(box.count_contains, marks)):
             return True
     return False
+
+
+def log_scale(ax: Axes, name: str, **options: Any) -> None:
+    """Give the axis "x" or "y" a logarithmic scale, with ticks whose texts do not touch."""
+    from slipstick.plots import lengths
+
+    lengths.log_scale(ax, name, **options)
 
 
 def over_decades(values: Iterable[np.ndarray]) -> bool:
@@ -166,7 +194,22 @@ def over_decades(values: Iterable[np.ndarray]) -> bool:
 
 
 def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", "svg")) -> list[Path]:
-    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written."""
+    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written.
+
+    Parameters
+    ----------
+    ax
+        Axes of the figure.
+    stem
+        Path of the files without their endings.
+    formats
+        Endings of the files, formats of matplotlib.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
     figure = ax.get_figure(root=True)
     assert figure is not None
     stem = Path(stem)

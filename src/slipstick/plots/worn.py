@@ -17,7 +17,7 @@ from slipstick.plots.quantities import (
     units_of,
     with_unit,
 )
-from slipstick.plots.style import legend, new_figure, short, styled, titled
+from slipstick.plots.style import label_colour_bar, legend, new_figure, short, styled, titled
 from slipstick.results.deflection import contact_nodes, contact_places, nearest_contacts, outward
 from slipstick.results.view import analysis_of, names_of, values_of
 from slipstick.typing import Array, IntArray, Names, Points
@@ -41,6 +41,11 @@ def wear(branch: OneBranch, contact: Names = None, dof: Names = None) -> tuple[A
         Name of a contact, or several; by default those worn deepest, at most 8.
     dof
         Name of the dof whose amplitude is drawn, or several; by default that of the peak, else the first.
+
+    Returns
+    -------
+    tuple of Axes
+        Of the worn depth, the normal load, the amplitude and the frequency.
 
     Raises
     ------
@@ -125,8 +130,7 @@ def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
     for ax in list(axes.flat)[len(at) :]:
         ax.set_visible(False)
     bar = figure.colorbar(axes.flat[0].collections[0], ax=axes, shrink=0.9)
-    bar.formatter.set_powerlimits((-3, 5))  # type: ignore[attr-defined]
-    bar.ax.yaxis.set_label_text(quantity(data, "worn_depth"), parse_math=False)
+    label_colour_bar(bar, quantity(data, "worn_depth"))
     titled(figure, str(data.attrs.get("title", "")))
     return tuple(list(axes.flat)[: len(at)])
 
