@@ -8,7 +8,7 @@ import numpy as np
 
 from slipstick.faults import shown, wrong
 from slipstick.plots.style import COLOURS, legend, styled
-from slipstick.results.foreign import is_dataset
+from slipstick.results.table import is_dataset
 from slipstick.results.view import frequency_unit, names_of
 from slipstick.typing import Array, DrawnAxes, IntArray
 from slipstick.units import Units

@@ -13,8 +13,8 @@ from slipstick.errors import InputError
 from slipstick.faults import listed, shown
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
-from slipstick.results.foreign import is_dataset
 from slipstick.results.schema import branch_parts
+from slipstick.results.table import is_dataset
 from slipstick.results.view import frequency_unit, label_of, names_of, place_of, unit_of
 from slipstick.units import Units, after_number, unit_of_dof
 

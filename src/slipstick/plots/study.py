@@ -12,10 +12,16 @@ from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, log_scale, over_decades, styled
-from slipstick.results.foreign import is_dataset
-from slipstick.results.percentiles import PERCENTILES, checked_percentiles, curve_percentiles, peak_percentiles
+from slipstick.results.percentiles import (
+    FEWEST,
+    PERCENTILES,
+    WeibullMaxima,
+    checked_percentiles,
+    curve_percentiles,
+    peak_percentiles,
+)
+from slipstick.results.table import is_dataset
 from slipstick.results.view import followed_of
-from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
 from slipstick.units import unit_of_dof
 

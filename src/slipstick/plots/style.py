@@ -59,7 +59,7 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     """The axes, or new ones, with labels, a light grid and the palette."""
     from matplotlib.ticker import ScalarFormatter
 
-    from slipstick.plots.lengths import METRES, Lengths
+    from slipstick.plots.ticks import METRES, Lengths
 
     if ax is not None and not hasattr(ax, "set_xlabel"):
         raise wrong("ax", ax, "matplotlib Axes to draw into, or None")
@@ -86,7 +86,7 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
 
 def label_colour_bar(bar: Any, label: str) -> None:
     """Name a colour bar; small lengths in metres are shown as millimetres or micrometres."""
-    from slipstick.plots.lengths import METRES, Lengths
+    from slipstick.plots.ticks import METRES, Lengths
 
     if label.endswith(METRES):
         bar.formatter = Lengths(label)
@@ -181,9 +181,9 @@ def _placed_inside(made: Legend, ax: Axes) -> bool:
 
 def log_scale(ax: Axes, name: str, **options: Any) -> None:
     """Give the axis "x" or "y" a logarithmic scale, with ticks whose texts do not touch."""
-    from slipstick.plots import lengths
+    from slipstick.plots import ticks
 
-    lengths.log_scale(ax, name, **options)
+    ticks.log_scale(ax, name, **options)
 
 
 def over_decades(values: Iterable[np.ndarray]) -> bool:

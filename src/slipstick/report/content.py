@@ -10,8 +10,7 @@ import numpy as np
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, orbits_of, planar_of, series_of
-from slipstick.report.curves import abscissae_of, curves_of
-from slipstick.report.diagrams import diagram_of
+from slipstick.report.curves import abscissae_of, curves_of, diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of

@@ -11,9 +11,9 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import number, shown, whole
-from slipstick.results.foreign import is_dataset
 from slipstick.results.saved_table import write_table
 from slipstick.results.schema import Declared
+from slipstick.results.table import is_dataset
 from slipstick.results.view import names_of
 from slipstick.typing import Array
 

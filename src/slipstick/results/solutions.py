@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import in_radians, number, one, text, warn, whole, wrong
-from slipstick.results.foreign import is_dataset
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import LARGEST
-from slipstick.results.table import ResultTable
+from slipstick.results.table import ResultTable, is_dataset
 from slipstick.results.view import analysis_of, followed_of, names_of, orders_of, place_of
 from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.errors import Fault, InputError
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -90,3 +92,19 @@ class ResultTable:
         for name, column in self.variables.items():
             parts[name in self.sizes][name] = (column.dims, column.values, dict(column.attrs))
         return xarray.Dataset(parts[False], coords=parts[True], attrs=dict(self.attrs))
+
+
+def is_dataset(value: Any, *variables: str) -> bool:
+    """Whether it is a dataset of xarray that has some variables; xarray itself is not needed to tell."""
+    return hasattr(value, "data_vars") and set(variables) <= set(value.variables)
+
+
+def foreign_dataset(file: Path) -> xarray.Dataset:
+    """What a netCDF-4 file of any origin holds; InputError where it cannot be read."""
+    import xarray
+
+    try:
+        with xarray.open_dataset(file, engine="h5netcdf") as data:
+            return data.load()
+    except (OSError, ValueError) as error:
+        raise InputError(Fault(str(file), "cannot be read as netCDF-4", remedy=str(error).splitlines()[0])) from None

@@ -5,19 +5,24 @@ Every reader asks here, the page as the figures and the terminal: tables and dat
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import shown, suggestion
+from slipstick.html import MOST_SHOWN, html_table
 from slipstick.results.measures import phase_of
 from slipstick.results.peaks import located_peaks
 from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE
 from slipstick.typing import Array, IntArray
 from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
+
+if TYPE_CHECKING:
+    from slipstick.results.solutions import Solutions
+
 
 ROUNDING = 1e-11
 """Smaller than this beside what it is made of, a value is what rounding left of zero."""
@@ -253,3 +258,28 @@ def _finite(values: Array) -> float:
     """The largest of some; 0 where that is no number."""
     size = float(np.nanmax(values, initial=0.0))
     return size if np.isfinite(size) else 0.0
+
+
+def branch_html(branch: Solutions) -> str:
+    """A small table of what was found."""
+    title = str(branch.dataset.attrs.get("title", ""))
+    return html_table(f"Branch{': ' if title else ''}{title}", _rows(branch))
+
+
+def _rows(branch: Solutions) -> Iterator[tuple[str, Any]]:
+    yield "outcome", branch.message
+    data = branch.dataset
+    if not len(branch):
+        return
+    where = data[branch.followed].to_numpy()
+    name = str(data.attrs.get("parameter", "")) or "omega"
+    yield "points", f"{len(branch)}, {name} from {followed_text(data, where[0])} to {followed_text(data, where[-1])}"
+    for dof in names_of(data, "dof")[:MOST_SHOWN]:
+        unit = after(data, "amplitude", dof)
+        peaks = sorted(branch.peaks(dof), key=lambda peak: -peak[1])[:3]
+        said = "; ".join(f"{size:.5g}{unit} at {followed_text(data, value)}" for value, size in peaks)
+        yield f"peaks of {dof}", said or f"none; largest {float(data['amplitude'].sel(dof=dof).max()):.5g}{unit}"
+    if data.attrs.get("coordinates_of_motion"):
+        yield "motion", data.attrs["coordinates_of_motion"]
+    if branch.warnings:
+        yield "warnings", "\n".join(branch.warnings)
