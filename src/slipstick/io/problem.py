@@ -100,7 +100,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "units": (Units, _by_fields),
     **STORED_STATES,
 }
-"""What may stand in a file: a word for each class, and the arguments that make an equal one."""
+"""Classes a file may hold: a word for each, and a function of the arguments that make an equal object."""
 
 _WORDS = {kind: word for word, (kind, _) in STORED_PARTS.items()}
 

@@ -50,11 +50,11 @@ class ResultStore:
         Variables, labels and attributes. :meth:`append` takes the numbers of a point by variable name; those left
         out are stored as nan.
     problem, without
-        What is computed, stored with the points; or why there is none.
+        The problem, stored with the points; or the reason why there is none.
     about
-        What identifies the run, for whoever goes on with it: texts and numbers, kept in the journal.
+        Texts and numbers that identify the run to one that continues it, stored in the journal.
     recorded, keep
-        The journal of an earlier run to go on with, and how many of its points are kept.
+        The journal of an earlier run to be continued, and how many of its points are kept.
 
     Raises
     ------
@@ -122,7 +122,7 @@ class ResultStore:
         self._cost, self._written = self._when - begin, len(self._journal)
 
     def values(self) -> Mapping[str, AnyArray]:
-        """Variables of all points so far, (n_points, ...), those of more than a block read when they are asked for."""
+        """Variables of all points so far, (n_points, ...), those of more than a block read on access."""
         if self._values:
             return self._values
         if self._journal.removed:
@@ -162,7 +162,7 @@ class ResultStore:
 
 
 class _Read(Mapping[str, AnyArray]):
-    """Variables by name, each read from the journal whenever it is asked for."""
+    """Variables by name, each read from the journal on access."""
 
     def __init__(self, layout: Layout, journal: Journal) -> None:
         self._layout, self._journal = layout, journal

@@ -1,4 +1,4 @@
-"""The moving surface of a body, or stressed elements, as XDMF for ParaView: frames are times of a period, or points."""
+"""XDMF files for ParaView: the surface of a body over a period, wear and stresses over points; tables of stresses."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 MOST_FRAMES = 1000
 _FIRST = '<xi:include xpointer="xpointer(/Xdmf/Domain/Grid/Grid[1]/*[self::Topology or self::Geometry])"/>'
-"""The mesh of the first frame again."""
+"""Reference to the mesh of the first frame."""
 
 
 def write_shape(branch: Solutions, path: str | Path, point: int, *, frames: int = 36) -> Path:
@@ -227,7 +227,7 @@ def write_stress(branch: Solutions, path: str | Path, points: Points = None, at:
 
 
 def _in_each_line(found: Any) -> Any:
-    """With what is known of each point or of each place, frequency and position, given for both together."""
+    """The stresses with frequency and position repeated for every line of a table: each point at each place."""
     sizes = {dim: found.sizes[dim] for dim in ("point", PLACE)}
     known = found.set_coords([name for name in found.data_vars if PLACE not in found[name].dims])
     each = {

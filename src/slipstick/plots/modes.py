@@ -1,4 +1,4 @@
-"""Nonlinear modes: the line through the peaks of all load levels, drawn over forced curves, and their damping."""
+"""Figures of modes: backbone and damping of nonlinear ones, Campbell and interference diagrams of linear ones."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ _SENSES = {1: ("tab:blue", "forward whirl"), -1: ("tab:orange", "backward whirl"
 
 
 def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, frequency: str | None = None) -> DrawnAxes:
-    """Draw what :func:`slipstick.models.campbell` found. Crossings are circles.
+    """Campbell diagram: damped frequencies over the speed, with engine orders. Crossings are circles.
 
     Speeds and frequencies are in the unit ``frequency``, "rad/s" by default; with "rpm", or ``rpm=True``, speeds are in
     rpm and frequencies in Hz. Where there are crossings, frequencies are shown as far as the engine orders reach.
@@ -177,7 +177,7 @@ def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, fre
 
 
 def interference(data: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = None) -> DrawnAxes:
-    """Draw what :func:`slipstick.models.interference` found: frequency over nodal diameter, with engine orders.
+    """Interference diagram: frequencies over the nodal diameter, with engine orders.
 
     Engine order n is the bar from its lowest to its highest frequency at its nodal diameter; resonances within the
     range of speeds are circles with n beside them. The thin line is that of the highest speed, folded at N/2.
@@ -247,13 +247,13 @@ def _unit(frequency: str | None) -> str:
 
 
 def _top(found: Any, met: Any, reach: float) -> float:
-    """The highest frequency shown: where engine orders meet some, as far as they reach, else all."""
+    """The highest frequency shown: up to the highest engine order where there are crossings, else all."""
     every = 1.05 * float(np.nanmax(found, initial=0.0))
     return min(every, 1.05 * max(reach, float(met.max()))) if met.size else every
 
 
 def _together(met: Sequence[Any], near: float) -> list[tuple[float, float, str]]:
-    """Place and name of crossings; those too near one another to be named apart share a name, "4x, 20x"."""
+    """Place and name of crossings; those closer than ``near`` share a name, "4x, 20x"."""
     diameters, frequencies, orders = met
     places: list[tuple[float, float, str]] = []
     for k in np.lexsort((frequencies, diameters)):
@@ -275,7 +275,7 @@ def _legend_aside(axes: Axes) -> None:
 
 
 def _diagram(data: object, name: str, function: str) -> xr.Dataset:
-    """What a function of ``slipstick.models`` found; InputError for anything else."""
+    """The dataset of a function of ``slipstick.models``; InputError for anything else."""
     import xarray as xr
 
     if not isinstance(data, xr.Dataset) or name not in data:
@@ -284,7 +284,7 @@ def _diagram(data: object, name: str, function: str) -> xr.Dataset:
 
 
 def _near(mask: Any) -> Any:
-    """With the neighbours of what is true, so that lines of one sense reach those of another."""
+    """The mask with the neighbours of its true entries, so that lines of different senses join."""
     wide = mask.copy()
     wide[1:] |= mask[:-1]
     return wide

@@ -1,8 +1,7 @@
 """One point of a branch over its period: hysteresis loops, states, time histories, harmonics.
 
-All take a branch (or its dataset) and the number of a point, and return Axes: ``ax``, else those of a new figure, which
-has the title of the results and tells where the point lies. They raise InputError for points and names that are not
-there.
+All take a branch (or its dataset) and the number of a point, and return Axes: ``ax``, else those of a new figure, whose
+title names the results and the point. They raise InputError for points and names that are not there.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
-"""What a loop is drawn over: its key in ``Branch.loop`` and its name."""
+"""Abscissae of a loop: key in ``Branch.loop`` and name."""
 
 
 def loop(
@@ -121,7 +120,7 @@ def loop(
 
 
 def force_text(periods: Mapping[str, Mapping[str, Array]]) -> str:
-    """What the force of these loops is called."""
+    """Name of the force of these loops."""
     return "Friction force" if all("limit" in period for period in periods.values()) else "Contact force"
 
 
@@ -285,7 +284,7 @@ def branch_of(branch: OneBranch) -> Solutions:
 
 
 def point_titled(ax: Axes, dataset: xarray.Dataset, point: int, names: list[str]) -> None:
-    """Title of a figure of a point; it tells the name of what is drawn alone."""
+    """Title a figure of a point; a single dof or contact is named in it."""
     figure: Figure = ax.figure  # type: ignore[assignment]
     about = names if len(names) == 1 else []
     titled(figure, title_of([(None, dataset)]), *about, f"at {abscissa(dataset).text(dataset, point)}")
@@ -301,7 +300,7 @@ _LEAST = 1e-8
 def states(branch: OneBranch, point: int, contact: Names = None, *, ax: Axes | None = None) -> DrawnAxes:
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom.
 
-    A contact whose law does not tell its states is a grey bar, "unknown".
+    A contact whose law has no states is a grey bar, "unknown".
 
     Parameters
     ----------

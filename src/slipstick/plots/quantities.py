@@ -1,4 +1,4 @@
-"""What figures take from results: datasets by label, values of named dofs and contacts, labels with units."""
+"""Data of figures: datasets by label, values of named dofs and contacts, labels with units."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _is_one(branch: object) -> bool:
 
 
 def _inside(branch: object) -> Any:
-    """What a branch, or another result, holds; anything else as it is."""
+    """The dataset of a branch or another result; anything else as it is."""
     return getattr(branch, "dataset", branch)
 
 
@@ -129,7 +129,7 @@ class Abscissa:
     """What a branch follows, in the unit it is drawn in."""
 
     name: str
-    """Of the variable: ``omega``, or ``parameter`` where the frequency stands still."""
+    """Of the variable: ``omega``, or ``parameter`` where the frequency is constant."""
     label: str
     unit: str
     factor: float = 1.0

@@ -1,4 +1,4 @@
-"""Look of the figures: sizes, colours told apart by colour-blind readers, titles and legends that fit."""
+"""Style of the figures: sizes, colours that colour-blind readers distinguish, titles and legends that fit."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe and Ito's palette."""
 DASHES = ("-", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2, 2, 2)), (0, (1, 3)))
-"""The next one begins where colours are used up. Plain dashes mean unstable motion, and nothing else."""
+"""Each is used with all colours before the next one. Plain dashes are for unstable motion alone."""
 STATE_COLOURS = {"stick": "#0072B2", "slip": "#E69F00", "slip+": "#E69F00", "slip-": "#D55E00", "separation": "#BBBBBB"}
 GREY = "#666666"
 PEAK = "peak"
-"""Name of the markers in legends, where it stands last."""
+"""Name of the markers of peaks, the last one of a legend."""
 
 _TITLE_LINES = 2
 _LETTERS_PER_INCH = 12.0
 _LONGEST_NAME = 36
 _MOST_INSIDE = 7
-"""With more entries a legend stands beside the axes."""
+"""Most entries of a legend inside the axes."""
 _MOST_NAMED = 20
-"""With more entries a legend says how many there are."""
+"""Most entries of a legend; the last one then gives their number."""
 _MARKER = 5.0
 """Radius of the largest markers, points."""
 DECADES = 100.0
@@ -42,7 +42,7 @@ DECADES = 100.0
 
 
 def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
-    """A figure of pyplot, which notebooks and ``plt.show()`` show; inside ``for_files`` one that nothing else knows."""
+    """A figure of pyplot, which notebooks and ``plt.show()`` show; inside ``for_files`` one without pyplot."""
     if by_pyplot():
         from matplotlib import pyplot
 
@@ -129,7 +129,7 @@ def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
 
 
 def legend(ax: Axes, *, least: int = 1) -> None:
-    """Legend of at least so many names, once each, markers last; beside the axes if it is long or would hide data."""
+    """Add a legend of ``least`` names or more, each once, markers last; outside the axes if long or over data."""
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     entries = {name: handle for name, handle in entries.items() if name and not name.startswith("_")}
     if PEAK in entries:
@@ -155,7 +155,7 @@ _PLACES = (
 
 
 def _placed_inside(made: Legend, ax: Axes) -> bool:
-    """Put a legend where it hides no data; False if there is no such place, but room can be made beside the axes."""
+    """Place a legend where it hides no data; False if there is no such place and it can be outside the axes."""
     from matplotlib.collections import PolyCollection
 
     figure = ax.get_figure(root=True)
@@ -187,7 +187,7 @@ def log_scale(ax: Axes, name: str, **options: Any) -> None:
 
 
 def over_decades(values: Iterable[np.ndarray]) -> bool:
-    """Whether positive values span so much that a linear scale shows only the largest."""
+    """Whether positive values span two decades or more."""
     known = np.concatenate([np.zeros(0), *(np.asarray(v, dtype=float).ravel() for v in values)])
     known = known[np.isfinite(known) & (known > 0.0)]
     return bool(known.size) and bool(known.max() >= DECADES * known.min())

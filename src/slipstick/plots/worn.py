@@ -165,7 +165,7 @@ class _Seen(NamedTuple):
 
 
 def _seen(branch: OneBranch) -> _Seen | None:
-    """The surface where it is known and contacts lie on it."""
+    """The surface mesh, where there is one with contacts on it."""
     problem: Any = getattr(branch, "problem", None)
     skin = None if problem is None else problem.structure.skin
     if skin is None:

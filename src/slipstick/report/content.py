@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
-"""Attributes that stand elsewhere on the page, or say nothing to a reader."""
+"""Attributes that are shown elsewhere on the page, or are of no use to a reader."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
@@ -258,14 +258,14 @@ def what_matters(branch: Solutions, kept: Indices, tolerances: Mapping[str, floa
 
 
 UNSEEN = 1e-3
-"""Relative to the largest motion: less is not seen."""
+"""Smallest visible motion, relative to the largest."""
 
 MOST_SHAPE_NODES = 1500
 """Of a surface, and so many contacts on it at most: a page has their motion at every point."""
 
 
 def shape_of(branch: Solutions) -> dict[str, Any] | None:
-    """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
+    """Nodes, triangles, fields and their coefficients at every point; None without a surface mesh."""
     skin = None if branch.problem is None else branch.problem.structure.skin
     if skin is None or not len(branch):
         return None
@@ -288,7 +288,7 @@ def shape_of(branch: Solutions) -> dict[str, Any] | None:
 
 
 def _left_out(shown: Skin, skin: Skin, on: dict[str, Any] | None) -> str:
-    """What is not shown of a surface, in words; empty where that is nothing."""
+    """Sentence on the parts of a surface that are not shown; empty where all are."""
     if len(shown.nodes) == len(skin.nodes):
         return ""
     of = f" and {on['shown']} of {on['count']} contacts" if on is not None and on["shown"] < on["count"] else ""
@@ -338,11 +338,11 @@ def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, An
 
 
 _FROM_ABOVE, _ASIDE = 60.0, -35.0
-"""A surface is seen from this high at most, and this far beside its normal; degrees."""
+"""Largest elevation of the view of a surface, and its angle from the normal; degrees."""
 
 
 def _looking_at(normal: Array) -> list[int]:
-    """Angles, degrees, from which a surface of this normal is seen, the body still upright."""
+    """Angles of view of a surface with this normal, degrees, with the body upright."""
     x, y, z = normal / (float(np.linalg.norm(normal)) or 1.0)
     level = float(np.hypot(x, y))
     yaw = np.degrees(np.arctan2(-x, -y)) if level > 0.1 else 0.0

@@ -1,4 +1,4 @@
-"""Curves along a branch, as the page draws them: which there are, of what, with which units."""
+"""Curves of a page along a branch, with their units; Campbell and interference diagrams."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ _WORK = ("truncation", "newton_iterations")
 
 
 def curves_of(branch: Solutions, kept: Mapping[str, Indices], view: View) -> list[dict[str, Any]]:
-    """All curves of a branch, the first the one to begin with; ``kept`` are the dofs and contacts that are shown.
+    """All curves of a branch, the default first; ``kept`` are the dofs and contacts that are shown.
 
-    A quantity without a number, or that says nothing, is left out.
+    A quantity without numbers, or one that is constant and of no interest, is left out.
     """
     dataset = branch.table
     if not len(branch):
@@ -43,7 +43,7 @@ def curves_of(branch: Solutions, kept: Mapping[str, Indices], view: View) -> lis
 
 
 def abscissae_of(dataset: ResultTable, view: View) -> list[dict[str, Any]]:
-    """What curves can be drawn over, first what the branch follows: the frequency, a parameter, an amplitude."""
+    """Possible abscissae of the curves, the followed quantity first: the frequency, a parameter, an amplitude."""
     return [
         {"key": key, **meaning(dataset, key), "values": packed(dataset[key].to_numpy(), "f8")}
         for key in view.over
@@ -52,7 +52,7 @@ def abscissae_of(dataset: ResultTable, view: View) -> list[dict[str, Any]]:
 
 
 def _says_something(values: Array) -> bool:
-    """Whether there are numbers, and not all the same."""
+    """Whether there are numbers that differ."""
     known = values[np.isfinite(values)]
     return known.size > 0 and bool((known != known[0]).any())
 
@@ -99,13 +99,13 @@ def _curve(dataset: ResultTable, name: str, over: str, values: Array) -> dict[st
 
 
 def meaning(dataset: ResultTable, name: str) -> dict[str, str]:
-    """Label and units of a variable; ``after`` is what stands after a number."""
+    """Label and units of a variable; ``after`` is the unit in the form that follows a number."""
     label = "Frequency" if name == "omega" else label_of(dataset, name)
     return {"label": label, "units": unit_of(dataset, name), "after": after(dataset, name)}
 
 
 MOST_DOFS = 60
-"""Beyond, modes at every speed take longer than the page is worth."""
+"""Most dofs of a diagram: more take too long at every speed for a page."""
 _SPEEDS = 31
 _MOST_MODES = 8
 _MOST_ORDERS = 4
@@ -183,6 +183,6 @@ def _of_disc(wave: TravellingWave, orders: list[int], low: float, high: float) -
 
 
 def _line(name: str, x: Any, y: Any, colour: int = -1) -> dict[str, Any]:
-    """Where there is a number; without a colour it is one of excitation, dashed."""
+    """A line where it has numbers; without a colour it is an engine order, dashed."""
     known = np.isfinite(y)
     return {"name": name, "x": np.asarray(x, dtype=float)[known].tolist(), "y": y[known].tolist(), "colour": colour}

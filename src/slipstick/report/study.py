@@ -1,4 +1,4 @@
-"""What a page holds of a study: its cases with outcomes, their peaks, and the curves behind them."""
+"""Content of the page of a study: cases with outcomes, peaks and curves."""
 
 from __future__ import annotations
 

@@ -229,7 +229,7 @@ STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "study.js")
 
 _NAMES = "decode law model view charts save curves strip shape disc panels diagram tables head main"
 SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
-"""Our own, in the order they are put together: one script, so that nothing but ``slipstick`` is left in the page."""
+"""Our scripts in the order in which they are joined: one script, whose only global name is ``slipstick``."""
 
 
 def part(name: str) -> str:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 FOLD, TRUNCATED_FOLD = "fold", "turning point of the truncated balance"
 _BESIDE = 3
-"""So many points off, a change of contact states belongs to a bifurcation."""
+"""Number of points within which a change of contact states belongs to a bifurcation."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Percentiles of the peaks and the curves of a study whose parameters are samples."""
+"""Percentiles of the peaks and curves of a study of samples; the Weibull distribution of maxima."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 PERCENTILES = (5.0, 50.0, 95.0)
 _GRID = 400
+"""Default number of frequencies of a band."""
 
 
 def is_sampled(study: xarray.Dataset) -> bool:
@@ -163,7 +164,8 @@ def _complete(study: xarray.Dataset) -> Any:
 
 FEWEST = 8
 """Samples from which a distribution is fitted."""
-_SAME = 1e-9
+_SMALLEST_SHAPE = 1e-9
+"""The Gumbel distribution, shape 0, is taken with this shape: the formulas divide by it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,11 +181,11 @@ class WeibullMaxima:
 
     @property
     def upper(self) -> float:
-        """The bound; inf where there is none."""
+        """Upper bound of the values; inf where there is none."""
         return self.place + self.scale / self.shape if self.shape > 0.0 else float("inf")
 
     def percentile(self, percent: float) -> float:
-        """What so many percent of the values stay below."""
+        """The value that ``percent`` percent of the values do not exceed."""
         return self.place + self.scale * (1.0 - (-log(percent / 100.0)) ** self.shape) / self.shape
 
     @classmethod
@@ -202,6 +204,6 @@ class WeibullMaxima:
         b0, b1, b2 = a.mean(), (i * a).mean() / (n - 1), (i * (i - 1) * a).mean() / ((n - 1) * (n - 2))
         c = (2.0 * b1 - b0) / (3.0 * b2 - b0) - log(2.0) / log(3.0)
         shape = 7.8590 * c + 2.9554 * c * c
-        shape = shape if abs(shape) > _SAME else _SAME
+        shape = shape if abs(shape) > _SMALLEST_SHAPE else _SMALLEST_SHAPE
         scale = (2.0 * b1 - b0) * shape / (gamma(1.0 + shape) * (1.0 - 2.0**-shape))
         return cls(shape=float(shape), scale=float(scale), place=float(b0 + scale * (gamma(1.0 + shape) - 1.0) / shape))

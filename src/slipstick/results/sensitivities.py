@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def known_problem(branch: Solutions) -> Problem:
-    """The problem whose parameters results depend on; InputError where it is not known."""
+    """The problem whose parameters results depend on; InputError where the results have none."""
     problem = branch.problem or branch.excited
     if problem is None:
         remedy = "; give it to ss.load(path, problem)" if analysis_of(branch.table) == "modes" else ""

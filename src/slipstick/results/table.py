@@ -1,7 +1,6 @@
-"""The numbers of a branch by name, without xarray: the import of that takes longer than computing and writing a curve.
+"""Results by name without xarray, whose import takes longer than computing and writing a curve; datasets of others.
 
-A ``ResultTable`` is asked in the words of an ``xarray.Dataset``, of which it knows the few that our own code needs, and
-makes the dataset for whoever wants all of it.
+A ``ResultTable`` has those members of an ``xarray.Dataset`` that this package uses, and converts to one on request.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ class ResultTable:
 
     @classmethod
     def of(cls, dataset: xarray.Dataset) -> ResultTable:
-        """What a dataset holds, with its own arrays and attributes."""
+        """The variables of a dataset, which share its arrays and attributes."""
         known = {
             str(name): ResultColumn(tuple(map(str, v.dims)), v.to_numpy(), v.attrs)
             for name, v in dataset.variables.items()
@@ -95,12 +94,12 @@ class ResultTable:
 
 
 def is_dataset(value: Any, *variables: str) -> bool:
-    """Whether it is a dataset of xarray that has some variables; xarray itself is not needed to tell."""
+    """Whether a value is a dataset of xarray with some variables; does not import xarray."""
     return hasattr(value, "data_vars") and set(variables) <= set(value.variables)
 
 
 def foreign_dataset(file: Path) -> xarray.Dataset:
-    """What a netCDF-4 file of any origin holds; InputError where it cannot be read."""
+    """The dataset in a netCDF-4 file of any origin; InputError where it cannot be read."""
     import xarray
 
     try:

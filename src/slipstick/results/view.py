@@ -1,6 +1,6 @@
-"""How results are read: which analysis made them, what they are drawn over, names, labels, units, values for the eye.
+"""Reading results for display: their analysis, abscissa, names, labels, units and values, and their notebook table.
 
-Every reader asks here, the page as the figures and the terminal: tables and datasets alike.
+Pages, figures and the terminal all use these functions, on tables and datasets alike.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 ROUNDING = 1e-11
-"""Smaller than this beside what it is made of, a value is what rounding left of zero."""
+"""Size of a value, relative to the terms it is computed from, below which it is rounding."""
 
 
 class View(NamedTuple):
@@ -34,9 +34,9 @@ class View(NamedTuple):
     Attributes
     ----------
     name
-        What a page calls it.
+        Its name on a page.
     over
-        What they can be drawn over, the first to begin with.
+        Possible abscissae, the default first.
     marked
         Kinds of points that are listed.
     first
@@ -96,19 +96,19 @@ def view_of(data: Any) -> View:
 
 
 def analysis_of(data: Any) -> str:
-    """The analysis that made a table or dataset, such as "response", "track" or "study"; empty where nothing tells.
+    """The analysis that made a table or dataset, such as "response", "track" or "study"; empty where it is unknown.
 
-    Of files written before they said so it is told by what they hold.
+    Older files do not name it: it is then inferred from their variables.
     """
-    return str(data.attrs.get(ANALYSIS, "")) or _told_by(data)
+    return str(data.attrs.get(ANALYSIS, "")) or _inferred_analysis(data)
 
 
 def analysis_of_journal(about: Mapping[str, Any]) -> str:
-    """The same of what a journal says about itself; empty for a ``[response]`` written before they said so."""
+    """The analysis named in the header of a journal; empty for an older one of a ``[response]``."""
     return str(about.get(ANALYSIS, "")) or next((name for name in ("study", "run_up") if name in about), "")
 
 
-def _told_by(data: Any) -> str:
+def _inferred_analysis(data: Any) -> str:
     attributes = data.attrs
     if "study_parameters" in attributes:
         return "study" if "peak_amplitude" in data else "curves"
@@ -158,7 +158,7 @@ def unit_of(data: Any, name: str, dof: str = "") -> str:
 
 
 def after(data: Any, name: str, dof: str = "") -> str:
-    """The same as it stands after a number."""
+    """The unit of a variable in the form that follows a number."""
     return after_number(unit_of(data, name, dof))
 
 
@@ -214,7 +214,7 @@ def listed_peaks(data: Any) -> list[ListedPeak]:
 
 
 def values_of(data: Any, name: str, dim: str, label: str) -> Array:
-    """A variable (n_points,) of a named dof or contact, zero where it is nothing but rounding.
+    """A variable (n_points,) of a named dof or contact, zero where it is rounding.
 
     InputError where the results do not hold it.
     """
@@ -231,7 +231,7 @@ def values_at(data: Any, name: str, dim: str, places: Sequence[int] | IntArray) 
 
 
 def phases_at(data: Any, places: Sequence[int] | IntArray, harmonic: int) -> Array:
-    """Phases (n_points, n) of the harmonic of that place, deg, without jumps; nan where it is nothing but rounding."""
+    """Phases (n_points, n) of the harmonic of that place, deg, without jumps; nan where the harmonic is rounding."""
     X, least, parts = data["displacement"].to_numpy(), ROUNDING * _largest(data, "displacement"), branch_parts(data)
     return np.stack([phase_of(X[:, d], harmonic, parts, float(least[d])) for d in places], axis=1)
 
@@ -261,7 +261,7 @@ def _finite(values: Array) -> float:
 
 
 def branch_html(branch: Solutions) -> str:
-    """A small table of what was found."""
+    """Table of a branch for a notebook: outcome, points, peaks and warnings."""
     title = str(branch.dataset.attrs.get("title", ""))
     return html_table(f"Branch{': ' if title else ''}{title}", _rows(branch))
 
