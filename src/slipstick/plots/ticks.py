@@ -60,7 +60,7 @@ class _Numbers(LogFormatterSciNotation):
         """The texts of those that are named."""
         low, high = self.axis.get_view_interval()
         plain = [f"{value:.6g}" for value in values]
-        return _named(self.axis, values, plain if high < 100.0 * low else super().format_ticks(values))
+        return _named(self.axis, values, plain if high < 100.0 * low else super().format_ticks(list(values)))
 
 
 def _named(axis: Any, values: Sequence[float], texts: Sequence[str]) -> list[str]:
