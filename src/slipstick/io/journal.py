@@ -259,7 +259,7 @@ _Records = list[tuple[int, int]]
 
 
 def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
-    """Where numbers of at least ``least`` bytes begin and their notes end, up to ``size``; what is wrong beyond."""
+    """Begin and end of each record of at least ``least`` bytes, up to ``size``; "damaged" if the reading ended so."""
     records: _Records = []
     while True:
         head = stream.read(_HEAD)

@@ -13,7 +13,7 @@ from typing import Any
 from slipstick.errors import InputError
 
 NAME = ".slipstick.lock"
-_LOCKED_BYTE = 1 << 30  # beyond the text: Windows keeps others from reading what is locked
+_LOCKED_BYTE = 1 << 30  # behind the text: on Windows others cannot read a locked byte
 
 
 class FolderLock:

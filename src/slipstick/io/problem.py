@@ -191,7 +191,7 @@ def read_problem(path: Path, table: ResultTable) -> tuple[Problem | None, str]:
 
 
 def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
-    """What JSON of ``_plain`` stands for; raises KeyError, TypeError or ValueError where it is none."""
+    """The object that JSON of ``_plain`` describes; KeyError, TypeError or ValueError for other JSON."""
     if isinstance(plain, list):
         return [_made(item, arrays) for item in plain]
     if not isinstance(plain, dict):
@@ -216,7 +216,7 @@ def _disc_dofs(sector: CyclicStructure) -> int:
 
 
 def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray, rows: int | None) -> Any:
-    """A matrix, square where ``rows`` are not told, of which nothing is believed that its arrays do not hold."""
+    """A matrix, square where ``rows`` are not given; its size and indices are checked against its arrays."""
     from scipy.sparse import csc_array
 
     columns = len(indptr) - 1

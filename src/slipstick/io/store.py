@@ -1,7 +1,7 @@
 """The results file, netCDF-4, written point by point.
 
-HDF5 files that are written in place are lost when the process dies in the middle of a change. So each point goes to a
-small append-only journal first (one write, nothing to corrupt), and the results file itself is always a complete file
+An HDF5 file that is written in place is lost when the process dies during a change. So each point is first appended to
+a small journal (one write, nothing to corrupt), and the results file itself is always a complete file
 that replaces the one before in a single step. It is renewed as often as costs at most a tenth of the running time
 (points that take long: after every point) and at the end, when the journal is removed. After a kill the results file
 opens with any netCDF reader, and ``ss.load`` adds what the journal holds beyond it.
@@ -178,7 +178,7 @@ class _Read(Mapping[str, AnyArray]):
 
 
 def file_blocks(layout: Layout, rows: Callable[[int, int], Array], count: int) -> Iterator[dict[str, StoredVariable]]:
-    """Coordinates and variables of points as they stand in the file, block by block; at least one, if of no points.
+    """Coordinates and variables of points in the order of the file, block by block; one empty block of no points.
 
     ``rows`` are those (n_points, size) of the points from one number to before another.
     """

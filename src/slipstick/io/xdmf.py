@@ -88,7 +88,7 @@ def _states(branch: Solutions, point: int, tau: AnyArray) -> AnyArray:
     out = np.full((len(tau), branch.dataset.sizes["contact"]), _UNKNOWN)
     try:
         told = states_at(branch, point)
-    except InputError:  # no law tells its own
+    except InputError:  # no law has states
         return out
     for c, name in enumerate(branch.dataset["contact"].values):
         for start, end, state in told.get(str(name), ()):

@@ -1,4 +1,4 @@
-"""A disc seen from the front: every blade coloured by its amplitude, as long as its motion at an instant."""
+"""Front view of a disc: the colour of a blade is its amplitude, its length the motion at an instant."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def disc(
     point
         Number of the point; negative numbers count from the last.
     dof
-        A dof of a sector, by default the first that is known at all of them.
+        A dof of a sector, by default the first that all sectors have.
     tau
         Phase omega t of the instant in rad: dashed is the rest position, longer is positive. Means are left out, and
         the largest swing of any blade has one length at all points.
@@ -49,7 +49,7 @@ def disc(
     Raises
     ------
     InputError
-        Where the results are of no disc, or the dof is not known at every sector.
+        Where the results are of no disc, or not every sector has the dof.
     """
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle, Wedge
@@ -93,7 +93,7 @@ def blades(
     branch
         Results of a travelling wave or of a whole disc, with their problem; those of a wave are one curve.
     dof
-        A dof of a sector, by default the first that is known at all of them.
+        A dof of a sector, by default the first that all sectors have.
     frequency
         "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
         in.

@@ -35,7 +35,7 @@ def backbone(
     Parameters
     ----------
     mode
-        The branch of ``ss.nonlinear_modes``. Points of the load factors that were asked for are marked.
+        The branch of ``ss.nonlinear_modes``. Points of requested load factors are marked.
     forced
         Forced responses to be drawn too: a branch, a list of them, or ``{label: branch}``.
     dof

@@ -230,7 +230,7 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
     Raises
     ------
     InputError
-        For a contact of another law, or whose law is not known.
+        For a contact of another or an unknown law.
     """
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     point, (name,) = point_number(dataset, point), chosen(dataset, "contact", contact)

@@ -86,7 +86,7 @@ def chosen(dataset: xarray.Dataset, dim: str, wanted: str | Sequence[str] | None
 
 
 def quantity(dataset: xarray.Dataset, name: str, dofs: Iterable[str] = ()) -> str:
-    """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself.
+    """Label of a variable: its long name without remarks in brackets, and its unit.
 
     Of ``dofs`` alone; raises InputError where they are of different units, which do not share an axis.
     """

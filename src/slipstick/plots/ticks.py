@@ -13,7 +13,7 @@ _SMALLER = ((1e-4, 1e6, "[µm]"), (0.1, 1e3, "[mm]"))
 
 
 class Lengths(Formatter):
-    """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label follows what is in view."""
+    """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label follows the visible range."""
 
     axis: Any
 

@@ -19,6 +19,7 @@ from slipstick.plots.quantities import (
 )
 from slipstick.plots.style import label_colour_bar, legend, new_figure, short, styled, titled
 from slipstick.results.deflection import contact_nodes, contact_places, nearest_contacts, outward
+from slipstick.results.solutions import Solutions
 from slipstick.results.view import analysis_of, names_of, values_of
 from slipstick.typing import Array, IntArray, Names, Points
 
@@ -83,7 +84,7 @@ _PANELS = 4
 
 
 def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
-    """Worn depth on the surface of a body at some points of wear, one beside the other in one colour scale.
+    """Worn depth on the surface of a body at some points of wear, side by side with one colour scale.
 
     Parameters
     ----------
@@ -95,9 +96,9 @@ def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
     Returns
     -------
     tuple of Axes
-        One for each point, seen along the axis of the model that the surface looks along most. Triangles of the surface
-        round each contact have its depth (``axes.collections[0]``), and contacts are dots. Where the surface is not
-        known, or no contact lies on it, one Axes: a bar for each contact and point.
+        One for each point, seen along the axis of the model closest to the normal of the surface. Triangles round each
+        contact have its depth (``axes.collections[0]``), and contacts are dots. Without a surface, or without contacts
+        on it, one Axes: a bar for each contact and point.
 
     Raises
     ------
@@ -166,7 +167,7 @@ class _Seen(NamedTuple):
 
 def _seen(branch: OneBranch) -> _Seen | None:
     """The surface mesh, where there is one with contacts on it."""
-    problem: Any = getattr(branch, "problem", None)
+    problem: Any = branch.problem if isinstance(branch, Solutions) else None
     skin = None if problem is None else problem.structure.skin
     if skin is None:
         return None

@@ -34,7 +34,7 @@ STEP = 4e-11
 
 
 def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> dict[str, Any] | None:
-    """Friction contacts among those kept: motion, parameters and states give their force exactly.
+    """Friction contacts among those of the page: motion, parameters and states give their force exactly.
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
     """
@@ -67,7 +67,7 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
 
 
 def planar_of(branch: Solutions, kept: Indices) -> dict[str, Any] | None:
-    """Contacts that slide in a plane among those kept: vibration, friction force over the period, circle and states.
+    """Planar contacts among those of the page: vibration, friction force over the period, circle and states.
 
     ``of`` are places in ``kept``. None without any, or where their law is unknown.
     """
@@ -107,7 +107,7 @@ def _planar_at(
 
 
 def orbits_of(branch: Solutions, kept: Indices) -> dict[str, Any] | None:
-    """Rotors in a circular stator among those kept: motion of the centre, clearance and states.
+    """Rotors in a circular stator among those of the page: motion of the centre, clearance and states.
 
     ``of`` are places in ``kept``. None without any, or where their law is unknown.
     """

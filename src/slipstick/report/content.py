@@ -69,7 +69,7 @@ def content_of(
             **_motion(dataset, [names[d] for d in kept["dof"]]),
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
-        "asked": _asked(dataset, kept["dof"]),
+        "asked": _requested_dofs(dataset, kept["dof"]),
         "notes": _notes(dataset, kept["dof"], view),
         "curves": curves_of(branch, kept, view),
         "references": references_of(branch, kept["dof"]) if view.name == "response" else [],
@@ -185,15 +185,15 @@ def _motion(dataset: ResultTable, dofs: Sequence[str]) -> dict[str, Any]:
     return {"label": label, "units": length, "after": after_number(length), "units_of": units}
 
 
-def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
-    """Places, among the dofs kept, of those whose peaks or largest amplitudes were sought, else of those with peaks."""
+def _requested_dofs(dataset: ResultTable, kept: Indices) -> list[int]:
+    """Places, among the dofs of the page, of those tracked or optimised, else of those with peaks."""
     names = names_of(dataset, "dof")
-    sought = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
-    sought[2:] = [[*sought[2], *sought[3]]]
-    told = [names.index(name) for name in next(filter(None, sought), []) if name in names]
-    if not told and "peak_dof" in dataset:
-        told = sorted({int(d) for d in dataset["peak_dof"].to_numpy() if d >= 0})
-    return [place for place, d in enumerate(kept) if d in told]
+    wanted = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
+    wanted[2:] = [[*wanted[2], *wanted[3]]]
+    chosen = [names.index(name) for name in next(filter(None, wanted), []) if name in names]
+    if not chosen and "peak_dof" in dataset:
+        chosen = sorted({int(d) for d in dataset["peak_dof"].to_numpy() if d >= 0})
+    return [place for place, d in enumerate(kept) if d in chosen]
 
 
 def _notes(dataset: ResultTable, kept: Indices, view: View) -> list[list[Any]]:
@@ -231,7 +231,7 @@ def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
 
 
 def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
-    """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
+    """Lower and upper amplitudes (point, dof) of the dofs of the page, and the tolerances as text."""
     from slipstick.analysis.sensitivity.tolerances import amplitude_band
 
     names = names_of(branch.table, "dof")
@@ -325,7 +325,7 @@ def _on_surface(branch: Solutions, skin: Skin) -> dict[str, Any] | None:
 
 
 def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, Any] | None:
-    """A quantity of the contacts kept, (point, contact); None where it is not there, or zero."""
+    """A quantity of the contacts of the page, (point, contact); None where it is missing or zero."""
     if name not in dataset or (name == "normal_force" and "normal_load" in dataset):
         return None
     values = np.nan_to_num(dataset[name].to_numpy()[:, kept], posinf=0.0, neginf=0.0)

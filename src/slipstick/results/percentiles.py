@@ -51,7 +51,7 @@ def peak_percentiles(study: xarray.Dataset, percentiles: Sequence[float] = PERCE
     -------
     xarray.Dataset
         ``peak_amplitude`` and ``peak_omega`` (or ``peak_parameter``) over (percentile, dof), and ``samples``, (dof),
-        how many are known: what did not complete is left out.
+        the number of completed ones.
 
     Raises
     ------

@@ -41,7 +41,7 @@ VARIABLES: Mapping[str, Declared] = {
         (), "1", "what is missing in the energy balance, over all energy turned over since the start"
     ),
 }
-"""What is kept of every period."""
+"""Variables stored of every period."""
 _PHASES = 2000
 _FEWEST, _HARMONICS, _SETTLED, _TORUS = 64, 8, 1e-6, 1e-3
 
@@ -87,7 +87,7 @@ class MotionKind:
     second_omega
         The second frequency, ``turns`` times that of the excitation, rad/s, up to multiples of that and its sign.
     remainder
-        What the section holds beside such a motion, relative to the size of the motion.
+        Deviation of the section from such a motion, relative to the size of the motion.
     """
 
     kind: str

@@ -121,7 +121,7 @@ STABILITY: dict[str, Declared] = {
     ),
     "neutral_contacts": Declared((), "1", "contacts stuck all period, left out of the multipliers", whole=True),
 }  # fmt: skip
-"""Every variable that is there where stability was asked for."""
+"""Variables of a branch that was followed with stability."""
 
 OF_WAVES: dict[str, Declared] = {
     "wave_number": Declared(

@@ -35,9 +35,9 @@ def known_problem(branch: Solutions) -> Problem:
 
 
 def parameter_names(problem: Problem, asked: Any = None) -> tuple[str, ...]:
-    """The parameters asked for; by default those of every contact pair, every load and the structure.
+    """The parameters requested; by default those of every contact pair, every load and the structure.
 
-    By default those are left out that a contact state gives, or that stand for nothing.
+    The default leaves out parameters that a contact state replaces, and those without effect.
 
     Raises
     ------

@@ -49,7 +49,7 @@ class PointStability:
     Attributes
     ----------
     multipliers
-        Floquet multipliers, the largest first; empty where they are not known.
+        Floquet multipliers, the largest first; empty where they were not computed.
     unstable
         How many disturbances grow, ``UNKNOWN`` where nobody knows.
     method
@@ -57,7 +57,7 @@ class PointStability:
     neutral
         Contacts stuck all period: in the direction of each a disturbance neither grows nor vanishes. They are left out.
     difference
-        Distance of the largest multiplier from that of the harmonic form; nan where only one is known.
+        Distance of the largest multiplier from that of the harmonic form; nan where only one was computed.
     error
         How far the multipliers moved when the motion was iterated; nan where that was not looked at.
     wave_number

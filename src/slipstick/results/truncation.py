@@ -240,10 +240,10 @@ def truncation_sentence(
 ) -> str | None:
     """A warning where harmonics are missing, None where they are not.
 
-    ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies; ``asked`` the accuracy that was asked for.
+    ``name`` is the quantity of ``values`` (n,), ``unit`` that of frequencies, ``asked`` the requested accuracy.
     """
     limit = min(WARNED_TRUNCATION, asked or WARNED_TRUNCATION)
-    if not np.any(estimate > limit):  # nan: not known
+    if not np.any(estimate > limit):  # nan: unknown
         return None
     worst = int(np.nanargmax(estimate))
     above, least = int(np.sum(estimate > limit)), 100.0 * limit

@@ -42,7 +42,7 @@ class View(NamedTuple):
     first
         The quantity to begin with.
     companion
-        The quantity drawn beside the one that is chosen: the other half of the result. Empty for none.
+        The quantity drawn with the chosen one, the other half of the result; empty for none.
     peaks
         Whether the points are those of a response, whose peaks are listed.
     sparse
