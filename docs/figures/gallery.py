@@ -21,8 +21,8 @@ DPI = 70
 Drawing = tuple[str, Callable[[], Any]]
 
 
-def oscillator(velocity: float = 0.0, load: float = 800.0) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+def oscillator(velocity: float = 0.0, load: float = 800.0, damping: float = 0.4) -> ss.Problem:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[damping]], K=[[40.0]], dofs=["x"])
     contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=load)
     damper = ss.ContactPair(name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
     return ss.Problem(
@@ -31,6 +31,7 @@ def oscillator(velocity: float = 0.0, load: float = 800.0) -> ss.Problem:
         loads=ss.Load(dof="x", sin=100.0),
         harmonics=range(8),
         units={"length": "mm", "force": "N", "time": "s"},
+        title="Oscillator with friction damper",
     )
 
 
@@ -49,6 +50,7 @@ def heated() -> ss.Problem:
         harmonics=range(8),
         thermal=ss.ThermalModel(curve=curve, background=25.0, resistance=3.0),
         units={"length": "m", "force": "N", "time": "s", "temperature": "degC"},
+        title="Damper heated by its friction",
     )
 
 
@@ -71,7 +73,7 @@ def of_curves() -> Iterator[Drawing]:
     yield "history", lambda: plots.history(rubbed, peak, contact="damper")
     yield "spectrum", lambda: plots.spectrum(rubbed, peak, "x")
     yield "tolerance_band", lambda: plots.tolerance_band(rubbed, tolerances, "x")
-    yield "tornado", lambda: plots.tornado(rubbed, tolerances, "x")
+    yield "tornado", lambda: plots.tornado(stuck, tolerances, "x")
     hot = ss.forced_response(heated(), (3.0, 9.0))
     yield "friction", lambda: plots.friction(hot, "damper")
     yield "temperature", lambda: plots.temperature(hot, "damper")
@@ -79,17 +81,25 @@ def of_curves() -> Iterator[Drawing]:
 
 def of_modes_and_wear() -> Iterator[Drawing]:
     problem = oscillator()
-    mode = ss.nonlinear_modes(problem, amplitude=(2.0, 80.0), load_factors=[1.0, 2.0])
+    mode = ss.nonlinear_modes(problem, amplitude=(2.0, 10.0), load_factors=[1.0, 2.0])
+    large = ss.nonlinear_modes(problem, amplitude=(2.0, 80.0))
     forced = {
         f"load {load:g}": ss.forced_response(problem.with_parameter("load", load), (4.0, 15.0)) for load in (1, 2)
     }
     yield "backbone", lambda: ss.plots.backbone(mode, forced)
-    yield "damping", lambda: ss.plots.damping(mode)
+    yield "damping", lambda: ss.plots.damping(large)
     pair = ss.ContactPair(
-        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, normal_load=800.0), tangential="x"
+        name="damper", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1000.0, normal_load=800.0), tangential="x"
     )
-    worn = ss.Problem(problem.structure, contacts=pair, loads=problem.loads, harmonics=range(8), units=problem.units)
-    result = ss.wear(worn, {"damper": 8e-4}, cycles=(0, 400), omega=10.79)
+    worn = ss.Problem(
+        problem.structure,
+        contacts=pair,
+        loads=problem.loads,
+        harmonics=range(8),
+        units=problem.units,
+        title="Damper that wears",
+    )
+    result = ss.wear(worn, {"damper": 8e-7}, cycles=(0, 400), omega=10.79)
     yield "wear", lambda: ss.plots.wear(result)[0]
     yield "worn_surface", lambda: ss.plots.worn_surface(result)[0]
 
@@ -113,10 +123,10 @@ def of_runs() -> Iterator[Drawing]:
     problem = oscillator(2.0, load=300.0)
     passed = ss.runs.run_up(problem, (4.0, 14.0), rate=0.2)
     steady = ss.forced_response(problem, (4.0, 14.0))
-    settled = ss.runs.run_up(problem, 9.0, periods=100)
+    settling = ss.runs.run_up(oscillator(load=2000.0, damping=0.15), 9.0, periods=100)
     yield "run_up", lambda: ss.plots.run_up(passed, "x", branch=steady)
     yield "spectrogram", lambda: ss.plots.spectrogram(passed, "x")
-    yield "section", lambda: ss.plots.section(settled, "x", last=64)
+    yield "section", lambda: ss.plots.section(settling, "x", last=100)
 
 
 def of_measurements() -> Iterator[Drawing]:
@@ -144,7 +154,12 @@ def of_machines() -> Iterator[Drawing]:
         name="damper", contact=ss.FrictionContact(kt=4.0e3, mu=0.3, normal_load=10.0), tangential="tip"
     )
     wave = ss.Problem(
-        sector.travelling_wave(engine_order=4), contacts=pair, loads=ss.Load(dof="tip", cos=3.0), harmonics=[0, 1, 3]
+        sector.travelling_wave(engine_order=4),
+        contacts=pair,
+        loads=ss.Load(dof="tip", cos=3.0),
+        harmonics=[0, 1, 3],
+        units={"length": "m", "force": "N", "time": "s"},
+        title="Bladed disc whose blades differ",
     )
     share = blade * np.array([[1.0, -1.0], [-1.0, 1.0]])
     mistuned = sector.mistuned(blade=share, spread=0.02, seed=7).problem(wave)
@@ -170,7 +185,15 @@ def of_machines() -> Iterator[Drawing]:
     )
     loads = [ss.Load(dof="x", motion="unbalance", cos=0.4), ss.Load(dof="y", motion="unbalance", sin=0.2)]
     jeffcott = ss.models.jeffcott_rotor(mass=2.0, stiffness=50.0, damping=1.0)
-    rubbing = ss.steady_response(ss.Problem(jeffcott, contacts=touching, loads=loads, harmonics=range(8)), omega=6.0)
+    rotor_in_stator = ss.Problem(
+        jeffcott,
+        contacts=touching,
+        loads=loads,
+        harmonics=range(8),
+        units={"length": "mm", "force": "N", "time": "s"},
+        title="Rotor that rubs in its stator",
+    )
+    rubbing = ss.steady_response(rotor_in_stator, omega=6.0)
     yield "orbit", lambda: ss.plots.orbit(rubbing, 0)
     yield "campbell", lambda: ss.plots.campbell(ss.models.campbell(rotor, speeds=np.linspace(0.0, 400.0, 41)))
 

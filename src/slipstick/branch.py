@@ -59,7 +59,7 @@ class Branch(Solutions):
         return branch
 
     def _repr_html_(self) -> str:
-        from slipstick.results.notebook import branch_html
+        from slipstick.results.view import branch_html
 
         return branch_html(self)
 
@@ -247,7 +247,7 @@ class Branch(Solutions):
         InputError
             For another ending, where the file cannot be written, and as :meth:`stress`.
         """
-        from slipstick.io.stress import write_stress
+        from slipstick.io.xdmf import write_stress
 
         return write_stress(self, path, points, at)
 

@@ -57,3 +57,11 @@ def test_without_stability_curves_are_solid_and_multipliers_are_refused() -> Non
     assert len(plots.response(dataset(), "x", peaks=False).lines) == 1
     with pytest.raises(ss.InputError, match="follow the branch with stability=True"):
         plots.stability(dataset())
+
+
+def test_marks_on_multipliers_have_names_also_where_there_is_one_kind() -> None:
+    data = with_stability()
+    kinds = data["kind"].values
+    kinds[15] = ""
+    ax = plots.stability(data.assign(kind=("point", kinds)))
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["fold"]

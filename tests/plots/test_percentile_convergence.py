@@ -5,7 +5,7 @@ import pytest
 import xarray
 
 import slipstick as ss
-from slipstick.results.weibull import WeibullMaxima
+from slipstick.results.percentiles import WeibullMaxima
 
 
 def samples(values) -> xarray.Dataset:

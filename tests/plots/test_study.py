@@ -159,3 +159,12 @@ def test_parts_of_a_curve_are_not_joined(grid: tuple[Any, Any]) -> None:
 def test_wrong_arguments(grid: tuple[Any, Any], call: Any, sentence: str | None) -> None:
     with pytest.raises(InputError, match=sentence):
         call(*grid)
+
+
+def test_a_map_is_one_figure_without_a_line(grid: tuple[Any, Any]) -> None:
+    from matplotlib import pyplot
+
+    before = len(pyplot.get_fignums())
+    ax = plots.study_map(grid[0])
+    assert len(pyplot.get_fignums()) == before + 1
+    assert [line.get_label() for line in ax.lines] == ["did not complete"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 
 from slipstick import plots
 from slipstick.plots.shown import for_files
-from slipstick.plots.style import COLOURS, DASHES, legend, new_figure, over_decades, styled, titled
+from slipstick.plots.style import COLOURS, DASHES, legend, log_scale, new_figure, over_decades, styled, titled
 
 
 def test_long_titles_are_broken_into_lines() -> None:
@@ -70,6 +71,35 @@ def test_a_legend_hides_no_curve(high: float, beside: bool) -> None:
     assert (box.x0 > ax.get_window_extent().x1) == beside
     hidden = [line.get_transform().transform_path(line.get_path()).intersects_bbox(box) for line in ax.lines]
     assert not any(hidden)
+
+
+def test_a_legend_hides_no_area() -> None:
+    """Areas below curves and bars, whose outlines alone a legend may lie between."""
+    x = np.linspace(0.0, 1.0, 200)
+    ax = styled(None, "x", "y")
+    ax.stackplot(x, [0.6 + 0.1 * x, 0.4 - 0.1 * x], labels=["stick", "slip"])
+    ax.set_ylim(0.0, 1.0)
+    bars = styled(None, "x", "y")
+    for k in range(4):
+        bars.bar([k], [1.0 + 0.01 * k], width=1.0, label=str(k))
+    for drawn in (ax, bars):
+        legend(drawn)
+        drawn.figure.canvas.draw()
+        assert drawn.get_legend().get_window_extent().x0 > drawn.get_window_extent().x1
+
+
+@pytest.mark.parametrize("low, high", [(2.0, 2.6), (2.0, 8.0), (1.9, 33.0), (2.0, 80.0), (0.003, 0.7), (1.0, 1e7)])
+def test_texts_of_a_logarithmic_axis_do_not_touch(low: float, high: float) -> None:
+    ax = styled(None, "x", "y")
+    ax.plot([low, high], [0.0, 1.0])
+    log_scale(ax, "x")
+    ax.figure.canvas.draw()
+    ticks = [*ax.xaxis.get_major_ticks(), *ax.xaxis.get_minor_ticks()]
+    left, right = ax.get_xlim()
+    shown = [tick.label1 for tick in ticks if tick.label1.get_text() and left <= tick.get_loc() <= right]
+    boxes = sorted((text.get_window_extent() for text in shown), key=lambda box: box.x0)
+    assert len(boxes) >= 2
+    assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
 
 
 def test_a_legend_stays_inside_a_figure_that_cannot_make_room() -> None:

@@ -19,7 +19,7 @@ def test_a_band_is_the_sum_of_what_the_tolerances_do():
     vertices = ax.collections[0].get_paths()[0].vertices
     assert vertices[:, 1].max() == pytest.approx(float((y + spread.sum("parameter")).max()))
     assert vertices[:, 0].min() == x.min()
-    assert named(ax) == ["x0", "c0.mu ±20 %, load.x0.amplitude ±5 %"]
+    assert named(ax) == ["x0", "c0.mu ±20 %\nload.x0.amplitude ±5 %"]
 
 
 def test_a_tornado_has_the_largest_on_top():

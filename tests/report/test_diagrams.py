@@ -8,7 +8,7 @@ from helpers.reports import branch as masses
 from helpers.rings import disc_and_wave
 
 import slipstick as ss
-from slipstick.report.diagrams import diagram_of
+from slipstick.report.curves import diagram_of
 
 
 def test_a_rotor_has_its_whirl_frequencies_and_critical_speed() -> None:

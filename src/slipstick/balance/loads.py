@@ -33,10 +33,14 @@ class Load:
 
     Parameters
     ----------
-    dof, shape, base
-        Name of a dof, or of a load shape, or the motion of a support: one of the three. ``base`` is ``r`` as a dict of
-        dofs such as ``{"x1": 1.0, "x2": 1.0}``, which needs the mass matrix (``MatrixStructure``); or a name such as
-        "x", which stands for the load shape "base x" of a reduced structure, ``M r``, or else for the dof of that name.
+    dof
+        Name of a dof that the force acts on. One of ``dof``, ``shape`` and ``base`` is given.
+    shape
+        Name of a load shape of the structure.
+    base
+        Motion of a support: ``r`` as a dict of dofs such as ``{"x1": 1.0, "x2": 1.0}``, which needs the mass matrix
+        (``MatrixStructure``); or a name such as "x", which stands for the load shape "base x" of a reduced structure,
+        ``M r``, or else for the dof of that name.
     motion
         With ``base``: "displacement" or "acceleration", what ``cos``, ``sin`` or ``amplitude`` give of the support.
         With ``dof``: "unbalance", mass times eccentricity: harmonic m is the force ``(m omega)^2`` times that.

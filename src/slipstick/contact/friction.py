@@ -31,9 +31,11 @@ class FrictionContact(FrictionLaw):
 
     Parameters
     ----------
-    kt, kn
-        Tangential and normal contact stiffness, force/length, >= 0. Without kn it is 1, a mere scale of the gap:
-        a contact that moves along its normal needs it.
+    kt
+        Tangential contact stiffness, force/length, >= 0.
+    kn
+        Normal contact stiffness, force/length, >= 0. By default 1, a mere scale of the gap: a contact that moves along
+        its normal needs it.
     mu
         Friction coefficient, >= 0. Without both kt and mu it is a stop, which needs no tangential direction.
     gap

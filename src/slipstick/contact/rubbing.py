@@ -59,9 +59,12 @@ class RubbingMotion:
     second_velocity, second_velocity_per_omega, second_cos, second_sin
         The same along the second direction of a ``PlanarFrictionContact``. For one such contact ``velocity``,
         ``velocity_per_omega`` and amplitudes may be vectors, ``velocity=(3.0, 0.0)``, which ``ContactPair`` splits.
-    normal_cos, normal_sin
-        Motion of the opposing surface along the normal, positive towards the structure: run-out, a lobed casing, disc
-        thickness variation. Order 0 in ``normal_cos`` is a constant approach, which closes the gap by as much.
+    normal_cos
+        Motion of the opposing surface along the normal by harmonic order, length, positive towards the structure:
+        run-out, a lobed casing, disc thickness variation. Order 0 is a constant approach, which closes the gap by as
+        much.
+    normal_sin
+        Its sine amplitudes, as ``normal_cos``.
 
     Raises
     ------

@@ -1,10 +1,11 @@
-"""HDF5 files, made so that no full disk ends the process, and read without trust: what is read lies in the file
-itself, and is no larger than the file can hold.
+"""Safe writing and reading of HDF5 files: a full disk raises an error, and a file that is read is not trusted.
 
-Damage shows in three ways. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any reader
-sees to these. HDF5 has none for texts, attributes among them, so our files end with a seal, 24 bytes behind what
-HDF5 counts as the file: a word and the hash of all that stands before. Other programs do not see it; one that changes
-the file in place cuts it off, and what is left is a file without a seal, as older ones are.
+All data that is read lies in the file itself and is no larger than the file can hold.
+
+Damage is detected in three ways. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any
+reader checks these. HDF5 has none for texts and attributes, so our files end with a seal of 24 bytes behind the end
+that HDF5 records: a signature and the hash of all bytes before it. Other programs ignore the seal. One that changes
+the file in place cuts it off, which leaves a file without a seal, like older ones.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 CHECKED = ("v110", "v110")
 """Versions of the format whose headers and indices have check sums, so that damage is found."""
 BEST_COMPRESSION = 1100
-"""No filter of HDF5 that loses nothing packs more tightly than this."""
+"""Largest ratio of compression of the lossless filters of HDF5."""
 _TEXT_BLOCK = 64 * 1024**2
 _MOST_IN_ATTRIBUTE = 100_000
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -77,11 +78,11 @@ def opened(path: Path) -> Iterator[h5py.File]:
 
 @contextmanager
 def created(path: Path) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
-    """A new file, sealed at the end, and a function that raises what kept it from being written so far, if anything.
+    """A new file, sealed at the end, and a function that raises the first error of writing, if there was one.
 
-    Where HDF5 cannot write, as on a disk that fills up under it, it crashes, at the latest when the process ends. So it
-    never hears of that: what could not be written is held in memory until the file is closed, and the reason raised
-    then. Whoever writes much asks in between. Signals wait.
+    HDF5 crashes where it cannot write, as on a full disk, at the latest when the process ends. So errors are hidden
+    from it: bytes that could not be written stay in memory until the file is closed, and the error is raised then.
+    Long writers call the function in between. Signals wait.
 
     Raises
     ------

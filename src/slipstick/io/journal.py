@@ -1,4 +1,4 @@
-"""An append-only journal of points beside a results file: what a killed run leaves can be read to the last point.
+"""Append-only journal of points next to a results file: after a killed run it can be read up to the last point.
 
 Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, what identifies the run);
 then one record a point: its length (8 bytes), its check sum (4 bytes), that of these 12 bytes (4 bytes), the numbers of
@@ -34,18 +34,19 @@ _LARGEST_FILE = 16 * 1024**3
 _MOST_DIMENSIONS = 8
 _HEAD = 16
 _SHARE = 10.0
+"""Time between two synchronisations with the disk, over the time that the last one took."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recorded:
-    """What a journal holds: its points stay on the disk until they are asked for.
+    """A journal that was read: its points stay on the disk until they are used.
 
     Attributes
     ----------
     path, layout
-        Where it is, and what every point holds.
+        Path of the file, and layout of a point.
     about
-        What identifies the run, as in ``Journal``.
+        Texts and numbers that identify the run, as in ``Journal``.
     places
         Bytes up to the numbers of each point.
     ends
@@ -109,12 +110,12 @@ class Journal:
     Parameters
     ----------
     path, layout
-        Where it is, and what every point holds.
+        Path of the file, and layout of a point.
     about
-        What identifies the run: texts and numbers by name.
+        Texts and numbers by name that identify the run.
     keep, places
-        Bytes of an earlier journal to be kept and added to, and where in it the points are, as in ``Recorded``; by
-        default the file is begun anew.
+        Bytes of an earlier journal to be continued, and the places of its points, as in ``Recorded``; by default a new
+        file is begun.
     """
 
     def __init__(
@@ -145,11 +146,11 @@ class Journal:
             self.sync()
 
     def rows(self, first: int, last: int) -> NDArray[np.float64]:
-        """The numbers of points ``first`` to before ``last``, (n_points, size), read again."""
+        """The numbers of points ``first`` to before ``last``, (n_points, size), read from the file."""
         return self._numbers(self._places[first:last], slice(0, self._layout.size))
 
     def columns(self, name: str) -> NDArray[np.float64]:
-        """The numbers of one variable at all points, (n_points, numbers), read again."""
+        """The numbers of one variable at all points, (n_points, numbers), read from the file."""
         return self._numbers(self._places, self._layout.columns[name])
 
     def _numbers(self, places: Sequence[int], columns: slice) -> NDArray[np.float64]:
@@ -193,7 +194,7 @@ class Journal:
 
 
 def _begin(path: Path, header: bytes) -> int:
-    """Make a journal with its header, in one step: whoever finds one can read it."""
+    """Make a journal with its header in one step, so that no reader finds it incomplete; return its size."""
     with replacing(path) as temporary:
         temporary.write_bytes(header)
     return len(header)
@@ -258,7 +259,7 @@ _Records = list[tuple[int, int]]
 
 
 def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
-    """Where numbers of at least ``least`` bytes begin and their notes end, up to ``size``; what is wrong beyond."""
+    """Begin and end of each record of at least ``least`` bytes, up to ``size``; "damaged" if the reading ended so."""
     records: _Records = []
     while True:
         head = stream.read(_HEAD)

@@ -1,4 +1,4 @@
-"""Results files read again: the numbers, the points that a killed run left in the journal, and the problem."""
+"""Loading results files: the numbers, the points that a killed run left in the journal, and the problem."""
 
 from __future__ import annotations
 
@@ -34,10 +34,9 @@ def load_dataset(path: str | Path) -> xarray.Dataset:
 
 
 def load_table(path: str | Path) -> ResultTable:
-    """The numbers of a results file, in memory, with the points a killed run left in the journal beside it.
+    """The numbers of a results file, in memory, with the points that a killed run left in its journal.
 
-    A journal that is none of this results file is left alone, and so is what stands behind damage in it, both with a
-    SlipstickWarning.
+    A journal of other results is ignored, and so are points behind damage in it, both with a SlipstickWarning.
 
     Raises
     ------
@@ -63,7 +62,7 @@ def load_table(path: str | Path) -> ResultTable:
 
 
 def _named(table: ResultTable) -> ResultTable:
-    """The table with the name of its analysis, which files written before it was kept do not say."""
+    """The table with the name of its analysis, which older files do not have."""
     if analysis := analysis_of(table):
         table.attrs.setdefault(ANALYSIS, analysis)
     return table
@@ -195,7 +194,7 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
         Written by ``Branch.save`` or by ``slipstick run``; points that a killed run left in the journal are read too.
     problem
         The problem, for results that could not store it: laws that are functions, your own structures. It is
-        compared as far as the numbers tell.
+        compared with the stored numbers as far as these determine it.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""One writer at a time in a folder: a lock that the operating system drops when its process ends, however that ends."""
+"""Lock of a folder for one writer at a time, which the operating system releases when the process ends."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import Any
 from slipstick.errors import InputError
 
 NAME = ".slipstick.lock"
-_LOCKED_BYTE = 1 << 30  # beyond the text: Windows keeps others from reading what is locked
+_LOCKED_BYTE = 1 << 30  # behind the text: on Windows others cannot read a locked byte
 
 
 class FolderLock:
-    """Held from its making to :meth:`release`, or to the end of the process.
+    """Held from its construction to :meth:`release`, or to the end of the process.
 
-    The file says who holds it, but it is the lock on it that counts: one left by a killed process holds nobody up.
-    A file system without locks is used without. ``name`` is that of the lock: several may be held in one folder.
+    The file names its holder, but only the lock on it counts: the file of a killed process blocks no other.
+    On a file system without locks there is none. ``name`` is that of the lock: several may be held in one folder.
 
     Raises
     ------
@@ -45,12 +45,12 @@ class FolderLock:
             except BaseException:
                 os.close(self._file)
                 raise
-            os.close(self._file)  # removed by the run before while this one waited at the door
+            os.close(self._file)  # the run before removed the file after it was opened here
         os.ftruncate(self._file, 0)
         os.write(self._file, json.dumps(_myself()).encode())
 
     def release(self) -> None:
-        """Remove the file and let the next one in."""
+        """Remove the file and release the lock."""
         if self._file < 0:
             return
         if os.name == "nt":  # an open file cannot be removed there
@@ -72,7 +72,7 @@ class FolderLock:
 
 
 def _locked(file: int) -> bool:
-    """Whether the lock is ours now; True too where the file system knows none."""
+    """Lock the file: whether it is ours now; True too where the file system has no locks."""
     try:
         if os.name == "nt":
             import msvcrt

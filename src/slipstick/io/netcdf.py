@@ -1,9 +1,9 @@
-"""netCDF-4 files through h5py alone: a results file is renewed many times in a run, and read from strangers.
+"""netCDF-4 files by h5py alone: a results file is renewed many times in a run, and files of others are read.
 
 A netCDF-4 file is an HDF5 file with conventions: dimensions are dimension scales (numbered by ``_Netcdf4Dimid``), and
 variables are attached to theirs. Any netCDF reader opens what is written here. For a curve of 163 points (33 variables,
 0.3 MB) this takes 31 ms; h5netcdf takes 160 ms, and xarray with h5netcdf 300 ms, for the same file. Reading takes 48 ms
-against 850 ms, and here sizes and links are looked at first. h5netcdf stays what xarray itself opens results with.
+against 850 ms, and sizes and links are checked first. xarray itself opens results with h5netcdf.
 """
 
 from __future__ import annotations

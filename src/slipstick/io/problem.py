@@ -100,7 +100,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "units": (Units, _by_fields),
     **STORED_STATES,
 }
-"""What may stand in a file: a word for each class, and the arguments that make an equal one."""
+"""Classes a file may hold: a word for each, and a function of the arguments that make an equal object."""
 
 _WORDS = {kind: word for word, (kind, _) in STORED_PARTS.items()}
 
@@ -191,7 +191,7 @@ def read_problem(path: Path, table: ResultTable) -> tuple[Problem | None, str]:
 
 
 def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
-    """What JSON of ``_plain`` stands for; raises KeyError, TypeError or ValueError where it is none."""
+    """The object that JSON of ``_plain`` describes; KeyError, TypeError or ValueError for other JSON."""
     if isinstance(plain, list):
         return [_made(item, arrays) for item in plain]
     if not isinstance(plain, dict):
@@ -216,7 +216,7 @@ def _disc_dofs(sector: CyclicStructure) -> int:
 
 
 def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray, rows: int | None) -> Any:
-    """A matrix, square where ``rows`` are not told, of which nothing is believed that its arrays do not hold."""
+    """A matrix, square where ``rows`` are not given; its size and indices are checked against its arrays."""
     from scipy.sparse import csc_array
 
     columns = len(indptr) - 1

@@ -1,7 +1,7 @@
 """The results file, netCDF-4, written point by point.
 
-HDF5 files that are written in place are lost when the process dies in the middle of a change. So each point goes to a
-small append-only journal first (one write, nothing to corrupt), and the results file itself is always a complete file
+An HDF5 file that is written in place is lost when the process dies during a change. So each point is first appended to
+a small journal (one write, nothing to corrupt), and the results file itself is always a complete file
 that replaces the one before in a single step. It is renewed as often as costs at most a tenth of the running time
 (points that take long: after every point) and at the end, when the journal is removed. After a kill the results file
 opens with any netCDF reader, and ``ss.load`` adds what the journal holds beyond it.
@@ -50,11 +50,11 @@ class ResultStore:
         Variables, labels and attributes. :meth:`append` takes the numbers of a point by variable name; those left
         out are stored as nan.
     problem, without
-        What is computed, stored with the points; or why there is none.
+        The problem, stored with the points; or the reason why there is none.
     about
-        What identifies the run, for whoever goes on with it: texts and numbers, kept in the journal.
+        Texts and numbers that identify the run to one that continues it, stored in the journal.
     recorded, keep
-        The journal of an earlier run to go on with, and how many of its points are kept.
+        The journal of an earlier run to be continued, and how many of its points are kept.
 
     Raises
     ------
@@ -122,7 +122,7 @@ class ResultStore:
         self._cost, self._written = self._when - begin, len(self._journal)
 
     def values(self) -> Mapping[str, AnyArray]:
-        """Variables of all points so far, (n_points, ...), those of more than a block read when they are asked for."""
+        """Variables of all points so far, (n_points, ...), those of more than a block read on access."""
         if self._values:
             return self._values
         if self._journal.removed:
@@ -162,7 +162,7 @@ class ResultStore:
 
 
 class _Read(Mapping[str, AnyArray]):
-    """Variables by name, each read from the journal whenever it is asked for."""
+    """Variables by name, each read from the journal on access."""
 
     def __init__(self, layout: Layout, journal: Journal) -> None:
         self._layout, self._journal = layout, journal
@@ -178,7 +178,7 @@ class _Read(Mapping[str, AnyArray]):
 
 
 def file_blocks(layout: Layout, rows: Callable[[int, int], Array], count: int) -> Iterator[dict[str, StoredVariable]]:
-    """Coordinates and variables of points as they stand in the file, block by block; at least one, if of no points.
+    """Coordinates and variables of points in the order of the file, block by block; one empty block of no points.
 
     ``rows`` are those (n_points, size) of the points from one number to before another.
     """

@@ -1,20 +1,22 @@
-"""The moving surface of a body, or stressed elements, as XDMF for ParaView: frames are times of a period, or points."""
+"""XDMF files for ParaView: the surface of a body over a period, wear and stresses over points; tables of stresses."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
-from slipstick.faults import whole
+from slipstick.faults import whole, wrong
 from slipstick.replacing import replacing
 from slipstick.results.contacts import states_at
-from slipstick.typing import AnyArray
+from slipstick.results.saved_table import write_table
+from slipstick.results.stress import PLACE, chosen_places, strains_of, stress_of
+from slipstick.typing import AnyArray, Points
 
 if TYPE_CHECKING:
     import xarray
@@ -22,9 +24,10 @@ if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
     from slipstick.structure.strains import StrainPlaces
 
+
 MOST_FRAMES = 1000
 _FIRST = '<xi:include xpointer="xpointer(/Xdmf/Domain/Grid/Grid[1]/*[self::Topology or self::Geometry])"/>'
-"""The mesh of the first frame again."""
+"""Reference to the mesh of the first frame."""
 
 
 def write_shape(branch: Solutions, path: str | Path, point: int, *, frames: int = 36) -> Path:
@@ -85,7 +88,7 @@ def _states(branch: Solutions, point: int, tau: AnyArray) -> AnyArray:
     out = np.full((len(tau), branch.dataset.sizes["contact"]), _UNKNOWN)
     try:
         told = states_at(branch, point)
-    except InputError:  # no law tells its own
+    except InputError:  # no law has states
         return out
     for c, name in enumerate(branch.dataset["contact"].values):
         for start, end, state in told.get(str(name), ()):
@@ -201,3 +204,37 @@ def _item(values: AnyArray) -> str:
     kind = 'DataType="Int"' if counted else 'DataType="Float" Precision="8"'
     shape = " ".join(map(str, values.shape))
     return f'<DataItem {kind} Dimensions="{shape}" Format="XML">\n{numbers}\n</DataItem>'
+
+
+_ENDINGS = (".xdmf", ".csv", ".mat")
+
+
+def write_stress(branch: Solutions, path: str | Path, points: Points = None, at: Any = None) -> Path:
+    """See ``Branch.save_stress``."""
+    target = path_of("stress", path, "the path of a file such as stress.xdmf, stress.csv or stress.mat")
+    if target.suffix.lower() not in _ENDINGS:
+        raise wrong("stress", str(target), "a name that ends with .xdmf, .csv or .mat")
+    found = stress_of(branch, points, at)
+    if target.suffix.lower() == ".mat":
+        return write_table(found, target)
+    if target.suffix.lower() == ".csv":
+        return write_table(_in_each_line(found), target, f"point,{PLACE}")
+    places = strains_of(branch).places
+    kept, order = np.unique(chosen_places(places, at), return_index=True)
+    if at is not None:
+        places, found = places.part(kept), found.isel({PLACE: order})
+    return write_stress_shape(places, found, found[branch.followed].to_numpy(), target)
+
+
+def _in_each_line(found: Any) -> Any:
+    """The stresses with frequency and position repeated for every line of a table: each point at each place."""
+    sizes = {dim: found.sizes[dim] for dim in ("point", PLACE)}
+    known = found.set_coords([name for name in found.data_vars if PLACE not in found[name].dims])
+    each = {
+        name: value.variable.set_dims({**sizes, **dict(value.sizes)}).transpose("point", PLACE, ...)
+        for name, value in sorted(known.coords.items(), key=lambda item: item[1].dims != (PLACE,))
+        if name not in known.dims and {*value.dims} & {*sizes}
+    }
+    columns = {**each, **{name: value.variable for name, value in known.data_vars.items()}}
+    labels = {dim: known[dim].variable for dim in known.dims if dim in known.coords}
+    return type(found)(columns, coords={**labels, "axis": ["x", "y", "z"]}, attrs=found.attrs)

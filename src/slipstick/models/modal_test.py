@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, frequency, number, numbers, one, path, shown, warn, whole, wrong
-from slipstick.results.foreign import foreign_dataset, is_dataset
+from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.structure.measured import Receptances, checked, reciprocal
 from slipstick.structure.modal_fit import TIME_LIMIT, ModalFit, fit_modes
 from slipstick.structure.tabulated import FEWEST, Beyond, TabulatedStructure, full_table, noise_share, smoothed

@@ -119,9 +119,10 @@ def reduced_body(
     surface
         Where contacts lie: a name, a surface of the mesh, or ``{"direction": (0, 1, 0), "angle": ..., "depth": ...}``
         for the part of the boundary that looks that way; None: no contacts on a surface.
-    contacts, radius
-        How many points, spread uniformly; or node labels (n,), or positions (n, 3); radius of their patches, by default
-        that of half the area of each.
+    contacts
+        How many points, spread uniformly; or node labels (n,), or positions (n, 3).
+    radius
+        Radius of their patches, by default that of half the area of each.
     pressure
         Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
     base
@@ -131,20 +132,24 @@ def reduced_body(
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
         Further dofs of the full model to keep, such as "n123y".
-    modes, accuracy, up_to
-        A number of modes, or as many as bring the receptance to a relative accuracy up to a frequency (rad/s). With
-        neither, as many as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency, and
-        up to ``up_to`` where it is set; 128 at most.
+    modes
+        Number of modes. With neither ``modes`` nor ``accuracy`` as many as the estimate of the error asks for: 1e-7 up
+        to ten times the first natural frequency, and up to ``up_to`` where it is set; 128 at most.
+    accuracy
+        Relative accuracy of the receptance up to ``up_to``, which sets the number of modes.
+    up_to
+        Highest frequency of use, rad/s.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force
         Take a reduction that is too coarse for ``up_to``.
     residuals
         "written", "solved" or "auto": how what the modes leave out is applied, see ``reduce``.
-    stress, stress_at
+    stress
         Elements whose strain and stress are wanted of the results (``branch.stress``): "all", or their numbers, names
-        of element sets, or of surfaces they have a face on; at their centroids ("elements") or their "nodes". They
-        need the mesh and its materials.
+        of element sets, or of surfaces they have a face on. They need the mesh and its materials.
+    stress_at
+        Places of strain and stress: the centroids of the "elements", or their "nodes".
     cache
         Folder in which reductions are kept; the same model and options are read from there.
 

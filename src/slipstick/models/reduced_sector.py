@@ -346,10 +346,11 @@ def reduced_sector(
         faces are meshed differently, that of a node from the other face; by default a twentieth of an edge.
     surface, contacts, radius
         Contact points "c1", "c2", ...: see :func:`slipstick.reduced_body`.
-    between, between_contacts
+    between
         Surfaces (low, high) that touch those of the neighbours, as of shrouds: points "h1", ... on the high one and
-        "l1", ... on the low one, opposite each other from sector to sector; how many, or node labels or positions on
-        the high one.
+        "l1", ... on the low one, opposite each other from sector to sector.
+    between_contacts
+        How many such points, or node labels or positions on the high surface.
     pressure
         Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
     keep
@@ -357,11 +358,14 @@ def reduced_sector(
     speed
         Of rotation about the axis, rad/s: the stiffness is that about the static state under centrifugal forces, with
         stress stiffening and spin softening (Coriolis forces are left out).
-    modes, accuracy, up_to
-        A number of modes for each nodal diameter, or as many as bring its receptance to a relative accuracy up to a
-        frequency (rad/s), load shapes included, against one solution of the full sector there. With neither, as many
-        as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency and up to ``up_to``,
-        128 at most.
+    modes
+        Number of modes for each nodal diameter. With neither ``modes`` nor ``accuracy`` as many as the estimate of the
+        error asks for: 1e-7 up to ten times the first natural frequency, and up to ``up_to``; 128 at most.
+    accuracy
+        Relative accuracy of the receptance up to ``up_to``, load shapes included, which sets the number of modes;
+        measured against one solution of the full sector there.
+    up_to
+        Highest frequency of use, rad/s.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force

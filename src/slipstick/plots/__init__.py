@@ -12,11 +12,10 @@ _FIGURES = {
     "discs": "disc blades",
     "fits": "fit",
     "tolerances": "tolerance_band tornado",
-    "modes": "backbone damping",
+    "modes": "backbone damping campbell interference",
     "worn": "wear worn_surface",
     "stresses": "haigh",
     "passing": "run_up section spectrogram",
-    "rotor": "campbell interference",
     "study": "study_map study_curves percentile_band percentile_convergence",
     "quantities": "abscissa_text",
     "style": "save_figure",
@@ -40,7 +39,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.plots.discs import disc as disc
     from slipstick.plots.fits import fit as fit
     from slipstick.plots.modes import backbone as backbone
+    from slipstick.plots.modes import campbell as campbell
     from slipstick.plots.modes import damping as damping
+    from slipstick.plots.modes import interference as interference
     from slipstick.plots.passing import run_up as run_up
     from slipstick.plots.passing import section as section
     from slipstick.plots.passing import spectrogram as spectrogram
@@ -51,8 +52,6 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.plots.points import spectrum as spectrum
     from slipstick.plots.points import states as states
     from slipstick.plots.quantities import abscissa_text as abscissa_text
-    from slipstick.plots.rotor import campbell as campbell
-    from slipstick.plots.rotor import interference as interference
     from slipstick.plots.stresses import haigh as haigh
     from slipstick.plots.study import percentile_band as percentile_band
     from slipstick.plots.study import percentile_convergence as percentile_convergence

@@ -36,7 +36,7 @@ from slipstick.plots.quantities import (
     quantity,
     title_of,
 )
-from slipstick.plots.style import GREY, PEAK, STATE_COLOURS, legend, new_figure, over_decades, styled, titled
+from slipstick.plots.style import GREY, PEAK, STATE_COLOURS, legend, log_scale, new_figure, over_decades, styled, titled
 from slipstick.results.contacts import NO_FRICTION
 from slipstick.results.peaks import located_peaks
 from slipstick.results.stability import between_known
@@ -87,6 +87,11 @@ def response(
     -------
     Axes
         One line for each branch and dof, labelled with their names.
+
+    Raises
+    ------
+    InputError
+        For names and units that are not there, and branches that do not fit in one figure.
     """
     curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("amplitude", "dof", dof)
@@ -116,10 +121,7 @@ def _amplitude_scale(ax: Axes, drawn: Sequence[np.ndarray], log: bool) -> tuple[
     high = ax.get_ylim()[1]
     if not log:
         return 0.0, high
-    from slipstick.plots.lengths import on_log_axis
-
-    ax.set_yscale("log", nonpositive="mask")
-    on_log_axis(ax.yaxis)
+    log_scale(ax, "y", nonpositive="mask")
     low = min(float(y[y > 0].min(initial=high)) for y in drawn)
     return 0.7 * low, high * (high / low) ** 0.05
 
@@ -141,6 +143,32 @@ def phase(
     """Phase of a harmonic of the motion, degrees: of ``amplitude * cos(harmonic tau + phase)``, as of loads.
 
     It goes on without jumps along a branch; where the harmonic is nothing but rounding there is none.
+
+    Parameters
+    ----------
+    branches
+        A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
+    dof
+        Name of the dof, or several; by default the first.
+    harmonic
+        Order of the harmonic, from 1; the results have to hold it.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        One line for each branch and dof, labelled with their names.
+
+    Raises
+    ------
+    InputError
+        For a harmonic, names and units that are not there, and branches that do not fit in one figure.
     """
     curves = Curves(branches, ax, label, frequency)
     order = whole("harmonic", harmonic, 1)
@@ -168,6 +196,30 @@ def mean(
     """Mean of the motion (harmonic 0) versus frequency or the followed parameter.
 
     A mean below 1e-11 of the largest motion in the results is rounding and drawn as zero.
+
+    Parameters
+    ----------
+    branches
+        A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
+    dof
+        Name of the dof, or several; by default the first.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        One line for each branch and dof, labelled with their names.
+
+    Raises
+    ------
+    InputError
+        For names and units that are not there, and branches that do not fit in one figure.
     """
     curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("mean", "dof", dof)
@@ -184,7 +236,32 @@ def power(
     label: str | None = None,
     frequency: str | None = None,
 ) -> DrawnAxes:
-    """Dissipated power: of one contact, of several, or of all together."""
+    """Dissipated power: of one contact, of several, or of all together.
+
+    Parameters
+    ----------
+    branches
+        A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
+    contact
+        Name of the contact, or several; by default the sum of all.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        One line for each branch and contact, labelled with their names.
+
+    Raises
+    ------
+    InputError
+        For names and units that are not there, and branches that do not fit in one figure.
+    """
     curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("dissipated_power", "contact", contact) if contact is not None else _total_power(curves)
     curves.legend()
@@ -208,7 +285,32 @@ def friction(
     label: str | None = None,
     frequency: str | None = None,
 ) -> DrawnAxes:
-    """Friction coefficient of one contact (by default the first), or of several."""
+    """Friction coefficient of one contact (by default the first), or of several.
+
+    Parameters
+    ----------
+    branches
+        A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
+    contact
+        Name of the contact, or several; by default the first.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        One line for each branch and contact, labelled with their names.
+
+    Raises
+    ------
+    InputError
+        For names and units that are not there, and branches that do not fit in one figure.
+    """
     curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("friction_coefficient", "contact", contact)
     curves.legend()
@@ -223,7 +325,32 @@ def temperature(
     label: str | None = None,
     frequency: str | None = None,
 ) -> DrawnAxes:
-    """Contact temperature of one contact (by default the first), or of several; only where friction heats contacts."""
+    """Contact temperature of one contact (by default the first), or of several; only where friction heats contacts.
+
+    Parameters
+    ----------
+    branches
+        A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
+    contact
+        Name of the contact, or several; by default the first.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        One line for each branch and contact, labelled with their names.
+
+    Raises
+    ------
+    InputError
+        Where contacts are not heated; for names and units that are not there.
+    """
     curves = Curves(branches, ax, label, frequency)
     if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in curves.overlaid):
         raise InputError("there is no temperature in these results: the contacts are not heated")
@@ -263,8 +390,11 @@ def compare(
         A name for each; by default their titles where these differ, else their numbers.
     dof
         The dof compared, by default the first.
-    frequency, log
-        As for :func:`slipstick.plots.response`.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+    log
+        Logarithmic amplitude; by default where the branches together span two decades or more.
 
     Returns
     -------
@@ -323,6 +453,28 @@ def fractions(
 
     Stacked to 1; a curve that turns back has several values at one frequency, so its parts are drawn as lines. States
     that never occur are left out.
+
+    Parameters
+    ----------
+    branch
+        A branch, or its dataset.
+    contact
+        Name of the contact; by default the first.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        ``ax.collections`` are the states from the bottom up, or ``ax.lines`` where the curve turns back.
+
+    Raises
+    ------
+    InputError
+        For a contact without friction, and names and units that are not there.
     """
     dataset = dataset_of(branch)
     (name,) = chosen(dataset, "contact", contact)
@@ -370,6 +522,28 @@ def stability(
     """Largest magnitude of a Floquet multiplier along the branch; above 1 the motion is unstable.
 
     Only for branches followed with ``stability=True``.
+
+    Parameters
+    ----------
+    branches
+        A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        One line for each branch; the limit 1 is grey, and bifurcations are marked.
+
+    Raises
+    ------
+    InputError
+        For a branch followed without ``stability=True``, and units that are not there.
     """
     curves = Curves(branches, ax, label, frequency)
     if any("multiplier_max" not in dataset for _, dataset in curves.overlaid):
@@ -379,7 +553,7 @@ def stability(
     ax.axhline(1.0, color=GREY, linewidth=0.8, zorder=0)
     for _, dataset in curves.overlaid:
         _mark(ax, dataset, curves.abscissa.values(dataset), dataset["multiplier_max"].to_numpy())
-    curves.legend()
+    legend(ax)
     return ax
 
 

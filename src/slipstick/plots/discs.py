@@ -1,4 +1,4 @@
-"""A disc seen from the front: every blade coloured by its amplitude, as long as its motion at an instant."""
+"""Front view of a disc: the colour of a blade is its amplitude, its length the motion at an instant."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slipstick.errors import InputError
 from slipstick.faults import number, one
 from slipstick.plots.points import point_number, point_titled
 from slipstick.plots.quantities import NO_POINTS, abscissa, dataset_of, parted, units_of, with_unit
-from slipstick.plots.style import COLOURS, GREY, legend, styled, titled
+from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, styled, titled
 from slipstick.results.disc import amplitude_on_disc, disc_of
 from slipstick.results.solutions import Solutions
 from slipstick.typing import Array, DrawnAxes
@@ -29,10 +29,12 @@ def disc(
 
     Parameters
     ----------
-    branch, point
+    branch
         Results of a travelling wave or of a whole disc, with their problem.
+    point
+        Number of the point; negative numbers count from the last.
     dof
-        A dof of a sector, by default the first that is known at all of them.
+        A dof of a sector, by default the first that all sectors have.
     tau
         Phase omega t of the instant in rad: dashed is the rest position, longer is positive. Means are left out, and
         the largest swing of any blade has one length at all points.
@@ -47,7 +49,7 @@ def disc(
     Raises
     ------
     InputError
-        Where the results are of no disc, or the dof is not known at every sector.
+        Where the results are of no disc, or not every sector has the dof.
     """
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle, Wedge
@@ -75,8 +77,7 @@ def disc(
     ax.set_axis_off()
     label = with_unit(f"Amplitude of {dof}", units_of(dataset).label("length"))
     bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8)
-    bar.formatter.set_powerlimits((-3, 5))  # type: ignore[attr-defined]
-    bar.ax.yaxis.set_label_text(label, parse_math=False)
+    label_colour_bar(bar, label)
     if new:
         point_titled(ax, dataset, point, [])
     return ax
@@ -92,9 +93,10 @@ def blades(
     branch
         Results of a travelling wave or of a whole disc, with their problem; those of a wave are one curve.
     dof
-        A dof of a sector, by default the first that is known at all of them.
+        A dof of a sector, by default the first that all sectors have.
     frequency
-        Unit of the frequency axis, as of ``response``.
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
     ax
         Axes to draw into.
 

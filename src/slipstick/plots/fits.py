@@ -8,7 +8,7 @@ import numpy as np
 
 from slipstick.faults import shown, wrong
 from slipstick.plots.style import COLOURS, legend, styled
-from slipstick.results.foreign import is_dataset
+from slipstick.results.table import is_dataset
 from slipstick.results.view import frequency_unit, names_of
 from slipstick.typing import Array, DrawnAxes, IntArray
 from slipstick.units import Units
@@ -26,6 +26,26 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = N
     without the mean, versus frequency; over the number of the point where that is one. The two numbers of a backbone
     are drawn over its amplitude (peaks: over the number of the point), each over the largest that was measured. A free
     decay is drawn over time, with points where it was measured.
+
+    Parameters
+    ----------
+    fitted
+        The ``dataset`` of what ``ss.identify`` and its like return.
+    ax
+        Axes to draw into; by default those of a new figure.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        For each level and dof a line of what is fitted, then one of what was measured.
+
+    Raises
+    ------
+    InputError
+        For what is no such dataset, and units that are not there.
     """
     known = set(fitted.variables) if is_dataset(fitted) else set()
     if not {"measured", "fitted"} <= known or not known & {"omega", "time"}:

@@ -24,7 +24,7 @@ from slipstick.plots.quantities import (
     quantity,
     title_of,
 )
-from slipstick.plots.style import GREY, legend, over_decades, styled, titled
+from slipstick.plots.style import GREY, legend, log_scale, over_decades, styled, titled
 from slipstick.results.stability import UNKNOWN
 from slipstick.results.view import values_of, view_of
 from slipstick.typing import Array, DrawnAxes, Names
@@ -107,15 +107,15 @@ class Curves:
         """A range over decades has a logarithmic axis."""
         x = [self.abscissa.values(dataset) for _, dataset in self.overlaid]
         if over_decades(x) and all(values.min(initial=1.0) > 0.0 for values in x):
-            ax.set_xscale("log")
+            log_scale(ax, "x")
 
 
 _PENS = {0: (0, (4, 3)), UNKNOWN: (0, (1, 2))}
-"""Of unstable motion, and of motion whose stability is not known."""
+"""Dashes of unstable motion, and of motion whose stability is unknown."""
 
 
 def _line(ax: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, label: str) -> None:
-    """A curve, dashed where an end of a stretch is unstable and dotted where one is not known to be stable."""
+    """Draw a curve: dashed where an end of a piece is unstable, dotted where stability is unknown at one."""
     alone = "o" if len(x) == 1 else None
     off = (stable == 0) | (stable == UNKNOWN)
     (line,) = ax.plot(x, np.where(off & (len(x) > 1), np.nan, y), linewidth=1.6, marker=alone, label=label)
@@ -126,7 +126,7 @@ def _line(ax: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, label: str
 
 
 def _limits(ax: Axes, values: np.ndarray) -> None:
-    """Limits that do not magnify rounding."""
+    """Set limits that do not magnify rounding."""
     known = values[np.isfinite(values)]
     if not known.size:
         ax.text(0.5, 0.5, "no values", transform=ax.transAxes, ha="center", color=GREY)

@@ -32,6 +32,16 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Solutions | None = Non
         The steady curve, drawn beside it.
     ax
         Axes to draw into; by default those of a new figure.
+
+    Returns
+    -------
+    Axes
+        The line of the run, and that of the steady curve where it is given.
+
+    Raises
+    ------
+    InputError
+        For what is no run-up, a run without a whole period, and a name that is not there.
     """
     known, name = _known(run, dof)
     unit = unit_of(known.dataset, "amplitude", name)
@@ -57,13 +67,28 @@ def section(run: RunUp, dof: str | None = None, *, last: int = 256, ax: Axes | N
 
     Parameters
     ----------
-    run, dof, ax
-        As of ``run_up``.
+    run
+        What ``ss.runs.run_up`` returns.
+    dof
+        Name of the dof; by default the first.
     last
         How many periods.
+    ax
+        Axes to draw into; by default those of a new figure.
+
+    Returns
+    -------
+    Axes
+        ``ax.lines[0]`` has the dots in the order of time.
+
+    Raises
+    ------
+    InputError
+        For what is no run-up, a run without a whole period, and a name that is not there.
     """
     known, name = _known(run, dof)
-    ax = styled(ax, f"displacement of {name}", f"velocity of {name}")
+    length, velocity = (unit_of(known.dataset, f"section_{kind}", name) for kind in ("displacement", "velocity"))
+    ax = styled(ax, with_unit(f"displacement of {name}", length), with_unit(f"velocity of {name}", velocity))
     ax.plot(*known.section(name, last), linestyle="none", marker=".", markersize=3.0, color=COLOURS[0])
     return ax
 
@@ -75,10 +100,24 @@ def spectrogram(
 
     Parameters
     ----------
-    run, dof, ax
-        As of ``run_up``.
+    run
+        What ``ss.runs.run_up`` returns.
+    dof
+        Name of the dof; by default the first.
     highest
         The highest frequency drawn, rad/s; by default six times the highest speed.
+    ax
+        Axes to draw into; by default those of a new figure.
+
+    Returns
+    -------
+    Axes
+        ``ax.collections[0]`` has the levels, decibels of the largest amplitude, no less than -80.
+
+    Raises
+    ------
+    InputError
+        For what is no run-up, a run without samples of the motion, and a name that is not there.
     """
     from slipstick.faults import number
 

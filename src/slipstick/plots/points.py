@@ -1,8 +1,7 @@
 """One point of a branch over its period: hysteresis loops, states, time histories, harmonics.
 
-All take a branch (or its dataset) and the number of a point, and return Axes: ``ax``, else those of a new figure, which
-has the title of the results and tells where the point lies. They raise InputError for points and names that are not
-there.
+All take a branch (or its dataset) and the number of a point, and return Axes: ``ax``, else those of a new figure, whose
+title names the results and the point. They raise InputError for points and names that are not there.
 """
 
 from __future__ import annotations
@@ -27,7 +26,17 @@ from slipstick.plots.quantities import (
     units_of,
     with_unit,
 )
-from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
+from slipstick.plots.style import (
+    GREY,
+    STATE_COLOURS,
+    legend,
+    log_scale,
+    new_figure,
+    over_decades,
+    short,
+    styled,
+    titled,
+)
 from slipstick.results.contacts import contact_at, force_of, loop_at, planar_contacts, states_at
 from slipstick.results.solutions import Solutions
 from slipstick.results.view import names_of
@@ -40,7 +49,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
-"""What a loop is drawn over: its key in ``Branch.loop`` and its name."""
+"""Abscissae of a loop: key in ``Branch.loop`` and name."""
 
 
 def loop(
@@ -61,19 +70,30 @@ def loop(
 
     Parameters
     ----------
-    branch, point, contact
-        A contact at a point, or several contacts; by default the first.
+    branch
+        A branch, or its dataset.
+    point
+        Number of the point; negative numbers count from the last.
+    contact
+        Name of the contact, or several; by default the first.
     over
         "vibration" or "sliding".
     limit
         Whether the friction limit mu fy is drawn, thin and dotted, with both signs.
-    ax, label
-        Axes to draw into, and name of a single loop in the legend.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single loop in the legend.
 
     Returns
     -------
     Axes
         One line for each contact.
+
+    Raises
+    ------
+    InputError
+        For points, names and a motion that are not there.
     """
     if not isinstance(over, str) or over not in LOOP_MOTIONS:
         raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
@@ -100,7 +120,7 @@ def loop(
 
 
 def force_text(periods: Mapping[str, Mapping[str, Array]]) -> str:
-    """What the force of these loops is called."""
+    """Name of the force of these loops."""
     return "Friction force" if all("limit" in period for period in periods.values()) else "Contact force"
 
 
@@ -110,6 +130,27 @@ def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool =
     Of contacts that slide in a plane: the path of the friction force over the period, within the Coulomb circle mu N
     (the smallest and the largest one where N varies), and beside it that of the vibration. Along one of their ports:
     :meth:`Branch.loop`. Arguments as in :func:`loop`; always a new figure.
+
+    Parameters
+    ----------
+    branch
+        A branch, or its dataset.
+    point
+        Number of the point; negative numbers count from the last.
+    contact
+        Name of the contact, or several; by default the first.
+    limit
+        Whether the friction limit mu fy is drawn, thin and dotted, with both signs.
+
+    Returns
+    -------
+    tuple of Axes
+        The left and the right one.
+
+    Raises
+    ------
+    InputError
+        For points and names that are not there.
     """
     dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
     point, planar = point_number(dataset, point), planar_contacts(dataset)
@@ -172,15 +213,24 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
 
     Parameters
     ----------
-    branch, point, contact
-        A contact with a stator (``StatorContact``) at a point; by default the first.
+    branch
+        A branch, or its dataset.
+    point
+        Number of the point; negative numbers count from the last.
+    contact
+        Name of a contact with a stator (``StatorContact``); by default the first.
     ax
-        Axes to draw into.
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+
+    Returns
+    -------
+    Axes
+        ``ax.lines`` are the clearance circle, then a line for each interval of a state, and a dot at tau = 0.
 
     Raises
     ------
     InputError
-        For a contact of another law, or whose law is not known.
+        For a contact of another or an unknown law.
     """
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     point, (name,) = point_number(dataset, point), chosen(dataset, "contact", contact)
@@ -234,7 +284,7 @@ def branch_of(branch: OneBranch) -> Solutions:
 
 
 def point_titled(ax: Axes, dataset: xarray.Dataset, point: int, names: list[str]) -> None:
-    """Title of a figure of a point; it tells the name of what is drawn alone."""
+    """Title a figure of a point; a single dof or contact is named in it."""
     figure: Figure = ax.figure  # type: ignore[assignment]
     about = names if len(names) == 1 else []
     titled(figure, title_of([(None, dataset)]), *about, f"at {abscissa(dataset).text(dataset, point)}")
@@ -250,7 +300,28 @@ _LEAST = 1e-8
 def states(branch: OneBranch, point: int, contact: Names = None, *, ax: Axes | None = None) -> DrawnAxes:
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom.
 
-    A contact whose law does not tell its states is a grey bar, "unknown".
+    A contact whose law has no states is a grey bar, "unknown".
+
+    Parameters
+    ----------
+    branch
+        A branch, or its dataset.
+    point
+        Number of the point; negative numbers count from the last.
+    contact
+        Name of the contact, or several; by default all.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+
+    Returns
+    -------
+    Axes
+        ``ax.patches`` are the bars, from top to bottom in the order of the contacts.
+
+    Raises
+    ------
+    InputError
+        For points and names that are not there.
     """
     drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     every = names_of(dataset, "contact")
@@ -308,6 +379,31 @@ def history(
 
     The force is that of the law itself, not the truncated series; ``limit`` draws the bounds of a friction force,
     dotted, for one contact.
+
+    Parameters
+    ----------
+    branch
+        A branch, or its dataset.
+    point
+        Number of the point; negative numbers count from the last.
+    dof
+        Name of the dof, or several; by default the first.
+    contact
+        Name of the contact, or several, whose force is drawn in place of the motion.
+    limit
+        Whether the bounds of a friction force are drawn.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+
+    Returns
+    -------
+    Axes
+        One line for each dof or contact over the phase tau = omega t, 0 to 2 pi.
+
+    Raises
+    ------
+    InputError
+        For points and names that are not there, both dof and contact, and dofs of different units.
     """
     dataset, new, limit = dataset_of(branch), ax is None, truth("limit", limit)
     point = point_number(dataset, point)
@@ -346,6 +442,31 @@ def spectrum(
 
     Its height is the amplitude ``sqrt(c^2 + s^2)``, of harmonic 0 the size of the mean; on a logarithmic scale where
     they span decades, unless ``log`` says otherwise.
+
+    Parameters
+    ----------
+    branch
+        A branch, or its dataset.
+    point
+        Number of the point; negative numbers count from the last.
+    dof
+        Name of the dof, or several; by default the first.
+    contact
+        Name of the contact, or several, whose force is drawn in place of the motion.
+    log
+        Logarithmic scale; by default where the harmonics span two decades or more.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+
+    Returns
+    -------
+    Axes
+        ``ax.patches`` are the bars: all harmonics of the first name, then those of the next.
+
+    Raises
+    ------
+    InputError
+        For points and names that are not there, both dof and contact, and dofs of different units.
     """
     dataset, new, orders = dataset_of(branch), ax is None, branch_of(branch).harmonics.orders
     point, names = point_number(dataset, point), _names(dataset, dof, contact)
@@ -366,7 +487,7 @@ def spectrum(
     if not largest:
         ax.set_ylim(0.0, 1.0)
     elif log or (log is None and over_decades(shown)):
-        ax.set_yscale("log")
+        log_scale(ax, "y")
         ax.set_ylim(0.5 * min(float(v.min(initial=largest)) for v in shown), 2.0 * largest)
     every = max(1, -(-len(orders) // 16))
     ax.set_xticks(range(0, len(orders), every), labels=[str(m) for m in orders[::every]])

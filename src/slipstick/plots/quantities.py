@@ -1,4 +1,4 @@
-"""What figures take from results: datasets by label, values of named dofs and contacts, labels with units."""
+"""Data of figures: datasets by label, values of named dofs and contacts, labels with units."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from slipstick.errors import InputError
 from slipstick.faults import listed, shown
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
-from slipstick.results.foreign import is_dataset
 from slipstick.results.schema import branch_parts
+from slipstick.results.table import is_dataset
 from slipstick.results.view import frequency_unit, label_of, names_of, place_of, unit_of
 from slipstick.units import Units, after_number, unit_of_dof
 
@@ -60,7 +60,7 @@ def _is_one(branch: object) -> bool:
 
 
 def _inside(branch: object) -> Any:
-    """What a branch, or another result, holds; anything else as it is."""
+    """The dataset of a branch or another result; anything else as it is."""
     return getattr(branch, "dataset", branch)
 
 
@@ -86,7 +86,7 @@ def chosen(dataset: xarray.Dataset, dim: str, wanted: str | Sequence[str] | None
 
 
 def quantity(dataset: xarray.Dataset, name: str, dofs: Iterable[str] = ()) -> str:
-    """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself.
+    """Label of a variable: its long name without remarks in brackets, and its unit.
 
     Of ``dofs`` alone; raises InputError where they are of different units, which do not share an axis.
     """
@@ -129,7 +129,7 @@ class Abscissa:
     """What a branch follows, in the unit it is drawn in."""
 
     name: str
-    """Of the variable: ``omega``, or ``parameter`` where the frequency stands still."""
+    """Of the variable: ``omega``, or ``parameter`` where the frequency is constant."""
     label: str
     unit: str
     factor: float = 1.0
@@ -174,7 +174,28 @@ def held_text(dataset: xarray.Dataset) -> str:
 
 
 def abscissa_text(dataset: xarray.Dataset, point: int, frequency: str | None = None) -> str:
-    """The followed quantity at a point, with its unit: "4.26 rad/s"."""
+    """The followed quantity at a point, with its unit: "4.26 rad/s".
+
+    Parameters
+    ----------
+    dataset
+        Dataset of a branch.
+    point
+        Number of the point.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    str
+        The value with its unit; a followed parameter with its name too.
+
+    Raises
+    ------
+    InputError
+        For an unknown unit, and for any unit where a parameter is followed.
+    """
     return abscissa(dataset, frequency).text(dataset, point)
 
 

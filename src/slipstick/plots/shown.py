@@ -1,4 +1,4 @@
-"""Whether new figures are pyplot's: notebooks and ``plt.show()`` show those, files are drawn without."""
+"""Whether new figures are made by pyplot, for notebooks and ``plt.show()``, or for files alone."""
 
 from __future__ import annotations
 

@@ -32,14 +32,21 @@ def haigh(
 
     Parameters
     ----------
-    branch, point, at
-        As of ``branch.stress``, whose ``stress_alternating`` and ``stress_mean`` are drawn.
-    endurance, strength
-        Alternating stress that is endured without a mean, and tensile strength (force/length^2): the line between them
-        is straight under tension and level under compression. The worst place is then the nearest to it, else that of
-        the largest alternating stress.
+    branch
+        A branch of a finite element model, with its problem.
+    point
+        Number of the point; negative numbers count from the last.
+    at
+        Elements or nodes, as of ``branch.stress``, whose ``stress_alternating`` and ``stress_mean`` are drawn; by
+        default all.
+    endurance
+        Alternating stress that is endured without a mean (force/length^2). The line from it to the strength is straight
+        under tension and level under compression; the worst place is then the nearest to it, else that of the largest
+        alternating stress.
+    strength
+        Tensile strength (force/length^2); given together with ``endurance``.
     ax
-        Axes to draw into.
+        Axes to draw into; by default those of a new figure, which has the title of the results.
 
     Returns
     -------

@@ -11,11 +11,17 @@ from slipstick.errors import InputError
 from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
-from slipstick.plots.style import COLOURS, GREY, legend, over_decades, styled
-from slipstick.results.foreign import is_dataset
-from slipstick.results.percentiles import PERCENTILES, checked_percentiles, curve_percentiles, peak_percentiles
+from slipstick.plots.style import COLOURS, GREY, legend, log_scale, over_decades, styled
+from slipstick.results.percentiles import (
+    FEWEST,
+    PERCENTILES,
+    WeibullMaxima,
+    checked_percentiles,
+    curve_percentiles,
+    peak_percentiles,
+)
+from slipstick.results.table import is_dataset
 from slipstick.results.view import followed_of
-from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.typing import DrawnAxes, Names
 from slipstick.units import unit_of_dof
 
@@ -50,6 +56,11 @@ def study_map(
     ax
         Axes to draw into; by default those of a new figure.
 
+    Returns
+    -------
+    Axes
+        Of a map ``ax.collections[0]`` has the amplitudes, else ``ax.lines[0]``.
+
     Raises
     ------
     InputError
@@ -68,9 +79,10 @@ def study_map(
             peaks, complete = peaks.sel(fixed), complete.sel(fixed)
     name = str(peaks["dof"].item())
     label = _labelled(data["peak_amplitude"], f"peak amplitude of {name}", name)
-    axes = _line(data, names[0], peaks, complete, label, ax)
     if len(names) > 1:
         axes = _map(data, names, peaks, complete, label, ax)
+    else:
+        axes = _line(data, names[0], peaks, complete, label, ax)
     if fixed:
         axes.set_title(", ".join(f"{n} = {v:.6g}" for n, v in fixed.items()), fontsize="small", parse_math=False)
     return axes
@@ -88,7 +100,7 @@ def _line(
         ax.plot(x[~good], y[~good], linestyle="none", marker="x", color="black", label="did not complete")
         legend(ax)
     if over_decades([np.abs(x)]) and np.all(x > 0):
-        ax.set_xscale("log")
+        log_scale(ax, "x")
     return ax
 
 
@@ -118,7 +130,7 @@ def _map(
         drawn = ax.scatter(x, y, c=z, norm=norm, cmap="cividis")
     for axis, values in (("x", x), ("y", y)):
         if over_decades([np.abs(values)]) and np.all(values > 0):
-            getattr(ax, f"set_{axis}scale")("log")
+            log_scale(ax, axis)
     if bad.any():
         ax.plot(x[bad], y[bad], linestyle="none", marker="x", color="black", label="did not complete")
         legend(ax)
@@ -151,14 +163,26 @@ def study_curves(
 
     Parameters
     ----------
-    curves, study
-        The datasets in ``curves.nc`` and ``study.nc``.
+    curves
+        The dataset in ``curves.nc``.
+    study
+        The dataset in ``study.nc``.
     dof
         Name of the dof; by default the first.
     over
         Name of the parameter; by default the first.
     ax
         Axes to draw into; by default those of a new figure.
+
+    Returns
+    -------
+    Axes
+        One line for each curve drawn.
+
+    Raises
+    ------
+    InputError
+        If these are no study and its curves, or there is no such dof or parameter.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -214,8 +238,10 @@ def percentile_band(
 
     Parameters
     ----------
-    curves, study
-        The datasets in ``curves.nc`` and ``study.nc``.
+    curves
+        The dataset in ``curves.nc``.
+    study
+        The dataset in ``study.nc``.
     dof
         Name of the dof; by default the first.
     percentiles
@@ -223,6 +249,11 @@ def percentile_band(
         the middle one is a line.
     ax
         Axes to draw into; by default those of a new figure.
+
+    Returns
+    -------
+    Axes
+        ``ax.collections`` are the bands, the widest first.
 
     Raises
     ------
@@ -276,6 +307,11 @@ def percentile_convergence(
     ax
         Axes to draw into; by default those of a new figure.
 
+    Returns
+    -------
+    Axes
+        Two lines for each percentile: of the samples, and of the distribution.
+
     Raises
     ------
     InputError
@@ -295,8 +331,10 @@ def percentile_convergence(
     for percent in asked:
         line, *_ = ax.plot(counts, [np.percentile(values[:n], percent) for n in counts], label=f"{percent:g} %")
         ax.plot(fits, [fit.percentile(percent) for fit in fitted], linestyle="--", color=line.get_color())
+    if fits:
+        ax.plot([], [], linestyle="--", color=GREY, label="of the Weibull fit")
     if values.size > 1:
-        ax.set_xscale("log")
+        log_scale(ax, "x")
     legend(ax)
     return ax
 

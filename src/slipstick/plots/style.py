@@ -1,4 +1,4 @@
-"""Look of the figures: sizes, colours told apart by colour-blind readers, titles and legends that fit."""
+"""Style of the figures: sizes, colours that colour-blind readers distinguish, titles and legends that fit."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe and Ito's palette."""
 DASHES = ("-", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2, 2, 2)), (0, (1, 3)))
-"""The next one begins where colours are used up. Plain dashes mean unstable motion, and nothing else."""
+"""Each is used with all colours before the next one. Plain dashes are for unstable motion alone."""
 STATE_COLOURS = {"stick": "#0072B2", "slip": "#E69F00", "slip+": "#E69F00", "slip-": "#D55E00", "separation": "#BBBBBB"}
 GREY = "#666666"
 PEAK = "peak"
-"""Name of the markers in legends, where it stands last."""
+"""Name of the markers of peaks, the last one of a legend."""
 
 _TITLE_LINES = 2
 _LETTERS_PER_INCH = 12.0
 _LONGEST_NAME = 36
 _MOST_INSIDE = 7
-"""With more entries a legend stands beside the axes."""
+"""Most entries of a legend inside the axes."""
 _MOST_NAMED = 20
-"""With more entries a legend says how many there are."""
+"""Most entries of a legend; the last one then gives their number."""
 _MARKER = 5.0
 """Radius of the largest markers, points."""
 DECADES = 100.0
@@ -42,7 +42,7 @@ DECADES = 100.0
 
 
 def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
-    """A figure of pyplot, which notebooks and ``plt.show()`` show; inside ``for_files`` one that nothing else knows."""
+    """A figure of pyplot, which notebooks and ``plt.show()`` show; inside ``for_files`` one without pyplot."""
     if by_pyplot():
         from matplotlib import pyplot
 
@@ -59,7 +59,7 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     """The axes, or new ones, with labels, a light grid and the palette."""
     from matplotlib.ticker import ScalarFormatter
 
-    from slipstick.plots.lengths import METRES, Lengths
+    from slipstick.plots.ticks import METRES, Lengths
 
     if ax is not None and not hasattr(ax, "set_xlabel"):
         raise wrong("ax", ax, "matplotlib Axes to draw into, or None")
@@ -84,6 +84,17 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     return cast("DrawnAxes", ax)
 
 
+def label_colour_bar(bar: Any, label: str) -> None:
+    """Name a colour bar; small lengths in metres are shown as millimetres or micrometres."""
+    from slipstick.plots.ticks import METRES, Lengths
+
+    if label.endswith(METRES):
+        bar.formatter = Lengths(label)
+    else:
+        bar.formatter.set_powerlimits((-3, 5))
+    bar.ax.yaxis.set_label_text(label, parse_math=False)
+
+
 def titled(figure: Figure | None, *texts: str) -> None:
     """Title of a whole figure, in as many lines as it needs: the first text, the others in brackets."""
     assert figure is not None
@@ -105,7 +116,11 @@ def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
     >>> short([f"a contact of the shroud of blade {i}, upper edge" for i in (1, 2)], 24)
     ['... blade 1, upper ed...', '... blade 2, upper ed...']
     """
-    cut = [n if len(n) <= most else f"{n[: most // 2 + 1]}...{n[len(n) - most // 2 + 3 :]}" for n in names]
+    longest = [max(map(len, n.split("\n"))) for n in names]
+    cut = [
+        n if size <= most else f"{n[: most // 2 + 1]}...{n[len(n) - most // 2 + 3 :]}"
+        for n, size in zip(names, longest, strict=True)
+    ]
     if len(set(cut)) == len(set(names)):
         return cut
     differs = next(k for k in range(max(map(len, names))) if len({n[k : k + 1] for n in names}) > 1)
@@ -114,7 +129,7 @@ def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
 
 
 def legend(ax: Axes, *, least: int = 1) -> None:
-    """Legend of at least so many names, once each, markers last; beside the axes if it is long or would hide data."""
+    """Add a legend of ``least`` names or more, each once, markers last; outside the axes if long or over data."""
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     entries = {name: handle for name, handle in entries.items() if name and not name.startswith("_")}
     if PEAK in entries:
@@ -140,33 +155,61 @@ _PLACES = (
 
 
 def _placed_inside(made: Legend, ax: Axes) -> bool:
-    """Put a legend where it hides no data; False if there is no such place, but room can be made beside the axes."""
+    """Place a legend where it hides no data; False if there is no such place and it can be outside the axes."""
+    from matplotlib.collections import PolyCollection
+
     figure = ax.get_figure(root=True)
     if figure is None or figure.get_layout_engine() is None:
         made.set_loc("best")
         return True
     figure.draw_without_rendering()
     curves = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
-    marks = [drawn.get_offset_transform().transform(drawn.get_offsets()) for drawn in ax.collections]
+    filled = [drawn for drawn in ax.collections if isinstance(drawn, PolyCollection)]
+    areas = [drawn.get_transform().transform_path(path) for drawn in filled for path in drawn.get_paths()]
+    areas += [bar.get_transform().transform_path(bar.get_path()) for bar in ax.patches]
+    dots = [drawn for drawn in ax.collections if drawn not in filled]
+    marks = [drawn.get_offset_transform().transform(drawn.get_offsets()) for drawn in dots]
     for place in _PLACES:
         made.set_loc(cast("Any", place))
         box = made.get_window_extent().padded(_MARKER * figure.dpi / 72.0)
-        if not any(curve.intersects_bbox(box, filled=False) for curve in curves) and not any(
-            map(box.count_contains, marks)
-        ):
+        hidden = any(curve.intersects_bbox(box, filled=False) for curve in curves)
+        hidden = hidden or any(area.intersects_bbox(box, filled=True) for area in areas)
+        if not hidden and not any(map(box.count_contains, marks)):
             return True
     return False
 
 
+def log_scale(ax: Axes, name: str, **options: Any) -> None:
+    """Give the axis "x" or "y" a logarithmic scale, with ticks whose texts do not touch."""
+    from slipstick.plots import ticks
+
+    ticks.log_scale(ax, name, **options)
+
+
 def over_decades(values: Iterable[np.ndarray]) -> bool:
-    """Whether positive values span so much that a linear scale shows only the largest."""
+    """Whether positive values span two decades or more."""
     known = np.concatenate([np.zeros(0), *(np.asarray(v, dtype=float).ravel() for v in values)])
     known = known[np.isfinite(known) & (known > 0.0)]
     return bool(known.size) and bool(known.max() >= DECADES * known.min())
 
 
 def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", "svg")) -> list[Path]:
-    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written."""
+    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written.
+
+    Parameters
+    ----------
+    ax
+        Axes of the figure.
+    stem
+        Path of the files without their endings.
+    formats
+        Endings of the files, formats of matplotlib.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
     figure = ax.get_figure(root=True)
     assert figure is not None
     stem = Path(stem)

@@ -14,10 +14,15 @@ from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import abscissa_text, parted, quantity
 from slipstick.plots.style import COLOURS, GREY, legend, short, styled, titled
 from slipstick.results.solutions import Solutions
+from slipstick.results.view import after
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+_MOST_NAMED = 8
+"""Tolerances that the legend of a band names."""
 
 
 def tolerance_band(
@@ -34,14 +39,24 @@ def tolerance_band(
     Parameters
     ----------
     branch
-        With its problem.
+        A branch with its problem.
     tolerances
-        Shares by name of parameter: ``{"damper.mu": 0.2, "damper.kt": 0.1}`` for 20 % and 10 % up and down. The band
-        is to first order, with all of them at their worst together.
+        Shares by name of parameter: ``{"damper.mu": 0.2, "damper.kt": 0.1}`` for 20 % and 10 % up and down. The band is
+        to first order, with all of them at their worst together.
     dof
         Name of the dof; by default the first.
-    ax, label, frequency
-        As of ``response``.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+    label
+        Name of a single branch in the legend.
+    frequency
+        "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written
+        in.
+
+    Returns
+    -------
+    Axes
+        ``ax.lines[0]`` is the amplitude, ``ax.collections[0]`` the band.
 
     Raises
     ------
@@ -55,7 +70,8 @@ def tolerance_band(
     ax = curves.draw("amplitude", "dof", name)
     dataset = curves.first
     x, low, high = parted(dataset, curves.abscissa.values(dataset), band.low, band.high)
-    said = ", ".join(_varied(parameter, share) for parameter, share in tolerances.items())
+    parts = [_varied(parameter, share) for parameter, share in tolerances.items()]
+    said = "\n".join(parts if len(parts) <= _MOST_NAMED else [*parts[: _MOST_NAMED - 1], f"... ({len(parts)} in all)"])
     colour = ax.lines[-1].get_color()
     ax.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0.0, label=said)
     if curves.new:
@@ -78,7 +94,7 @@ def tornado(
     Parameters
     ----------
     branch
-        With its problem.
+        A branch with its problem.
     tolerances
         Shares by name of parameter; by default a tenth of every parameter that is not 0.
     dof
@@ -87,6 +103,13 @@ def tornado(
         Number of a point; by default the highest located peak of the dof, else the point of its largest amplitude.
     most
         How many bars are drawn.
+    ax
+        Axes to draw into; by default those of a new figure, which has the title of the results.
+
+    Returns
+    -------
+    Axes
+        Two bars for each parameter, its tolerance raised and lowered.
 
     Raises
     ------
@@ -101,18 +124,17 @@ def tornado(
     label = quantity(dataset, "amplitude", [name]).replace("Amplitude", f"Change of the amplitude of {name}")
     ax = styled(ax, label, "", height=1.4 + 0.3 * max(3, len(bars)))
     places = np.arange(len(bars))
-    for sign, colour, text in ((1.0, COLOURS[1], "more"), (-1.0, COLOURS[0], "less")):
+    for sign, colour, text in ((1.0, COLOURS[1], "parameter raised"), (-1.0, COLOURS[0], "parameter lowered")):
         changes = [sign * bar.change for bar in bars]
         ax.barh(places, changes, color=colour, height=0.7, label=text)
-    shares = [
-        f"{n} \N{PLUS-MINUS SIGN}{100 * bar.share:g} %"
-        for n, bar in zip(short([b.name for b in bars]), bars, strict=True)
-    ]
+    shares = [_varied(n, bar.share) for n, bar in zip(short([b.name for b in bars]), bars, strict=True)]
     ax.set_yticks(places, shares)
     ax.axvline(0.0, color=GREY, linewidth=0.8)
     if new:
-        amplitude = float(dataset["amplitude"].to_numpy()[at, known.dof_index(name)])
-        titled(ax.figure, str(dataset.attrs.get("title", "")), f"{amplitude:.4g} at {abscissa_text(dataset, at)}")
+        size = float(dataset["amplitude"].to_numpy()[at, known.dof_index(name)])
+        unit = after(dataset, "amplitude", name)
+        about = f"amplitude of {name}: {size:.4g}{unit} at {abscissa_text(dataset, at)}"
+        titled(ax.figure, str(dataset.attrs.get("title", "")), about)
     legend(ax)
     return ax
 

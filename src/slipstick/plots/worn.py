@@ -17,8 +17,9 @@ from slipstick.plots.quantities import (
     units_of,
     with_unit,
 )
-from slipstick.plots.style import legend, new_figure, short, styled, titled
+from slipstick.plots.style import label_colour_bar, legend, new_figure, short, styled, titled
 from slipstick.results.deflection import contact_nodes, contact_places, nearest_contacts, outward
+from slipstick.results.solutions import Solutions
 from slipstick.results.view import analysis_of, names_of, values_of
 from slipstick.typing import Array, IntArray, Names, Points
 
@@ -41,6 +42,11 @@ def wear(branch: OneBranch, contact: Names = None, dof: Names = None) -> tuple[A
         Name of a contact, or several; by default those worn deepest, at most 8.
     dof
         Name of the dof whose amplitude is drawn, or several; by default that of the peak, else the first.
+
+    Returns
+    -------
+    tuple of Axes
+        Of the worn depth, the normal load, the amplitude and the frequency.
 
     Raises
     ------
@@ -78,7 +84,7 @@ _PANELS = 4
 
 
 def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
-    """Worn depth on the surface of a body at some points of wear, one beside the other in one colour scale.
+    """Worn depth on the surface of a body at some points of wear, side by side with one colour scale.
 
     Parameters
     ----------
@@ -90,9 +96,9 @@ def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
     Returns
     -------
     tuple of Axes
-        One for each point, seen along the axis of the model that the surface looks along most. Triangles of the surface
-        round each contact have its depth (``axes.collections[0]``), and contacts are dots. Where the surface is not
-        known, or no contact lies on it, one Axes: a bar for each contact and point.
+        One for each point, seen along the axis of the model closest to the normal of the surface. Triangles round each
+        contact have its depth (``axes.collections[0]``), and contacts are dots. Without a surface, or without contacts
+        on it, one Axes: a bar for each contact and point.
 
     Raises
     ------
@@ -125,8 +131,7 @@ def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
     for ax in list(axes.flat)[len(at) :]:
         ax.set_visible(False)
     bar = figure.colorbar(axes.flat[0].collections[0], ax=axes, shrink=0.9)
-    bar.formatter.set_powerlimits((-3, 5))  # type: ignore[attr-defined]
-    bar.ax.yaxis.set_label_text(quantity(data, "worn_depth"), parse_math=False)
+    label_colour_bar(bar, quantity(data, "worn_depth"))
     titled(figure, str(data.attrs.get("title", "")))
     return tuple(list(axes.flat)[: len(at)])
 
@@ -161,8 +166,8 @@ class _Seen(NamedTuple):
 
 
 def _seen(branch: OneBranch) -> _Seen | None:
-    """The surface where it is known and contacts lie on it."""
-    problem: Any = getattr(branch, "problem", None)
+    """The surface mesh, where there is one with contacts on it."""
+    problem: Any = branch.problem if isinstance(branch, Solutions) else None
     skin = None if problem is None else problem.structure.skin
     if skin is None:
         return None

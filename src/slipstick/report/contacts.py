@@ -1,4 +1,4 @@
-"""What a page needs of each contact at each point to draw its forces again: coefficients, parameters, states."""
+"""Data from which a page draws the forces of contacts at every point: coefficients, parameters, states."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ STEP = 4e-11
 
 
 def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> dict[str, Any] | None:
-    """Friction contacts among those kept: motion, parameters and states give their force exactly.
+    """Friction contacts among those of the page: motion, parameters and states give their force exactly.
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
     """
@@ -67,9 +67,9 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
 
 
 def planar_of(branch: Solutions, kept: Indices) -> dict[str, Any] | None:
-    """Contacts that slide in a plane among those kept: vibration, friction force over the period, circle and states.
+    """Planar contacts among those of the page: vibration, friction force over the period, circle and states.
 
-    ``of`` are places in ``kept``. None without any, or where their law is not known.
+    ``of`` are places in ``kept``. None without any, or where their law is unknown.
     """
     of = np.flatnonzero(planar_contacts(branch.table)[kept])
     if not len(of) or branch.problem is None or not len(branch):
@@ -107,9 +107,9 @@ def _planar_at(
 
 
 def orbits_of(branch: Solutions, kept: Indices) -> dict[str, Any] | None:
-    """Rotors in a circular stator among those kept: motion of the centre, clearance and states.
+    """Rotors in a circular stator among those of the page: motion of the centre, clearance and states.
 
-    ``of`` are places in ``kept``. None without any, or where their law is not known.
+    ``of`` are places in ``kept``. None without any, or where their law is unknown.
     """
     problem = branch.problem
     if problem is None or not len(branch):
@@ -144,7 +144,7 @@ def _known(dataset: ResultTable, name: str, kept: Indices) -> BoolArray:
 
 
 def _needed(coefficients: Array, *forces_and_springs: Array) -> Array:
-    """Step (n, m) for coefficients (n, m, L): small beside them, and beside the forces that springs make of them."""
+    """Step (n, m) for coefficients (n, m, L): small relative to them and to the forces that springs make of them."""
     size = np.abs(coefficients[:, :, 1:]).max(axis=2, initial=0.0)
     for force, spring in zip(forces_and_springs[::2], forces_and_springs[1::2], strict=True):
         load = np.abs(force).max(axis=2)

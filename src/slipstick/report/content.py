@@ -10,8 +10,7 @@ import numpy as np
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, orbits_of, planar_of, series_of
-from slipstick.report.curves import abscissae_of, curves_of
-from slipstick.report.diagrams import diagram_of
+from slipstick.report.curves import abscissae_of, curves_of, diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
-"""Attributes that stand elsewhere on the page, or say nothing to a reader."""
+"""Attributes that are shown elsewhere on the page, or are of no use to a reader."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
@@ -70,7 +69,7 @@ def content_of(
             **_motion(dataset, [names[d] for d in kept["dof"]]),
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
-        "asked": _asked(dataset, kept["dof"]),
+        "asked": _requested_dofs(dataset, kept["dof"]),
         "notes": _notes(dataset, kept["dof"], view),
         "curves": curves_of(branch, kept, view),
         "references": references_of(branch, kept["dof"]) if view.name == "response" else [],
@@ -186,15 +185,15 @@ def _motion(dataset: ResultTable, dofs: Sequence[str]) -> dict[str, Any]:
     return {"label": label, "units": length, "after": after_number(length), "units_of": units}
 
 
-def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
-    """Places, among the dofs kept, of those whose peaks or largest amplitudes were sought, else of those with peaks."""
+def _requested_dofs(dataset: ResultTable, kept: Indices) -> list[int]:
+    """Places, among the dofs of the page, of those tracked or optimised, else of those with peaks."""
     names = names_of(dataset, "dof")
-    sought = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
-    sought[2:] = [[*sought[2], *sought[3]]]
-    told = [names.index(name) for name in next(filter(None, sought), []) if name in names]
-    if not told and "peak_dof" in dataset:
-        told = sorted({int(d) for d in dataset["peak_dof"].to_numpy() if d >= 0})
-    return [place for place, d in enumerate(kept) if d in told]
+    wanted = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
+    wanted[2:] = [[*wanted[2], *wanted[3]]]
+    chosen = [names.index(name) for name in next(filter(None, wanted), []) if name in names]
+    if not chosen and "peak_dof" in dataset:
+        chosen = sorted({int(d) for d in dataset["peak_dof"].to_numpy() if d >= 0})
+    return [place for place, d in enumerate(kept) if d in chosen]
 
 
 def _notes(dataset: ResultTable, kept: Indices, view: View) -> list[list[Any]]:
@@ -232,7 +231,7 @@ def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
 
 
 def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
-    """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
+    """Lower and upper amplitudes (point, dof) of the dofs of the page, and the tolerances as text."""
     from slipstick.analysis.sensitivity.tolerances import amplitude_band
 
     names = names_of(branch.table, "dof")
@@ -259,14 +258,14 @@ def what_matters(branch: Solutions, kept: Indices, tolerances: Mapping[str, floa
 
 
 UNSEEN = 1e-3
-"""Relative to the largest motion: less is not seen."""
+"""Smallest visible motion, relative to the largest."""
 
 MOST_SHAPE_NODES = 1500
 """Of a surface, and so many contacts on it at most: a page has their motion at every point."""
 
 
 def shape_of(branch: Solutions) -> dict[str, Any] | None:
-    """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
+    """Nodes, triangles, fields and their coefficients at every point; None without a surface mesh."""
     skin = None if branch.problem is None else branch.problem.structure.skin
     if skin is None or not len(branch):
         return None
@@ -289,7 +288,7 @@ def shape_of(branch: Solutions) -> dict[str, Any] | None:
 
 
 def _left_out(shown: Skin, skin: Skin, on: dict[str, Any] | None) -> str:
-    """What is not shown of a surface, in words; empty where that is nothing."""
+    """Sentence on the parts of a surface that are not shown; empty where all are."""
     if len(shown.nodes) == len(skin.nodes):
         return ""
     of = f" and {on['shown']} of {on['count']} contacts" if on is not None and on["shown"] < on["count"] else ""
@@ -326,7 +325,7 @@ def _on_surface(branch: Solutions, skin: Skin) -> dict[str, Any] | None:
 
 
 def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, Any] | None:
-    """A quantity of the contacts kept, (point, contact); None where it is not there, or zero."""
+    """A quantity of the contacts of the page, (point, contact); None where it is missing or zero."""
     if name not in dataset or (name == "normal_force" and "normal_load" in dataset):
         return None
     values = np.nan_to_num(dataset[name].to_numpy()[:, kept], posinf=0.0, neginf=0.0)
@@ -339,11 +338,11 @@ def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, An
 
 
 _FROM_ABOVE, _ASIDE = 60.0, -35.0
-"""A surface is seen from this high at most, and this far beside its normal; degrees."""
+"""Largest elevation of the view of a surface, and its angle from the normal; degrees."""
 
 
 def _looking_at(normal: Array) -> list[int]:
-    """Angles, degrees, from which a surface of this normal is seen, the body still upright."""
+    """Angles of view of a surface with this normal, degrees, with the body upright."""
     x, y, z = normal / (float(np.linalg.norm(normal)) or 1.0)
     level = float(np.hypot(x, y))
     yaw = np.degrees(np.arctan2(-x, -y)) if level > 0.1 else 0.0

@@ -1,4 +1,4 @@
-"""Arrays and texts as a page can hold them: little-endian numbers, deflated; JSON that cannot end its own element."""
+"""Encoding of arrays and texts in a page: little-endian numbers, deflated; JSON that cannot close its own element."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _UNSAFE = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
 
 
 def packed(values: ArrayLike, kind: str = "f8") -> dict[str, Any]:
-    r"""An array (n, ...) of ``f8``, ``f4``, ``u2`` or ``u1``; rows that are all alike are kept once.
+    r"""An array (n, ...) of ``f8``, ``f4``, ``u2`` or ``u1``; rows that are all equal are stored once.
 
     The first bytes of all numbers come first, then the second ones, and so on: neighbours along a curve are alike in
     their high bytes, so that they deflate better.
@@ -47,7 +47,7 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
     """Coefficients (n, m, L) as whole numbers of ``width`` bytes, at most 6, each (n, m) in its own steps.
 
     A step is a power of two: the next one above ``step`` (n, m), and above 2^(1 - 8 width) of the largest
-    coefficient. The mean, which may be far larger, stays apart in eight bytes, rounded to the same steps.
+    coefficient. The mean, which may be far larger, has eight bytes of its own, rounded to the same steps.
     """
     values = np.asarray(coefficients, dtype=float)
     least = np.abs(values[:, :, 1:]).max(axis=2, initial=0.0) / (2.0 ** (8 * width - 1) - 1.0)

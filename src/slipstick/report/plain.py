@@ -1,4 +1,4 @@
-"""Pages without scripts, of what is looked at and not explored: run-ups and fits. Outcome, figures, numbers, case."""
+"""Pages of run-ups and fits, without scripts: outcome, figures, numbers, case."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _FIT_IN_TIME = "points are measured, the line is fitted"
 
 @for_files()
 def run_up_body(run: RunUp, steady: Solutions | None, *, title: str, dofs: int, foot: str) -> str:
-    """The page of a run-up: envelopes beside the steady curve, spectra, sections, peaks with lag, contacts, energy."""
+    """The page of a run-up: envelopes over the steady curve, spectra, sections, peaks with lag, contacts, energy."""
     data = run.dataset
     if not data.sizes["period"]:
         raise InputError("nothing to report: no period is integrated")
@@ -119,7 +119,7 @@ _SAID = {
     "indistinct", "warnings", "refused", "weights", "message", "converged", "run up", "start", "stop", "rate",
     "periods",
 }  # fmt: skip
-"""Attributes that stand elsewhere on these pages."""
+"""Attributes that are shown elsewhere on these pages."""
 
 
 def _section(title: str, *parts: str) -> str:

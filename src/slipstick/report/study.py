@@ -1,4 +1,4 @@
-"""What a page holds of a study: its cases with outcomes, their peaks, and the curves behind them."""
+"""Content of the page of a study: cases with outcomes, peaks and curves."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MOST_CURVES = 300
 """Curves in one page; of more, some evenly chosen."""
 MOST_POINTS = 400
-"""Points of each curve in a page; peaks are kept."""
+"""Points of each curve in a page; peaks are among them."""
 
 _NEEDED = ("peak_amplitude", "outcome", "message", "points", "seconds")
 
@@ -105,7 +105,7 @@ def _cases(study: xarray.Dataset) -> list[dict[str, Any]]:
 
 
 def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
-    """Curves of the kept dofs, of many cases some, of many points some."""
+    """Curves of some dofs: at most ``MOST_CURVES`` cases, and about ``MOST_POINTS`` points of each."""
     if data is None or not {"case", "amplitude", "branch_part"} <= set(data.variables):
         return {"curves": [], "left_out": "curves.nc is not beside the study: its curves are not drawn"}
     case = data["case"].to_numpy()

@@ -55,7 +55,7 @@ def write_report(
     contacts, dofs
         How many are kept: those that dissipate most, those that move most.
     tolerances
-        Shares by name of parameter, ``{"damper.mu": 0.2}``: what they make of the amplitudes is drawn beside them.
+        Shares by name of parameter, ``{"damper.mu": 0.2}``: the band of amplitudes that they cause is drawn.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def write_run_up_report(
 ) -> Path:
     """Write one self-contained page of a run-up: envelopes, spectra or sections, peaks, energy, contacts.
 
-    ``steady`` is the curve that the envelopes are drawn beside, and their peaks compared with; it needs the same units.
+    ``steady`` is a curve in the same units, drawn with the envelopes; their peaks are compared with its peaks.
     Arguments and errors are otherwise those of ``write_report``.
     """
     from slipstick.report.plain import run_up_body
@@ -229,7 +229,7 @@ STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "study.js")
 
 _NAMES = "decode law model view charts save curves strip shape disc panels diagram tables head main"
 SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
-"""Our own, in the order they are put together: one script, so that nothing but ``slipstick`` is left in the page."""
+"""Our scripts in the order in which they are joined: one script, whose only global name is ``slipstick``."""
 
 
 def part(name: str) -> str:

@@ -1,1 +1,1 @@
-"""Branches of solutions and what is measured on them."""
+"""Solutions along a branch, their schema, and quantities computed from them."""

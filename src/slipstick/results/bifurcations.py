@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 FOLD, TRUNCATED_FOLD = "fold", "turning point of the truncated balance"
 _BESIDE = 3
-"""So many points off, a change of contact states belongs to a bifurcation."""
+"""Number of points within which a change of contact states belongs to a bifurcation."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,13 +44,13 @@ class Bifurcation:
     omega
         Fundamental frequency, rad/time.
     multiplier
-        The one nearest to where it leaves the unit circle; nan where multipliers are not known.
+        The one nearest to where it leaves the unit circle; nan where multipliers are unknown.
     second_omega
         Of a Neimark-Sacker point: the frequency that appears, up to multiples of ``omega``; else nan.
     before, after
-        How many disturbances grow at the nearest points on both sides, -1 for not known.
+        Numbers of growing disturbances at the nearest points on both sides, -1 where unknown.
     grazing
-        Whether contacts change the order of their states close by: what happens there can be as sudden as it likes.
+        Whether contacts change the order of their states close to the point: the change of motion can then be sudden.
     """
 
     kind: str

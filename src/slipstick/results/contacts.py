@@ -1,7 +1,7 @@
-"""The contacts of a stored point, each with its law: what is asked of a contact afterwards is asked of its law here.
+"""Contacts of a stored point, each with its law: loops, forces and states are computed by the law itself.
 
-A law comes from the problem. Without one, friction contacts are known by their numbers, which contacts of other laws do
-not have; of these the law stays unknown. Names of ports say nothing: laws of any kind may share them.
+The law comes from the problem. Without a problem, contacts whose friction variables are numbers are friction contacts;
+the law of all others is unknown. Names of ports do not tell laws apart, as any law may use them.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ _FRICTION = FrictionContact(kt=0.0, mu=0.0, normal_load=0.0)
 """The law; its numbers are those of the results."""
 NO_FRICTION = "these results hold no friction contact; laws of another kind have no such states"
 UNKNOWN_STATE = "unknown"
-"""Stands for the states of a contact whose law does not tell them."""
+"""State of a contact whose law has no states."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactsAtPoint:
-    """Contacts of one law at a point: what the law is asked with.
+    """Contacts of one law at a point, with the arguments of its functions.
 
     Attributes
     ----------
     law
-        None where it is not known.
+        None where it is unknown.
     elements
         Numbers (n,) among all contacts.
     motion
@@ -136,27 +136,26 @@ def contact_at(branch: Solutions, point: int, contact: int) -> ContactsAtPoint:
 
 
 def states_at(branch: Solutions, point: int) -> dict[str, list[Interval]]:
-    """Intervals (start, end, state) of one period by contact; "unknown" where a law does not tell them.
+    """Intervals (start, end, state) of one period by contact; "unknown" where a law has no states.
 
     Raises InputError where no law does.
     """
     by_element: dict[int, list[Interval]] = {}
-    told = False
+    has_any = False
     for batch in contacts_at(branch, point):
         states = None if batch.law is None else batch.law.states(batch.motion, batch.values)
-        told = told or states is not None
+        has_any = has_any or states is not None
         unknown = [[(0.0, 2.0 * np.pi, UNKNOWN_STATE)] for _ in batch.elements]
         by_element |= dict(zip(batch.elements.tolist(), states if states is not None else unknown, strict=True))
-    if not told:
+    if not has_any:
         raise InputError(NO_FRICTION)
     names = names_of(branch.table, "contact")
     return {name: by_element[i] for i, name in enumerate(names)}
 
 
 def has_states(branch: Solutions, point: int) -> bool:
-    """Whether the law of any contact tells its states."""
-    told = (b.law is not None and b.law.states(b.motion, b.values) is not None for b in contacts_at(branch, point))
-    return any(told)
+    """Whether the law of any contact has states."""
+    return any(b.law is not None and b.law.states(b.motion, b.values) is not None for b in contacts_at(branch, point))
 
 
 def has_orbit(branch: Solutions, point: int, contact: str) -> bool:

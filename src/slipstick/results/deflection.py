@@ -52,7 +52,7 @@ def deflection_of(
     Raises
     ------
     InputError
-        Where the problem is not known, or its structure has no skin.
+        If the branch has no problem, or its structure no surface mesh.
     """
     if branch.problem is None:
         raise InputError(f"the problem of this branch is not known: {branch.without}")
@@ -86,10 +86,10 @@ def _seen(structure: Any, coarse: Coarse | None) -> Skin:
 
 
 _FORCES = 0.1
-"""Of what is left out of the motion: what is left out of the forces whose own answer is solved for."""
+"""Tolerance for the fields of forces, over that of the motion that they cause."""
 
 _TOGETHER = 4_000_000
-"""Forces on dofs, or at ports, taken together: 32 MB."""
+"""Entries of the forces of one batch of points, on dofs or at ports: 32 MB."""
 
 
 def force_fields(branch: Solutions, points: Sequence[int], small: float) -> Array:
@@ -117,19 +117,19 @@ def force_fields(branch: Solutions, points: Sequence[int], small: float) -> Arra
 
 
 _ROUNDING = 1e-13
-
+"""Relative size below which a field of forces is rounding."""
 
 _NEAR = 0.75
-"""Nodes within this share of the distance between contacts show what is at a contact."""
+"""Share of the distance between contacts within which nodes show the values of a contact."""
 _ALONE = 0.05
-"""Within this share of the size of the body: nodes of a single contact, and the places that a contact has."""
+"""Share of the size of the body within which the nodes of a single contact, and the places of one contact, lie."""
 
 
 def contact_places(problem: Problem) -> Array:
-    """Where each contact lies (n_elements, 3), by the places of the dofs that its ports move with; nan: not known.
+    """Place of each contact (n_elements, 3): the mean of the places of the dofs that its ports move with, else nan.
 
-    A contact between places that lie apart has none of its own. Where no place of a dof is known,
-    that of the node that moves as the contact does.
+    A contact between distant dofs has none. Where the structure has no places of dofs, the place is that of the node
+    which moves as the contact does.
     """
     structure: Any = problem.structure
     skin: Skin = structure.skin
@@ -152,7 +152,7 @@ def contact_places(problem: Problem) -> Array:
 
 
 def contact_nodes(problem: Problem) -> IntArray:
-    """Node of the skin next to each contact (n_elements,); -1 where there is none near."""
+    """Nearest node of the surface mesh to each contact (n_elements,); -1 where none is close."""
     from scipy.spatial import KDTree
 
     structure: Any = problem.structure
@@ -233,10 +233,10 @@ def _alike_nodes(problem: Problem) -> IntArray:
 
 
 def outward(problem: Problem, nodes: IntArray) -> tuple[Array, Array]:
-    """Normals (n_triangles, 3) of a skin, twice as long as the areas, and their sum (3,) at the ``nodes`` of contacts.
+    """Normals (n_triangles, 3) of a surface mesh, as long as twice the areas, and their sum (3,) at contact ``nodes``.
 
-    A node on an edge belongs to several faces: where a contact has a normal port, those that look along it count.
-    The sum is zero where faces look in all directions.
+    A node on an edge belongs to several faces: of a contact with a normal port only the faces along it count. The sum
+    is zero where normals have all directions.
     """
     structure: Any = problem.structure
     skin = structure.skin

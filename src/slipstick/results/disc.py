@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Disc(NamedTuple):
-    """What results tell of the sectors of a disc.
+    """Sectors of a disc and their dofs in the results.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Disc(NamedTuple):
     whole
         Whether every sector has dofs of its own, ``tip@0`` to ``tip@23``.
     dofs
-        Names of dofs that are known at every sector, with the place (sectors,) of each in the results.
+        Names of dofs that every sector has in the results, with the places (sectors,) there.
     """
 
     sectors: int

@@ -1,4 +1,4 @@
-"""What is measured on a periodic motion given by its coefficients."""
+"""Amplitude and phase of a periodic motion given by its harmonic coefficients."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ _Form = Callable[[Harmonics, Array], tuple[Array, Array]]
 def _forms(X: Array) -> Iterator[tuple[slice | NDArray[np.intp], _Form]]:
     """Rows of one form (k, L), and what gives their largest deviations and times: one harmonic is in closed form.
 
-    It is chosen for each row, so what is beside a row changes no bit of its result.
+    The form is chosen row by row, so that a result does not depend on the other rows.
     """
     single = (X[:, 1:] != 0.0).sum(axis=1) <= 2
     if not single.any():

@@ -10,12 +10,12 @@ from slipstick.results.schema import LARGEST, branch_parts
 from slipstick.typing import AnyArray, Array
 
 PROMINENCE = 1e-3
-"""Part of its height by which a maximum stands out at least that is a peak.
+"""Least prominence of a peak, relative to its height.
 
-Minima are located to 2e-5 of their height, so this is a rule of the curve: only that near to it may it go either way.
+Minima are located to 2e-5 of their height: only a prominence this close to the limit can be judged either way.
 """
 _EQUAL = 1e-6
-"""Part of a height by which another maximum is not higher."""
+"""Relative difference up to which two heights are equal."""
 
 
 def peak_points(data: Any, dof: int | None = None) -> AnyArray:
@@ -45,9 +45,9 @@ def located_peaks(data: Any, dof: int | None = None) -> AnyArray:
 
 
 def _stands_out(size: Array, solved: AnyArray, part: AnyArray, k: int) -> bool:
-    """Whether the maximum at a point stands out of amplitudes (n,) on both sides, in its part of the branch.
+    """Whether the maximum at a point is prominent on both sides among amplitudes (n,) of its part of the branch.
 
-    Points between solved ones are not known well enough to tell.
+    Only ``solved`` points count: interpolated ones are not accurate enough.
     """
     own = np.flatnonzero(part & solved)
     sizes, at, height = size[own], int(np.searchsorted(own, k)), size[k]

@@ -1,23 +1,27 @@
-"""Percentiles of the peaks and the curves of a study whose parameters are samples."""
+"""Percentiles of the peaks and curves of a study of samples; the Weibull distribution of maxima."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import gamma, log
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number_or_numbers, shown, whole
-from slipstick.results.foreign import is_dataset
+from slipstick.results.table import is_dataset
 from slipstick.results.view import followed_of
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     import xarray
 
+
 PERCENTILES = (5.0, 50.0, 95.0)
 _GRID = 400
+"""Default number of frequencies of a band."""
 
 
 def is_sampled(study: xarray.Dataset) -> bool:
@@ -47,7 +51,7 @@ def peak_percentiles(study: xarray.Dataset, percentiles: Sequence[float] = PERCE
     -------
     xarray.Dataset
         ``peak_amplitude`` and ``peak_omega`` (or ``peak_parameter``) over (percentile, dof), and ``samples``, (dof),
-        how many are known: what did not complete is left out.
+        the number of completed ones.
 
     Raises
     ------
@@ -156,3 +160,50 @@ def _complete(study: xarray.Dataset) -> Any:
         expected = 'samples: method = "random", "latin-hypercube" or "sobol"'
         raise InputError(Fault("percentiles", found=f'a study with method = "{method}"', expected=expected))
     return study["outcome"].to_numpy() == "COMPLETED"
+
+
+FEWEST = 8
+"""Samples from which a distribution is fitted."""
+_SMALLEST_SHAPE = 1e-9
+"""The Gumbel distribution, shape 0, is taken with this shape: the formulas divide by it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WeibullMaxima:
+    """``F(a) = exp(-(1 - shape (a - place) / scale)^(1 / shape))``: extreme values, bounded above where shape > 0.
+
+    That is the Weibull distribution of maxima: none is above ``place + scale / shape``.
+    """
+
+    shape: float
+    place: float
+    scale: float
+
+    @property
+    def upper(self) -> float:
+        """Upper bound of the values; inf where there is none."""
+        return self.place + self.scale / self.shape if self.shape > 0.0 else float("inf")
+
+    def percentile(self, percent: float) -> float:
+        """The value that ``percent`` percent of the values do not exceed."""
+        return self.place + self.scale * (1.0 - (-log(percent / 100.0)) ** self.shape) / self.shape
+
+    @classmethod
+    def fitted(cls, values: Sequence[float] | Array) -> WeibullMaxima:
+        """By probability-weighted moments (Hosking, Wallis, Wood, Technometrics 27 (1985) 251).
+
+        Raises
+        ------
+        InputError
+            For fewer than 8 values, or values that are all equal.
+        """
+        a = np.sort(np.asarray(values, dtype=float))
+        n, i = a.size, np.arange(a.size)
+        if n < FEWEST or not np.ptp(a) > 0.0:
+            raise InputError(Fault("values", found=f"{n} values", expected=f"at least {FEWEST} that differ"))
+        b0, b1, b2 = a.mean(), (i * a).mean() / (n - 1), (i * (i - 1) * a).mean() / ((n - 1) * (n - 2))
+        c = (2.0 * b1 - b0) / (3.0 * b2 - b0) - log(2.0) / log(3.0)
+        shape = 7.8590 * c + 2.9554 * c * c
+        shape = shape if abs(shape) > _SMALLEST_SHAPE else _SMALLEST_SHAPE
+        scale = (2.0 * b1 - b0) * shape / (gamma(1.0 + shape) * (1.0 - 2.0**-shape))
+        return cls(shape=float(shape), scale=float(scale), place=float(b0 + scale * (gamma(1.0 + shape) - 1.0) / shape))

@@ -1,4 +1,4 @@
-"""Quantities computed from solved points: where one fails the point is kept without it, and a warning says so."""
+"""Quantities computed from solved points: where one fails, the point remains without it and a warning tells why."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Postprocessing:
         return np.concatenate([self.attempt(what, partial(compute, [i]), unknown) for i in range(count)])
 
     def warnings(self, compute: Callable[[], Sequence[str]]) -> list[str]:
-        """Warnings: what failed, and what ``compute`` finds wrong in the results."""
+        """Warnings: the failures, and those that ``compute`` returns."""
         nothing: Sequence[str] = ()
         found = self.attempt("what is suspicious in the results", compute, nothing)
         return [*self.failures, *found]

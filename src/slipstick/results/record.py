@@ -49,9 +49,9 @@ class Point(NamedTuple):
     part: int = 1
     """Number of the part of the branch: 2 where it was also followed from the other end."""
     stability: PointStability | Unjudged | None = None
-    """None where it was not asked for."""
+    """None where stability was not requested."""
     reaction: Reaction | None = None
-    """How its kept harmonics answer to those left out; None: not known."""
+    """Change of the solution with a residual, for the truncation error; None where there is no Jacobian."""
 
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
@@ -69,7 +69,7 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """What is known of n points, of each in a row: as of ``Point``."""
+    """n points as arrays: a row of each attribute of ``Point`` for each."""
 
     x: Array
     omega: Array
@@ -206,7 +206,7 @@ class Outputs:
         return out
 
     def transposed(self, h: Array) -> tuple[Array, Array]:
-        """The transpose of ``assembled``: numbers ``h`` (n_outputs, L) as (N,), and those of the outputs far away."""
+        """The transpose of ``assembled``: numbers ``h`` (n_outputs, L) as (N,), and those of outputs without a port."""
         b = self.balance
         out = np.zeros((b.n_ports, b.L))
         for i, port in enumerate(self._ports):
@@ -239,9 +239,9 @@ def _ports_alone(directions: Matrix) -> dict[int, tuple[int, float]]:
 
 
 class Recorder:
-    """Values of all variables at points of a problem's branch, those of stability where it is asked for.
+    """Values of all variables at points of a problem's branch, those of stability on request.
 
-    What is not the solution itself and cannot be computed is nan, and ``postprocessing`` says so.
+    A variable other than the solution that cannot be computed is nan, and ``postprocessing`` has a warning of it.
     """
 
     def __init__(self, balance: Balance, *, parameter: str = "", stability: bool = False) -> None:
@@ -375,7 +375,7 @@ def unknowns(table: ResultTable, problem: Problem, point: int) -> Array:
 
 
 def contact_states(table: ResultTable, balance: Balance, point: int) -> Array | None:
-    """Values of the contact states (n_states,) at a point of results; None where none are known."""
+    """Values of the contact states (n_states,) at a point of results; None where there are none."""
     names = state_names(balance.problem)
     if not names or any(name not in table for name in names):
         return None
@@ -385,14 +385,14 @@ def contact_states(table: ResultTable, balance: Balance, point: int) -> Array | 
 
 
 def _adapted(points: Columns) -> dict[int, Adapted]:
-    """What is known of points with some of the harmonics, by their numbers."""
+    """Adapted harmonics by number of the point, of those that use part of the set."""
     return {i: detail.adapted for i, detail in enumerate(points.details) if detail.adapted is not None}
 
 
 class _Answers:
-    """What the laws answered at points (n,); where that is still to be had, all points together are asked for.
+    """Responses of the laws at points (n,); interpolated points, which have none, are evaluated here in one batch.
 
-    ``residual`` (n,) are the relative residuals. What a law cannot tell of a point that was interpolated is nan.
+    ``residual`` (n,) are the relative residuals. Where a law fails at an interpolated point its values are nan.
     """
 
     def __init__(self, balance: Balance, points: Columns, postprocessing: Postprocessing) -> None:

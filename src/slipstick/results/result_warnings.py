@@ -1,4 +1,4 @@
-"""What is suspicious in the results of a branch, one sentence each, the same on every road."""
+"""Warnings about the results of a branch: one sentence each, the same in Python, files, pages and the terminal."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def result_warnings(
     asked: float | None = None,
     requested: Sequence[float] = (),
 ) -> list[str]:
-    """Contacts that never acted, points that are missing or misplaced, missing harmonics, and stability in doubt.
+    """Contacts that never acted, points that are missing or misplaced, missing harmonics, and uncertain stability.
 
-    ``followed`` is "omega", or names what ``values["parameter"]``, else ``values["omega"]``, are values of; ``unit``
-    that of frequencies, ``asked`` the accuracy to which harmonics were adapted, ``requested`` the values at which
-    points are wanted.
+    ``followed`` is "omega", or the name of the quantity in ``values["parameter"]``, else in ``values["omega"]``;
+    ``unit`` that of frequencies, ``asked`` the accuracy to which harmonics were adapted, ``requested`` the values at
+    which points are requested.
     """
     at = values["parameter" if "parameter" in values and followed != "omega" else "omega"]
     missing = truncation_sentence(followed, at, values["truncation"], unit, asked)

@@ -11,9 +11,9 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import number, shown, whole
-from slipstick.results.foreign import is_dataset
 from slipstick.results.saved_table import write_table
 from slipstick.results.schema import Declared
+from slipstick.results.table import is_dataset
 from slipstick.results.view import names_of
 from slipstick.typing import Array
 
@@ -41,7 +41,7 @@ VARIABLES: Mapping[str, Declared] = {
         (), "1", "what is missing in the energy balance, over all energy turned over since the start"
     ),
 }
-"""What is kept of every period."""
+"""Variables stored of every period."""
 _PHASES = 2000
 _FEWEST, _HARMONICS, _SETTLED, _TORUS = 64, 8, 1e-6, 1e-3
 
@@ -87,7 +87,7 @@ class MotionKind:
     second_omega
         The second frequency, ``turns`` times that of the excitation, rad/s, up to multiples of that and its sign.
     remainder
-        What the section holds beside such a motion, relative to the size of the motion.
+        Deviation of the section from such a motion, relative to the size of the motion.
     """
 
     kind: str

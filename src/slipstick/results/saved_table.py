@@ -39,7 +39,7 @@ _MOST_BYTES = 2**31 - 1
 """Of one array in a MATLAB 5 file."""
 
 Made = Mapping[str, Callable[[], Any]]
-"""Tables by name that are made when they are asked for: datasets."""
+"""Datasets by name that are computed on request."""
 
 
 def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None, made: Made | None = None) -> Path:
@@ -55,7 +55,7 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
     table
         Which one: by default the first in a .csv file, all in a .mat file.
     made
-        More tables that can be asked for.
+        Further tables, computed on request.
 
     Raises
     ------

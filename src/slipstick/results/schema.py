@@ -1,4 +1,4 @@
-"""The one schema of results: every variable, dimension and attribute is declared here, whoever writes or reads them.
+"""Schema of results: declares every variable, dimension and attribute for all writers and readers.
 
 A branch in memory, the journal of a run, the results file of the command line and that of ``Branch.save`` are made from
 the same ``Layout`` and the same attributes.
@@ -33,7 +33,7 @@ VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 
 NEAR_PEAK, NEAR_FOLD = "near peak", "near turning point"
-"""A solution beside a peak or a turning point that could not be located."""
+"""Kinds of solutions next to a peak or a turning point that could not be located."""
 
 POINT_KINDS = (
     "start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS, "optimum", "tie", "corner",
@@ -41,7 +41,7 @@ POINT_KINDS = (
 )  # fmt: skip
 
 CYCLES = "cycles"
-"""Stands for the name of a parameter where wear goes on over cycles of vibration."""
+"""Name of the followed parameter of wear."""
 
 ANALYSIS = "analysis"
 """Attribute of results and of journals: the analysis that made them, as requests name it."""
@@ -50,17 +50,17 @@ REQUESTED = "requested"
 """Attribute of the values at which points are wanted."""
 
 RELATIVE = "relative to the moving support"
-"""Added to the name of the motion of a structure whose support moves."""
+"""Suffix of the names of motions where the support moves."""
 
 SELF_EXCITED = "self-excited"
-"""What the attribute "vibration" says of limit cycles."""
+"""Value of the attribute "vibration" of limit cycles."""
 
 MISSING = -1
-"""Stands for a whole number that is not known; a real one is nan, a text is empty."""
+"""Value of a missing integer; a missing real number is nan, a missing text is empty."""
 
 
 class Declared(NamedTuple):
-    """What is known of a variable before it has values."""
+    """Declaration of a variable."""
 
     dims: tuple[str, ...]
     """Dimensions after ``point``."""
@@ -121,7 +121,7 @@ STABILITY: dict[str, Declared] = {
     ),
     "neutral_contacts": Declared((), "1", "contacts stuck all period, left out of the multipliers", whole=True),
 }  # fmt: skip
-"""Every variable that is there where stability was asked for."""
+"""Variables of a branch that was followed with stability."""
 
 OF_WAVES: dict[str, Declared] = {
     "wave_number": Declared(
@@ -168,7 +168,7 @@ class Layout:
 
     @cached_property
     def columns(self) -> dict[str, slice]:
-        """Where the numbers of each variable stand in a row."""
+        """Columns of each variable in a row."""
         ends = np.cumsum([0, *(prod(self.shape(name)) for name in self.variables)]).tolist()
         return {name: slice(*span) for name, span in zip(self.variables, pairwise(ends), strict=True)}
 
@@ -198,7 +198,7 @@ class Layout:
         return self._of_type(name, numbers.reshape(len(numbers), *self.shape(name)))
 
     def _of_type(self, name: str, values: AnyArray) -> AnyArray:
-        """Whole numbers and texts from the numbers of the journal; what is of its type already stays so."""
+        """Integers and texts from the numbers of the journal; values already of their type are returned as they are."""
         declared = self.variables[name]
         if values.dtype.kind != "f" or not (declared.whole or declared.texts):
             return values
@@ -232,7 +232,7 @@ def _code(name: str, text: Any, known: Sequence[str]) -> float:
 def layout_of(
     problem: Problem, *, parameter: str = "", stability: bool = False, only: Sequence[str] | None = None
 ) -> Layout:
-    """What is kept of each point of a branch of a problem; ``only`` some variables of a linear one."""
+    """Layout of the points of a branch of a problem; ``only`` some variables for a linear response."""
     chosen = {name: _of_problem(problem, VARIABLES[name]) for name in only or ()}
     variables = dict(_declared(problem, parameter)) if only is None else chosen
     variables |= STABILITY if stability else {}

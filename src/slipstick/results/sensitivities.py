@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def known_problem(branch: Solutions) -> Problem:
-    """The problem whose parameters results depend on; InputError where it is not known."""
+    """The problem whose parameters results depend on; InputError where the results have none."""
     problem = branch.problem or branch.excited
     if problem is None:
         remedy = "; give it to ss.load(path, problem)" if analysis_of(branch.table) == "modes" else ""
@@ -34,9 +34,9 @@ def known_problem(branch: Solutions) -> Problem:
 
 
 def parameter_names(problem: Problem, asked: Any = None) -> tuple[str, ...]:
-    """The parameters asked for; by default those of every contact pair, every load and the structure.
+    """The parameters requested; by default those of every contact pair, every load and the structure.
 
-    By default those are left out that a contact state gives, or that stand for nothing.
+    The default leaves out parameters that a contact state replaces, and those without effect.
 
     Raises
     ------

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import in_radians, number, one, text, warn, whole, wrong
-from slipstick.results.foreign import is_dataset
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import LARGEST
-from slipstick.results.table import ResultTable
+from slipstick.results.table import ResultTable, is_dataset
 from slipstick.results.view import analysis_of, followed_of, names_of, orders_of, place_of
 from slipstick.state.wear import WearModel
 from slipstick.trig.harmonics import Harmonics
@@ -44,7 +43,7 @@ class Solutions:
     """
 
     excited: Problem | None = None
-    """Of a nonlinear mode the problem with its loads, whose parameters move it; None where it is not known."""
+    """Of a nonlinear mode the problem with its loads, whose parameters move it; None where it is unknown."""
 
     def __init__(
         self, dataset: object, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
@@ -69,7 +68,7 @@ class Solutions:
 
     @cached_property
     def balance(self) -> Balance:
-        """The equations of its problem, made once; InputError where the problem is not known."""
+        """The equations of its problem, built once; InputError where there is no problem."""
         from slipstick.balance.balance import Balance
 
         return Balance(self._known_problem)
@@ -107,7 +106,7 @@ class Solutions:
 
     @property
     def harmonics(self) -> Harmonics:
-        """The harmonics kept."""
+        """The set of harmonics."""
         return Harmonics(orders_of(self.table))
 
     @property
@@ -163,7 +162,7 @@ class Solutions:
     def guess(self, point: int) -> Array:
         """The unknowns at a point, (n_ports, L), to begin a branch there: ``forced_response(..., guess=...)``.
 
-        Raises InputError where the problem is not known.
+        Raises InputError where there is no problem.
         """
         from slipstick.results.record import unknowns
 

@@ -19,27 +19,27 @@ EIGENVALUES = "eigenvalues"
 PIECES, SHOOTING, COUNT, ORDER_COUNT = "PW", "shooting", "count", "count by order"
 WAVE_COUNT = "count by wave number"
 STABILITY_METHODS = (PIECES, SHOOTING, COUNT, ORDER_COUNT, WAVE_COUNT, EIGENVALUES)
-"""Exact pieces on the iterated motion; on the motion found by shooting; number of unstable exponents by the argument
-principle; the same with the receptance of each harmonic's own order, or of all wave numbers of a travelling wave; of
-steady sliding."""
+"""Methods, in this order: piecewise exact integration of disturbances of the balanced motion; of the motion found by
+shooting; number of unstable exponents by the argument principle; the same with one receptance for each order; the same
+over the wave numbers of a travelling wave; eigenvalues of steady sliding."""
 
 TURNING_POINT = "turning point"
 _AT_THE_FOLD = 0.02
-"""Distance from 1 within which a multiplier at a turning point stands for the fold of the motion itself."""
+"""Distance from 1 within which a multiplier at a turning point is that of a fold of the motion itself."""
 
 WARNED_DIFFERENCE = 0.02
-"""From here on results are warned of."""
+"""Difference of the largest multiplier from the harmonic one from which results carry a warning."""
 
 PERIOD_DOUBLING, NEIMARK_SACKER = "period doubling", "Neimark-Sacker"
 BRANCH_POINT, STATE_CHANGE = "symmetry breaking", "state change"
 HOPF = "Hopf"
 SPECIAL_KINDS = (PERIOD_DOUBLING, NEIMARK_SACKER, BRANCH_POINT, STATE_CHANGE, HOPF)
-"""Kinds of points at which the kind of motion changes, but for folds, which are turning points."""
+"""Kinds of points at which the kind of motion changes, except folds: these are turning points."""
 
 MOST_MULTIPLIERS = 64
 PARTS = ("real", "imaginary")
 UNKNOWN = -1
-"""Stands for a count that is not known."""
+"""Value of a count that was not computed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,7 +49,7 @@ class PointStability:
     Attributes
     ----------
     multipliers
-        Floquet multipliers, the largest first; empty where they are not known.
+        Floquet multipliers, the largest first; empty where they were not computed.
     unstable
         How many disturbances grow, ``UNKNOWN`` where nobody knows.
     method
@@ -57,7 +57,7 @@ class PointStability:
     neutral
         Contacts stuck all period: in the direction of each a disturbance neither grows nor vanishes. They are left out.
     difference
-        Distance of the largest multiplier from that of the harmonic form; nan where only one is known.
+        Distance of the largest multiplier from that of the harmonic form; nan where only one was computed.
     error
         How far the multipliers moved when the motion was iterated; nan where that was not looked at.
     wave_number
@@ -80,9 +80,9 @@ class Unjudged:
     Attributes
     ----------
     alone
-        Judges it alone.
+        Computes it for this point alone.
     together
-        Judges several by what each is ``known`` by; None of those to be judged alone.
+        Computes it for several points from the ``known`` of each; None for those that need ``alone``.
     """
 
     alone: Callable[[], PointStability]
@@ -106,7 +106,7 @@ def judged(
 
 
 def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], unit: str) -> Iterator[str]:
-    """Where stability is not known, and where the harmonics kept are too few for it.
+    """Warnings where stability was not computed, and where there are too few harmonics for it.
 
     ``name`` is what ``at`` (n_points,) are values of, ``unit`` that of frequencies.
     """
@@ -164,7 +164,7 @@ def truncated_folds(kinds: Sequence[str], unstable: Array, multipliers: Array) -
 
 
 def _parity(kinds: Sequence[str], unstable: Array, places: range) -> bool | None:
-    """Whether an odd number grows beside a turning point; doublings in between are taken off. None: not known."""
+    """Whether an odd number of disturbances grows next to a turning point, less doublings between; None: unknown."""
     passed = 0
     for i in places:
         if kinds[i] in (TURNING_POINT, BRANCH_POINT):
@@ -176,7 +176,7 @@ def _parity(kinds: Sequence[str], unstable: Array, places: range) -> bool | None
 
 
 def between_known(values: Array) -> Array:
-    """Values (n_points,) for drawing: straight lines where points between known ones have none."""
+    """Values (n_points,) for drawing, with missing ones interpolated linearly."""
     known = np.isfinite(values)
     if not known.any():
         return values
@@ -185,7 +185,7 @@ def between_known(values: Array) -> Array:
 
 
 def ranks(problem: Problem) -> tuple[str, ...]:
-    """Labels of the multipliers that are kept of every point of a problem."""
+    """Labels of the multipliers that are stored of every point of a problem."""
     n = len(problem.structure.natural_frequencies) or len(problem.structure.dofs)
     return tuple(str(i + 1) for i in range(min(2 * n + len(problem.elements), MOST_MULTIPLIERS)))
 

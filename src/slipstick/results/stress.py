@@ -257,23 +257,23 @@ def _furthest(harmonics: Harmonics, X: Array, count: int) -> tuple[Array, Array,
         part = slice(start, start + step)
         path = X[part] @ harmonics.H_minus(tau).T
         square = np.einsum("nck,nck->nk", path, path)
-        apart = square[:, :, None] + square[:, None, :] - 2.0 * path.swapaxes(1, 2) @ path
-        pair = apart.reshape(len(path), -1).argmax(axis=1)
+        distances = square[:, :, None] + square[:, None, :] - 2.0 * path.swapaxes(1, 2) @ path
+        pair = distances.reshape(len(path), -1).argmax(axis=1)
         best[part], first[part], second[part] = _zoomed(
             harmonics, X[part], tau[pair // count], tau[pair % count], tau[1]
         )
     return best, first, second
 
 
-def _zoomed(harmonics: Harmonics, X: Array, first: Array, second: Array, apart: float) -> tuple[Array, Array, Array]:
-    """The pair of times furthest apart near one."""
+def _zoomed(harmonics: Harmonics, X: Array, first: Array, second: Array, step: float) -> tuple[Array, Array, Array]:
+    """Largest distance on the path and its two times, refined from a pair on a grid of spacing ``step``."""
     n, near = np.arange(len(X)), np.linspace(-1.0, 1.0, 5)
     best = np.zeros(len(X))
     for _ in range(2 * _ZOOMS):
-        times = [at[:, None] + apart * near for at in (first, second)]
+        times = [at[:, None] + step * near for at in (first, second)]
         one, other = (_at(harmonics, X, t) for t in times)
         distance = np.linalg.norm(one[..., :, None] - other[..., None, :], axis=1).reshape(len(X), -1)
         k = distance.argmax(axis=1)
         best, first, second = 0.5 * distance[n, k], times[0][n, k // 5], times[1][n, k % 5]
-        apart *= 0.5
+        step *= 0.5
     return best, first, second

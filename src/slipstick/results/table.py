@@ -1,7 +1,6 @@
-"""The numbers of a branch by name, without xarray: the import of that takes longer than computing and writing a curve.
+"""Results by name without xarray, whose import takes longer than computing and writing a curve; datasets of others.
 
-A ``ResultTable`` is asked in the words of an ``xarray.Dataset``, of which it knows the few that our own code needs, and
-makes the dataset for whoever wants all of it.
+A ``ResultTable`` has those members of an ``xarray.Dataset`` that this package uses, and converts to one on request.
 """
 
 from __future__ import annotations
@@ -9,10 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.errors import Fault, InputError
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class ResultTable:
 
     @classmethod
     def of(cls, dataset: xarray.Dataset) -> ResultTable:
-        """What a dataset holds, with its own arrays and attributes."""
+        """The variables of a dataset, which share its arrays and attributes."""
         known = {
             str(name): ResultColumn(tuple(map(str, v.dims)), v.to_numpy(), v.attrs)
             for name, v in dataset.variables.items()
@@ -90,3 +91,19 @@ class ResultTable:
         for name, column in self.variables.items():
             parts[name in self.sizes][name] = (column.dims, column.values, dict(column.attrs))
         return xarray.Dataset(parts[False], coords=parts[True], attrs=dict(self.attrs))
+
+
+def is_dataset(value: Any, *variables: str) -> bool:
+    """Whether a value is a dataset of xarray with some variables; does not import xarray."""
+    return hasattr(value, "data_vars") and set(variables) <= set(value.variables)
+
+
+def foreign_dataset(file: Path) -> xarray.Dataset:
+    """The dataset in a netCDF-4 file of any origin; InputError where it cannot be read."""
+    import xarray
+
+    try:
+        with xarray.open_dataset(file, engine="h5netcdf") as data:
+            return data.load()
+    except (OSError, ValueError) as error:
+        raise InputError(Fault(str(file), "cannot be read as netCDF-4", remedy=str(error).splitlines()[0])) from None

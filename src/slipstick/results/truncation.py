@@ -1,10 +1,9 @@
-"""What the harmonics left out would add: one element call with more of them at the points of a branch, and one solve.
+"""Truncation error: the motion that harmonics outside the set would add, from one evaluation with more of them.
 
-The forces at the motion of the kept harmonics have others too; those move the structure by ``-A(m omega) F_m``, which
-the balance leaves out (THEORY.md (11.1)). This motion changes the forces of the kept harmonics, and these answer: with
-the Jacobian that a point was corrected with last (11.2). Orders taken: all that are missing below the highest one kept
-(a set of odd harmonics under rubbing lacks the even ones most of all) and half as many again beyond it, at least two.
-Loads have none of them.
+Contact forces hold orders outside the set. They move the structure by ``-A(m omega) F_m``, which the balance leaves out
+(THEORY.md (11.1)). That motion changes the forces of the orders in the set, and so their motion: by the last Jacobian
+of the point (11.2). The further orders are all that are missing below the highest one, and half as many above it, at
+least two. A set of odd orders under rubbing lacks the even ones most of all. Loads have no further orders.
 """
 
 from __future__ import annotations
@@ -34,21 +33,22 @@ if TYPE_CHECKING:
 Structures = Sequence[Mapping[str, float]]
 
 _WORTH, _WORTH_ITERATIONS = 1e-5, 1e-3
-"""Share of the motion that the further orders move from which on the kept ones are asked; of an iterative Jacobian."""
+"""Relative motion of the further orders from which the reaction of the set is solved for: with a factored Jacobian, and
+with an iterative one, whose solve costs as much as a correction."""
 
 _HELD = 4_000_000
-"""Entries of derivatives of the points that are looked at together: 32 MB."""
+"""Entries of the derivatives of one batch of points: 32 MB."""
 
 _MANY = 1000
-"""Entries of a receptance from which on it is applied by its modes."""
+"""Entries of a receptance from which it is applied by its modes."""
 
 WARNED_TRUNCATION = 1e-2
-"""From here on results are warned of."""
+"""Truncation error from which results carry a warning."""
 
 
 @lru_cache(maxsize=16)
 def with_further(harmonics: Harmonics) -> Harmonics:
-    """The set with the orders that are looked at besides.
+    """The set with the further orders.
 
     >>> with_further(Harmonics([0, 1, 3, 5])).orders
     (0, 1, 2, 3, 4, 5, 6, 7, 8)
@@ -57,17 +57,17 @@ def with_further(harmonics: Harmonics) -> Harmonics:
 
 
 class Reaction(NamedTuple):
-    """How the kept harmonics of a point answer to a residual.
+    """Change of the solution at a point with a residual, by ``J`` (N, N) or by ``J`` bordered with the parameter.
 
-    With ``J`` (N, N), or that bordered by the parameter. Then the solution is that across the branch, and what leads
-    from there to the same parameter goes along it: by its tangent and, where it turns back, by its bend.
+    A bordered Jacobian moves the point across the branch. From there the motion follows the branch back to the same
+    parameter: along its tangent and, at a turning point, its curvature.
     """
 
     jacobian: Jacobian
     tangent: Array | None = None
     """``(x, parameter)`` along the branch (N + 1,)."""
     bend: float = 0.0
-    """Change of the tangent's parameter along the branch."""
+    """Curvature: change of the tangent's parameter along the branch."""
 
     def __call__(self, r: Array) -> Array:
         """``J^-1 r`` (N,)."""
@@ -78,7 +78,7 @@ class Reaction(NamedTuple):
 
 
 def at_their_parameter(z: Array, tangents: Array, bends: Array) -> Array:
-    """Answers (k, N) at the same parameter, from those across the branch ``z`` (k, N + 1)."""
+    """Changes (k, N) at the same parameter, from those across the branch, ``z`` (k, N + 1)."""
     missing, rate = z[:, -1], tangents[:, -1]
     with np.errstate(invalid="ignore", divide="ignore"):
         # rate s + bend s^2 / 2 = missing
@@ -88,39 +88,39 @@ def at_their_parameter(z: Array, tangents: Array, bends: Array) -> Array:
 
 
 class Reactions(Protocol):
-    """How the kept harmonics of n points answer to residuals: a ``Reaction`` of each."""
+    """A ``Reaction`` of each of n points."""
 
     @property
     def known(self) -> BoolArray:
-        """Of which points it is known, (n,)."""
+        """Which points have one, (n,)."""
         ...
 
     def at(self, which: Any) -> Reactions:
-        """Those of some."""
+        """The reactions of some points."""
         ...
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
-        """Answers (k, N) of some to their residuals (k, N)."""
+        """Changes (k, N) of some points with their residuals (k, N)."""
         ...
 
 
 class EachReaction(Reactions):
-    """Of points one by one; None: not known."""
+    """Reactions that are solved one by one; None where there is none."""
 
     def __init__(self, each: Sequence[Reaction | None]) -> None:
         self._each = each
 
     @property
     def known(self) -> BoolArray:
-        """Where there is one."""
+        """Which points have one, (n,)."""
         return np.array([one is not None for one in self._each], dtype=bool)
 
     def at(self, which: Any) -> EachReaction:
-        """Those of some."""
+        """The reactions of some points."""
         return EachReaction([self._each[i] for i in np.arange(len(self._each))[which].tolist()])
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
-        """By one solve each."""
+        """One solve for each point."""
         reactions = [one for i in which.tolist() if (one := self._each[i]) is not None]
         tangents = [one.tangent for one in reactions if one.tangent is not None]
         if len(tangents) < len(reactions):
@@ -133,21 +133,22 @@ class EachReaction(Reactions):
 def truncation(
     outputs: Outputs, x: Array, motion: Array, omega: Array, inputs: Assigned, reactions: Reactions
 ) -> Array:
-    """Largest deviation of what is left out over the largest deviation of the motion itself, (n_points,).
+    """Largest deviation of the motion left out over that of the motion itself, (n_points,).
 
     Both are the largest over the period, without the mean, among all relative motions of the contacts and all
     outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance, ``inputs``
-    those at the contact states. The answer of the kept harmonics is in it at points whose reaction is known; where the
-    further orders move next to nothing, they alone count: an iterative Jacobian takes as long as a correction of the
-    point.
+    those at the contact states. The reaction of the set is included at points that have one, unless the further orders
+    move less than ``_WORTH``.
     """
     balance, n = outputs.balance, len(x)
     h, wide = balance.harmonics, with_further(balance.harmonics)
-    told = omega * wide.highest <= balance.receptance.highest
-    if not told.all():  # a table of receptances ends there: not known
+    within = omega * wide.highest <= balance.receptance.highest
+    if not within.all():  # nan beyond the end of a table of receptances
         out = np.full(n, np.nan)
-        if told.any():
-            out[told] = truncation(outputs, x[told], motion[told], omega[told], inputs.at(told), reactions.at(told))
+        if within.any():
+            out[within] = truncation(
+                outputs, x[within], motion[within], omega[within], inputs.at(within), reactions.at(within)
+            )
         return out
     held = sum(batch.count * (len(batch.ports) * wide.size) ** 2 for batch in balance.batches)
     most = max(1, _HELD // max(1, held))
@@ -238,10 +239,10 @@ def truncation_sentence(
 ) -> str | None:
     """A warning where harmonics are missing, None where they are not.
 
-    ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies; ``asked`` the accuracy that was asked for.
+    ``name`` is the quantity of ``values`` (n,), ``unit`` that of frequencies, ``asked`` the requested accuracy.
     """
     limit = min(WARNED_TRUNCATION, asked or WARNED_TRUNCATION)
-    if not np.any(estimate > limit):  # nan: not known
+    if not np.any(estimate > limit):  # nan: unknown
         return None
     worst = int(np.nanargmax(estimate))
     above, least = int(np.sum(estimate > limit)), 100.0 * limit

@@ -1,17 +1,18 @@
-"""How results are read: which analysis made them, what they are drawn over, names, labels, units, values for the eye.
+"""Reading results for display: their analysis, abscissa, names, labels, units and values, and their notebook table.
 
-Every reader asks here, the page as the figures and the terminal: tables and datasets alike.
+Pages, figures and the terminal all use these functions, on tables and datasets alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import shown, suggestion
+from slipstick.html import MOST_SHOWN, html_table
 from slipstick.results.measures import phase_of
 from slipstick.results.peaks import located_peaks
 from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
@@ -19,8 +20,12 @@ from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE
 from slipstick.typing import Array, IntArray
 from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
 
+if TYPE_CHECKING:
+    from slipstick.results.solutions import Solutions
+
+
 ROUNDING = 1e-11
-"""Smaller than this beside what it is made of, a value is what rounding left of zero."""
+"""Size of a value, relative to the terms it is computed from, below which it is rounding."""
 
 
 class View(NamedTuple):
@@ -29,15 +34,15 @@ class View(NamedTuple):
     Attributes
     ----------
     name
-        What a page calls it.
+        Its name on a page.
     over
-        What they can be drawn over, the first to begin with.
+        Possible abscissae, the default first.
     marked
         Kinds of points that are listed.
     first
         The quantity to begin with.
     companion
-        The quantity drawn beside the one that is chosen: the other half of the result. Empty for none.
+        The quantity drawn with the chosen one, the other half of the result; empty for none.
     peaks
         Whether the points are those of a response, whose peaks are listed.
     sparse
@@ -91,19 +96,19 @@ def view_of(data: Any) -> View:
 
 
 def analysis_of(data: Any) -> str:
-    """The analysis that made a table or dataset, such as "response", "track" or "study"; empty where nothing tells.
+    """The analysis that made a table or dataset, such as "response", "track" or "study"; empty where it is unknown.
 
-    Of files written before they said so it is told by what they hold.
+    Older files do not name it: it is then inferred from their variables.
     """
-    return str(data.attrs.get(ANALYSIS, "")) or _told_by(data)
+    return str(data.attrs.get(ANALYSIS, "")) or _inferred_analysis(data)
 
 
 def analysis_of_journal(about: Mapping[str, Any]) -> str:
-    """The same of what a journal says about itself; empty for a ``[response]`` written before they said so."""
+    """The analysis named in the header of a journal; empty for an older one of a ``[response]``."""
     return str(about.get(ANALYSIS, "")) or next((name for name in ("study", "run_up") if name in about), "")
 
 
-def _told_by(data: Any) -> str:
+def _inferred_analysis(data: Any) -> str:
     attributes = data.attrs
     if "study_parameters" in attributes:
         return "study" if "peak_amplitude" in data else "curves"
@@ -153,7 +158,7 @@ def unit_of(data: Any, name: str, dof: str = "") -> str:
 
 
 def after(data: Any, name: str, dof: str = "") -> str:
-    """The same as it stands after a number."""
+    """The unit of a variable in the form that follows a number."""
     return after_number(unit_of(data, name, dof))
 
 
@@ -209,7 +214,7 @@ def listed_peaks(data: Any) -> list[ListedPeak]:
 
 
 def values_of(data: Any, name: str, dim: str, label: str) -> Array:
-    """A variable (n_points,) of a named dof or contact, zero where it is nothing but rounding.
+    """A variable (n_points,) of a named dof or contact, zero where it is rounding.
 
     InputError where the results do not hold it.
     """
@@ -226,7 +231,7 @@ def values_at(data: Any, name: str, dim: str, places: Sequence[int] | IntArray) 
 
 
 def phases_at(data: Any, places: Sequence[int] | IntArray, harmonic: int) -> Array:
-    """Phases (n_points, n) of the harmonic of that place, deg, without jumps; nan where it is nothing but rounding."""
+    """Phases (n_points, n) of the harmonic of that place, deg, without jumps; nan where the harmonic is rounding."""
     X, least, parts = data["displacement"].to_numpy(), ROUNDING * _largest(data, "displacement"), branch_parts(data)
     return np.stack([phase_of(X[:, d], harmonic, parts, float(least[d])) for d in places], axis=1)
 
@@ -253,3 +258,28 @@ def _finite(values: Array) -> float:
     """The largest of some; 0 where that is no number."""
     size = float(np.nanmax(values, initial=0.0))
     return size if np.isfinite(size) else 0.0
+
+
+def branch_html(branch: Solutions) -> str:
+    """Table of a branch for a notebook: outcome, points, peaks and warnings."""
+    title = str(branch.dataset.attrs.get("title", ""))
+    return html_table(f"Branch{': ' if title else ''}{title}", _rows(branch))
+
+
+def _rows(branch: Solutions) -> Iterator[tuple[str, Any]]:
+    yield "outcome", branch.message
+    data = branch.dataset
+    if not len(branch):
+        return
+    where = data[branch.followed].to_numpy()
+    name = str(data.attrs.get("parameter", "")) or "omega"
+    yield "points", f"{len(branch)}, {name} from {followed_text(data, where[0])} to {followed_text(data, where[-1])}"
+    for dof in names_of(data, "dof")[:MOST_SHOWN]:
+        unit = after(data, "amplitude", dof)
+        peaks = sorted(branch.peaks(dof), key=lambda peak: -peak[1])[:3]
+        said = "; ".join(f"{size:.5g}{unit} at {followed_text(data, value)}" for value, size in peaks)
+        yield f"peaks of {dof}", said or f"none; largest {float(data['amplitude'].sel(dof=dof).max()):.5g}{unit}"
+    if data.attrs.get("coordinates_of_motion"):
+        yield "motion", data.attrs["coordinates_of_motion"]
+    if branch.warnings:
+        yield "warnings", "\n".join(branch.warnings)

@@ -10,10 +10,10 @@ from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import wrong
 from slipstick.io.loading import load_dataset, load_table, require_branch
-from slipstick.results.foreign import is_dataset
 from slipstick.results.run_up import RunUp
 from slipstick.results.saved_table import write_table, write_table_of
 from slipstick.results.solutions import Solutions
+from slipstick.results.table import is_dataset
 from slipstick.results.view import analysis_of
 from slipstick.runs.folder import results_of
 from slipstick.studies.folder import CURVES_FILE

@@ -118,9 +118,13 @@ class CyclicStructure:
 
     Parameters
     ----------
-    M, K, C
-        Pairs of matrices (n_dofs, n_dofs): within the sector (symmetric) and from the next one; the first alone where
-        there is no coupling. C may be left out.
+    M
+        Pair of mass matrices (n_dofs, n_dofs): within the sector (symmetric) and from the next one; the first alone
+        where there is no coupling.
+    K
+        Stiffness matrices, as ``M``.
+    C
+        Damping matrices, as ``M``; None: zero.
     dofs
         A name for each degree of freedom of a sector.
     sectors
@@ -364,9 +368,10 @@ class CyclicStructure:
             The blade's share of ``K0``, (n_dofs, n_dofs), symmetric; needed where blades differ.
         families
             Families of tuned modes kept, at most n_dofs (by default all): those up to the highest harmonic kept.
-        spread, seed
-            Instead of ``stiffness``: standard deviation of normal random deviations, and the seed that they are drawn
-            with; the same seed gives the same blades.
+        spread
+            Instead of ``stiffness``: standard deviation of normal random deviations.
+        seed
+            Seed that they are drawn with; the same seed gives the same blades.
 
         Returns
         -------

@@ -67,13 +67,17 @@ class MatrixStructure(Structure):
 
     Parameters
     ----------
-    M, C, K
-        Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; real. M is symmetric and
-        positive definite. K: positive definite where nothing turns, else regular; singular where contacts alone hold
-        the structure (up to 1500 dofs; friction alone fixes no mean position, taken without rigid-body motion). C and K
-        may be unsymmetric (bearings and seals, gyroscopic and circulatory forces at one speed), but one triangle alone
-        is refused. What feeds energy in (C not positive semidefinite, circulatory stiffness beyond the damping) makes a
-        problem warn.
+    M
+        Mass matrix (n_dofs, n_dofs), dense or scipy sparse; real, symmetric and positive definite.
+    C
+        Damping matrix (n_dofs, n_dofs); None: zero. It may be unsymmetric (bearings and seals, gyroscopic forces at one
+        speed), but one triangle alone is refused. Where it is not positive semidefinite it feeds energy in, and a
+        problem warns.
+    K
+        Stiffness matrix (n_dofs, n_dofs): positive definite where nothing turns, else regular; singular where contacts
+        alone hold the structure (up to 1500 dofs; friction alone fixes no mean position, taken without rigid-body
+        motion). It may be unsymmetric as C; circulatory stiffness beyond the damping feeds energy in, and a problem
+        warns.
     dofs
         A name for each degree of freedom, in the order of the matrices.
     loss_factor
@@ -82,10 +86,12 @@ class MatrixStructure(Structure):
         Distributed loads: name -> forces on all dofs (n_dofs,).
     damping
         Factor on the symmetric part of C, >= 0: the parameter "damping".
-    gyroscopic, circulatory
-        G and N (n_dofs, n_dofs), skew-symmetric: gyroscopic matrix, and the stiffness that damping in the rotating
-        part (internal damping) makes in the fixed frame, both for unit speed [G. Genta, Dynamics of
-        Rotating Systems, 2005].
+    gyroscopic
+        Gyroscopic matrix G (n_dofs, n_dofs) for unit speed, skew-symmetric [G. Genta, Dynamics of Rotating Systems,
+        2005].
+    circulatory
+        N (n_dofs, n_dofs), skew-symmetric: the stiffness that damping in the rotating part (internal damping) makes in
+        the fixed frame, for unit speed.
     speed
         W, rad/s, fixed, of either sense: the parameter "speed" (without ``circulatory``, whose harmonic 0 depends on
         it).

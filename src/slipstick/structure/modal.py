@@ -94,9 +94,11 @@ class ModalStructure(Structure):
         Exact rows of ``K^-1`` at the dofs (n_dofs, n_dofs), length/force, symmetric. None: that of the modes.
     dofs
         A name for each degree of freedom.
-    loss_factor, damping_ratio
-        Hysteretic loss factor, >= 0, and viscous damping ratio, scalar or (n_modes,). A mode of negative damping, such
-        as flutter, feeds energy in: a problem with it warns.
+    loss_factor
+        Hysteretic loss factor, >= 0.
+    damping_ratio
+        Viscous damping ratio, scalar or (n_modes,). A mode of negative damping, such as flutter, feeds energy in: a
+        problem with it warns.
     second_residual
         ``K^-1 M K^-1 - sum_r phi_r phi_r^T / w_r^4`` at the dofs (n_dofs, n_dofs), or None. Like the residual in the
         static compliance it is a sum over the modes left out and has no negative eigenvalue.

@@ -14,8 +14,8 @@ from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import number, shown, whole
+from slipstick.results.percentiles import FEWEST, WeibullMaxima
 from slipstick.results.schema import LARGEST
-from slipstick.results.weibull import FEWEST, WeibullMaxima
 from slipstick.structure.disc import MISTUNING, Disc
 from slipstick.studies.study import study
 from slipstick.typing import Array, FrequencyRange

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number, shown, text, warn, whole
-from slipstick.results.foreign import is_dataset
+from slipstick.results.table import is_dataset
 from slipstick.typing import Array
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, whole, wrong
 from slipstick.quantities import FREQUENCIES
-from slipstick.results.foreign import foreign_dataset, is_dataset
+from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.typing import Array
 
 if TYPE_CHECKING:

@@ -26,10 +26,13 @@ class FrictionCurve:
     ----------
     temperature
         Temperatures of the table rows, (n,), increasing; in the unit of the background temperature.
-    mu, kt, kn
-        Values at these temperatures, (n,), >= 0. Without ``temperature`` each one is a table of its own, (n, 2), with
-        rows (temperature, value). A parameter that is not given does not depend on temperature.
-    interpolation
+    mu
+        Friction coefficient at these temperatures, (n,), >= 0. Without ``temperature`` it is a table of its own, (n,
+        2), with rows (temperature, value). None: it does not depend on temperature.
+    kt
+        Tangential stiffness, force/length, as ``mu``.
+    kn
+        Normal stiffness, force/length, as ``mu``.
         "pchip" keeps the shape of the table (no overshoot; one continuous derivative); "cubic" is the not-a-knot
         cubic spline, "natural" the natural one (two continuous derivatives). One for all, or by parameter name.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from matplotlib.ticker import Formatter
+from matplotlib.ticker import Formatter, LogFormatterSciNotation
 
 METRES = "[m]"
 _SMALLER = ((1e-4, 1e6, "[µm]"), (0.1, 1e3, "[mm]"))
@@ -13,7 +13,7 @@ _SMALLER = ((1e-4, 1e6, "[µm]"), (0.1, 1e3, "[mm]"))
 
 
 class Lengths(Formatter):
-    """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label follows what is in view."""
+    """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label follows the visible range."""
 
     axis: Any
 
@@ -44,18 +44,37 @@ class Lengths(Formatter):
 
 
 class _BetweenDecades(Lengths):
-    """Some ticks between powers of ten, where there are hardly any of these."""
+    """Ticks between powers of ten."""
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
-        """Of 2, 3 and 5 times a power of ten."""
+        """The texts of those that are named."""
+        return _named(self.axis, values, super().format_ticks(values))
+
+
+class _Numbers(LogFormatterSciNotation):
+    """Plain numbers where an axis shows less than two decades, else powers of ten."""
+
+    axis: Any
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        """The texts of those that are named."""
         low, high = self.axis.get_view_interval()
-        shown = [high < 20.0 * low and f"{value:.0e}"[0] in "235" for value in values]
-        return [text if seen else "" for text, seen in zip(super().format_ticks(values), shown, strict=True)]
+        plain = [f"{value:.6g}" for value in values]
+        return _named(self.axis, values, plain if high < 100.0 * low else super().format_ticks(list(values)))
 
 
-def on_log_axis(axis: Any) -> None:
-    """Lengths on a logarithmic axis, whose scale has just been set."""
+def _named(axis: Any, values: Sequence[float], texts: Sequence[str]) -> list[str]:
+    """Texts by their leading digit: the fewer powers of ten an axis shows, the more ticks between them are named."""
+    low, high = axis.get_view_interval()
+    digits = next((d for span, d in ((5.0, "123456789"), (20.0, "1235"), (100.0, "125")) if high < span * low), "1")
+    return [text if f"{value:.0e}"[0] in digits else "" for value, text in zip(values, texts, strict=True)]
+
+
+def log_scale(ax: Any, name: str, **options: Any) -> None:
+    """Give the axis "x" or "y" a logarithmic scale, with ticks whose texts do not touch."""
+    getattr(ax, f"set_{name}scale")("log", **options)
+    axis = getattr(ax, f"{name}axis")
     label = axis.get_label_text()
-    if label.endswith(METRES):
-        axis.set_major_formatter(Lengths(label))
-        axis.set_minor_formatter(_BetweenDecades(label))
+    metres = label.endswith(METRES)
+    axis.set_major_formatter(Lengths(label) if metres else _Numbers())
+    axis.set_minor_formatter(_BetweenDecades(label) if metres else _Numbers())
