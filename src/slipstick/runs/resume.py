@@ -12,7 +12,7 @@ from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.case.source import read_text
 from slipstick.case.structure import Tell, silent
-from slipstick.errors import InputError, Outcome, SlipstickWarning
+from slipstick.errors import InputError, Outcome, SlipstickWarning, reason_of
 from slipstick.faults import path as path_of
 from slipstick.faults import warn
 from slipstick.io.journal import Recorded, journal_of, read_journal
@@ -201,7 +201,7 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun 
     try:
         run.begun = Begun(recorded, checkpoints_in(recorded, request))
     except InputError as error:
-        raise InputError(f"{journal}: {error}") from None
+        raise InputError(f"{journal}: {reason_of(error)}") from None
     _same_problem(run, recorded.layout, str(recorded.about.get("problem")), journal)
     place.keep_case(path.name, text)
     return run
@@ -238,7 +238,7 @@ def _recorded(journal: Path, doubt: Doubt) -> Recorded:
         recorded = read_journal(journal)
     except InputError as error:
         kept = "results beside it keep their points: leave them, and compute the case anew into another folder with -o"
-        raise InputError(f"{error}; {kept}") from None
+        raise InputError(f"{reason_of(error)}; {kept}") from None
     if recorded.damage:
         doubt(recorded.damage)
     return recorded

@@ -9,11 +9,13 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import ParamSpec, TypeVar
 
-from slipstick.errors import InputError, SlipstickWarning, TimeIsUp
-from slipstick.runs.failures import internal_sentence, os_sentence
+from slipstick.errors import InputError, SlipstickWarning, TimeIsUp, reason_of
+from slipstick.runs.failures import fault_sentence, internal_sentence, os_sentence
+from slipstick.runs.folder import REPORT
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -54,6 +56,31 @@ def complain(text: str) -> None:
 def warn_user(sentence: str) -> None:
     """A warning on standard error."""
     complain(f"warning: {sentence}")
+
+
+def report_or_warn(write: Callable[[], object]) -> bool:
+    """Write a report; whether it is written. What cannot be reported has its results all the same."""
+    try:
+        write()
+    except InputError as error:
+        warn_user(reason_of(error))
+    except Exception as error:
+        warn_user(f"report: {fault_sentence(error)}")
+    else:
+        return True
+    return False
+
+
+def say_results(folder: Path, files: str = "", *, reported: bool) -> None:
+    """Where the results are, and the page to open first, if a report was written."""
+    say(f"results in {folder}/{f': {files}' if files else ''}")
+    if reported:
+        say_page(folder / REPORT)
+
+
+def say_page(page: Path) -> None:
+    """Tell how to look at a report."""
+    say(f"open {page} in a browser")
 
 
 def prepare_kernel(tell: Callable[[str], None]) -> None:

@@ -38,7 +38,7 @@ def interference(
     read = Case.from_file(case)
     disc: Any = getattr(read.problem().structure, "sector", None)
     if disc is None:
-        raise InputError(f"{case}: the structure is no sector of a disc in a travelling wave")
+        raise InputError(f'{case}: the structure is no sector of a disc; expected [structure] kind = "disc"')
     speeds = speed_given("--from", start), speed_given("--to", to)
     found = diagram(disc, speeds, engine_orders=whole_numbers("--orders", orders), modes=modes)
     names = ("speed", "frequency", "order", "nodal_diameter", "mode", "wave")

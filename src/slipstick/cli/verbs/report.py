@@ -10,7 +10,7 @@ import typer
 
 from slipstick.cli.options import results_files
 from slipstick.cli.terminal.answers import Answer
-from slipstick.cli.terminal.guard import complain, say, warn_user
+from slipstick.cli.terminal.guard import complain, say, say_page, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 from slipstick.runs.folder import REPORT, results_of
@@ -142,6 +142,7 @@ def _case_of(path: Path, number: int) -> Solutions:
 
 def _told(written: Path) -> Answer:
     say(f"report in {written} ({written.stat().st_size / 1e6:.2g} MB)")
+    say_page(written)
     return {"report": written}
 
 

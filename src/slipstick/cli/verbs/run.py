@@ -28,14 +28,16 @@ from slipstick.cli.terminal.guard import (
     STOPPED,
     complain,
     prepare_kernel,
+    report_or_warn,
     say,
+    say_results,
     termination_as_interrupt,
     warn_user,
     warnings_said,
 )
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
-from slipstick.errors import InputError
+from slipstick.errors import InputError, reason_of
 from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
 
@@ -134,12 +136,11 @@ def computed(run: CaseRun, options: RunOptions) -> int:
         run.folder.discard()
     if options.figures and (run.table or options.wanted.names) and run.points > 1 and not run.failures:
         _draw(run, options.wanted)
-    if options.report and run.points:
-        _report(run)
+    reported = options.report and bool(run.points) and _reported(run)
     with termination_as_interrupt(), warnings_said():
         run.finish()
     _tell_doubled(run)
-    _summary(run, options)
+    _summary(run, options, reported=reported)
     if options.answer is not None:
         options.answer.update(_answer(run))
     if run.complete:
@@ -196,7 +197,7 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
         try:
             save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
         except InputError as error:
-            warn_user(f"figures: '{name}' is not drawn: {error}")
+            warn_user(f"figures: '{name}' is not drawn: {reason_of(error)}")
         except Exception as error:
             run.failures.append(f"figures: {fault_sentence(error)}")
 
@@ -252,23 +253,14 @@ def _references(case: Case) -> dict[str, Solutions]:
     return dict(linear_references(case.balance, case.omega))
 
 
-def _report(run: CaseRun) -> None:
+def _reported(run: CaseRun) -> bool:
+    """Write the report; whether it is written."""
     from slipstick.report.writing import write_report
 
-    report_or_warn(lambda: write_report(run.branch, run.folder.work / REPORT))
+    return report_or_warn(lambda: write_report(run.branch, run.folder.work / REPORT))
 
 
-def report_or_warn(write: Callable[[], object]) -> None:
-    """Write a report; what cannot be reported has its results all the same."""
-    try:
-        write()
-    except InputError as error:
-        warn_user(str(error))
-    except Exception as error:
-        warn_user(f"report: {fault_sentence(error)}")
-
-
-def _summary(run: CaseRun, options: RunOptions) -> None:
+def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
     from slipstick.progress import duration
 
     folder = run.folder
@@ -285,8 +277,10 @@ def _summary(run: CaseRun, options: RunOptions) -> None:
         options.tell(f"{run.points} points, {iterations} Newton iterations, {duration(run.seconds)}")
     if not run.failures:
         say(run.text)
-    if not run.nothing:
-        say(f"results in {folder.work}{'/' if run.points else ': no point was found'}")
+    if run.points:
+        say_results(folder.work, reported=reported)
+    elif not run.nothing:
+        say(f"results in {folder.work}: no point was found")
     if run.unfinished and not run.nothing:
         say(f"go on with: slipstick resume {folder.folder}")
     if folder.replaces:

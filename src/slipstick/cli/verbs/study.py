@@ -16,13 +16,14 @@ from slipstick.cli.terminal.guard import (
     STOPPED,
     complain,
     prepare_kernel,
+    report_or_warn,
     say,
+    say_results,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.run import report_or_warn
-from slipstick.errors import InputError
+from slipstick.errors import InputError, reason_of
 from slipstick.runs.failures import os_sentence
 from slipstick.runs.folder import REPORT
 from slipstick.units import after_number, unit_of_dof
@@ -159,8 +160,9 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
             _draw(data, path)
         except OSError as error:
             failure = f"figures: {os_sentence(error)}"
-    if options.report and place.cases:
-        report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
+    reported = (
+        options.report and bool(place.cases) and report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
+    )
     for line in (*_largest(data), *_spread(data), *_indices(data)):
         options.tell(line)
     warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in run.plan.warnings]
@@ -169,7 +171,7 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
         warn_user(f"{sentence}{more}")
     _tell_failed(list(place.cases.values()))
     say(run.stopped.text if run.stopped is not None else str(data.attrs["outcome_text"]))
-    say(f"results in {path}/: {STUDY_FILE}, {CURVES_FILE}")
+    say_results(path, f"{STUDY_FILE}, {CURVES_FILE}", reported=reported)
     if failure:
         complain(f"error: {failure}")
     if len(place.cases) < len(run.plan):
@@ -251,7 +253,7 @@ def _indices(data: xarray.Dataset) -> Iterator[str]:
     try:
         found = sobol_indices(data)
     except InputError as error:
-        yield str(error)
+        yield reason_of(error)
         return
     for dof in found["dof"].to_numpy()[:_FEW]:
         yield f"Sobol indices of the peak of {dof}, first-order and total (half width of 95 %):"
