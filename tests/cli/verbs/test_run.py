@@ -33,7 +33,8 @@ def test_peaks_are_told_the_largest_first() -> None:
 
 def test_the_last_lines_name_the_results_and_the_page_to_open(tmp_path: Path) -> None:
     case, out = tmp_path / "case.toml", tmp_path / "out"
-    case.write_text(oscillator(head='harmonics = "0..3"\n', rubbing="velocity = 0.0", response="from = 8.0\nto = 9.0\n"))
+    text = oscillator(head='harmonics = "0..3"\n', rubbing="velocity = 0.0", response="from = 8.0\nto = 9.0\n")
+    case.write_text(text)
     said = slipstick("run", case, "-o", out).stdout.splitlines()
     assert said[-2:] == [f"results in {out}/", f"open {out / 'report.html'} in a browser"]
     assert (out / "report.html").exists()
