@@ -14,8 +14,7 @@ from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
-from slipstick.studies.distributions import Distribution, Range, is_distribution, sampled
-from slipstick.studies.ranges import parameter_values
+from slipstick.studies.parameter_values import Distribution, Range, is_distribution, parameter_values, sampled
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
