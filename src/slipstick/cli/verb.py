@@ -1,4 +1,4 @@
-"""Verbs: a function becomes one, ends by an exit code, can answer as JSON; wrong calls are answered too."""
+"""The decorator of verbs: exit codes, answers as JSON, also to calls that the parser refuses."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ _ASKED = "slipstick.json"
 
 
 class Verbs(TyperGroup):
-    """All commands; what the parser refuses is bad input like any other."""
+    """All commands; calls that the parser refuses are bad input."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """As typer does it."""
+        """See typer; refused calls are answered too."""
         ctx.meta[_ASKED] = "--json" in args
         with _answered(ctx):
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """As typer does it."""
+        """See typer; refused calls are answered too."""
         with _answered(ctx):
             return super().invoke(ctx)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """As typer does it; an option that takes one value and is given twice is refused, not the last one taken."""
+        """Refuse an option of one value that is given twice; typer would take the last one."""
         name, command, rest = super().resolve_command(ctx, args)
         for option in getattr(command, "params", ()):
             if option.param_type_name == "option" and not option.is_flag and not option.multiple:
@@ -86,7 +86,7 @@ _JSON = inspect.Parameter(
 
 
 def verb(function: Callable[..., int | None]) -> Callable[..., None]:
-    """Make a function a verb; its docstring is the help, its parameters are arguments and options.
+    """Make a function a verb: its docstring is the help, its parameters are arguments and options.
 
     It returns the exit code (None: done); faults become sentences and exit codes. One with a parameter ``answer`` gets
     the option ``--json``: what it puts there is printed as one JSON document.

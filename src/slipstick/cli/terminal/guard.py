@@ -1,4 +1,4 @@
-"""What a user is told: lines, warnings, and when something goes wrong sentences and an exit code, never a traceback."""
+"""Output to the user: lines, warnings, results; faults as sentences with an exit code, never a traceback."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ command: Sequence[str] | None = None
 
 
 def plain(text: str) -> str:
-    r"""The text with everything a terminal would obey, or that hides other text, spelt out: it may be a stranger's.
+    r"""The text with control and hidden characters spelt out: names from files are not trusted.
 
     >>> print(plain("grün\x1b[2J\ttab\u202e"))
     grün\x1b[2J\ttab\u202e
@@ -36,12 +36,12 @@ def plain(text: str) -> str:
 
 
 def say(text: str = "") -> None:
-    """A line to the user."""
+    """Print a line on standard output."""
     put(plain(text))
 
 
 def put(line: str) -> None:
-    """A line on standard output as it is; a closed pipe is no fault."""
+    """Print a line as it is; a closed pipe is no fault."""
     try:
         print(line, flush=True)
     except BrokenPipeError:
@@ -49,12 +49,12 @@ def put(line: str) -> None:
 
 
 def complain(text: str) -> None:
-    """A line on standard error."""
+    """Print a line on standard error."""
     print(plain(text), file=sys.stderr, flush=True)
 
 
 def warn_user(sentence: str) -> None:
-    """A warning on standard error."""
+    """Print a warning on standard error."""
     complain(f"warning: {sentence}")
 
 
@@ -72,19 +72,19 @@ def report_or_warn(write: Callable[[], object]) -> bool:
 
 
 def say_results(folder: Path, files: str = "", *, reported: bool) -> None:
-    """Where the results are, and the page to open first, if a report was written."""
+    """Print the place of the results and, if a report was written, the page to open."""
     say(f"results in {folder}/{f': {files}' if files else ''}")
     if reported:
         say_page(folder / REPORT)
 
 
 def say_page(page: Path) -> None:
-    """Tell how to look at a report."""
+    """Print the page to open."""
     say(f"open {page} in a browser")
 
 
 def prepare_kernel(tell: Callable[[str], None]) -> None:
-    """Load the compiled contact kernel; where it must be compiled first, say so before and after."""
+    """Load the compiled contact kernel, or compile it with a message before and after."""
     from slipstick.balance.kernel.compilation import compile_all
     from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled, is_interpreted
 
@@ -97,7 +97,7 @@ def prepare_kernel(tell: Callable[[str], None]) -> None:
 
 @contextmanager
 def warnings_said() -> Iterator[None]:
-    """What is warned of meanwhile is told on standard error, each sentence once."""
+    """Print warnings raised in the block on standard error, each once."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SlipstickWarning)
         yield
@@ -106,7 +106,7 @@ def warnings_said() -> Iterator[None]:
 
 
 def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
-    """What is computed; its warnings are told from the results."""
+    """Compute without warnings; the results hold them."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)
         return compute(*arguments, **more)
@@ -139,7 +139,7 @@ def guarded() -> Iterator[None]:
 
 
 def report_faults(sentences: tuple[str, ...]) -> None:
-    """All faults, one a line."""
+    """Print all faults, one a line."""
     for sentence in sentences:
         complain(f"error: {sentence}")
     if len(sentences) > 1:

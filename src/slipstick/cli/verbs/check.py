@@ -243,7 +243,7 @@ def _contacts(problem: Problem) -> None:
             law, units = pair.contact, problem.units
             numbers = [
                 f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(law.unit(quantity))}"
-                for quantity in _told(pair, k)
+                for quantity in _shown_quantities(pair, k)
             ]
             say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
 
@@ -361,8 +361,8 @@ def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Seq
     return f"{who} {how} over the opposing surface in the direction of {ahead}: {friction}{surface}"
 
 
-def _told(pair: ContactPair, k: int) -> list[str]:
-    """Quantities worth a word: of a friction contact the normal load at rest instead of the gap that makes it."""
+def _shown_quantities(pair: ContactPair, k: int) -> list[str]:
+    """Quantities that are printed: of a friction contact the normal load at rest instead of the gap that makes it."""
     load = "normal_load" in pair.quantities and pair.values("normal_load")[k] > 0
     hidden = {"gap"} if load else {"normal_load"}
     hidden |= {"kn"} if pair.direction("normal", k) is None else set()

@@ -90,7 +90,7 @@ def run_case(
     case = case_with(path, table, example, options.tell) if table else Case.from_file(path, options.tell)
     if not table:
         start_interpreted(case, options.tell)
-    told = print_warnings(case)
+    case_warnings = print_warnings(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-{table or 'results'}"),
         case_path=path,
@@ -98,7 +98,7 @@ def run_case(
         force=force,
     )
     try:
-        return computed(CaseRun(case, folder, told, table=table), options)
+        return computed(CaseRun(case, folder, case_warnings, table=table), options)
     except BaseException:
         folder.abandon()
         raise
@@ -121,7 +121,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     from slipstick.cli.terminal.display import ShownCurve, curve_display
 
     case = run.case
-    options.tell(f"{case.title}: {run.asked}")
+    options.tell(f"{case.title}: {run.description}")
     if case.plan is not None:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
     for name in () if run.table else case.further:
@@ -139,7 +139,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     reported = options.report and bool(run.points) and _reported(run)
     with termination_as_interrupt(), warnings_said():
         run.finish()
-    _tell_doubled(run)
+    _summarise_doubled(run)
     _summary(run, options, reported=reported)
     if options.answer is not None:
         options.answer.update(_answer(run))
@@ -156,7 +156,7 @@ def _doubled(run: CaseRun) -> list[Answer]:
     ]
 
 
-def _tell_doubled(run: CaseRun) -> None:
+def _summarise_doubled(run: CaseRun) -> None:
     if not (run.doubles and run.points):
         return
     from slipstick.results.stability import PERIOD_DOUBLING
@@ -170,11 +170,11 @@ def _tell_doubled(run: CaseRun) -> None:
 def _answer(run: CaseRun) -> Answer:
     """What a program is told of the run."""
     ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
-    said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
+    said = {"warnings": list(dict.fromkeys([*run.case_warnings, *run.run_warnings]))}
     results = results_answer(run.found) if run.points else {"points": 0, "peaks": []}
     if run.table:
         table = run.case.further[run.table]
-        results |= table.told(run.case, run.branch)[1] if run.points else table.nothing
+        results |= table.summary(run.case, run.branch)[1] if run.points else table.nothing
     doubled = {"subharmonics": _doubled(run)} if run.doubles else {}
     files = {} if run.nothing else files_in(run.folder.work)
     return {**case_answer(run.case), **ended, **said, **results, **doubled, **files}
@@ -266,12 +266,12 @@ def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
     folder = run.folder
     if run.points:
         data = run.found
-        lines = run.case.further[run.table].told(run.case, run.branch)[0] if run.table else peak_lines(data)
+        lines = run.case.further[run.table].summary(run.case, run.branch)[0] if run.table else peak_lines(data)
         for line in lines:
             options.tell(line)
         if "coordinates_of_motion" in data.attrs:
             options.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
-        for sentence in run.doubts:
+        for sentence in run.run_warnings:
             warn_user(sentence)
         iterations = int(data["newton_iterations"].to_numpy().sum())
         options.tell(f"{run.points} points, {iterations} Newton iterations, {duration(run.seconds)}")

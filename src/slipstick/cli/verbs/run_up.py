@@ -78,7 +78,7 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
     reported = False
     answer |= {"outcome": str(data.attrs["outcome"]), "periods": data.sizes["period"]}
     if data.sizes["period"]:
-        answer |= _told(run, of, unit, read)
+        answer |= _summary(run, of, unit, read)
         if options.figures:
             save_figure(draw(run, of), folder / "run_up", formats=("png",))
         if options.report:
@@ -91,7 +91,7 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
     return DONE if done else STOPPED
 
 
-def _told(run: Any, of: str, unit: str, read: Any) -> dict[str, Any]:
+def _summary(run: Any, of: str, unit: str, read: Any) -> dict[str, Any]:
     """The largest amplitude on the way, or what motion it is at one speed."""
     if run.dataset.attrs["rate"]:
         peak = run.peak(of)

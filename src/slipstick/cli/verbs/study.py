@@ -144,7 +144,7 @@ def _share_summary(run: StudyRun) -> int:
     left = sum(case in share for case in range(len(run.plan))) - len(cases)
     say(f"share {share.index} of {share.of}: {len(cases)} cases computed, {left} left")
     say(f"when every share is done: slipstick resume {path}")
-    _tell_failed(cases)
+    _list_failures(cases)
     if run.failure:
         complain(f"error: {run.failure}")
     return STOPPED if run.failure or run.stopped or left or not all(s.outcome.ok for s in cases) else DONE
@@ -169,7 +169,7 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
     for sentence in warned[:1]:
         more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
         warn_user(f"{sentence}{more}")
-    _tell_failed(list(place.cases.values()))
+    _list_failures(list(place.cases.values()))
     say(run.stopped.text if run.stopped is not None else str(data.attrs["outcome_text"]))
     say_results(path, f"{STUDY_FILE}, {CURVES_FILE}", reported=reported)
     if failure:
@@ -203,7 +203,7 @@ def _draw(data: xarray.Dataset, folder: Path) -> None:
         plots.save_figure(ax, folder / name)
 
 
-def _tell_failed(solved: list[CaseSolved]) -> None:
+def _list_failures(solved: list[CaseSolved]) -> None:
     failed = sorted((s for s in solved if not s.outcome.ok), key=lambda s: s.row["case"])
     if not failed:
         return
