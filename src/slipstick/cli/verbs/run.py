@@ -117,7 +117,7 @@ def case_with(path: Path, table: str, example: str, tell: Callable[[str], None])
 
 
 def computed(run: CaseRun, options: RunOptions) -> int:
-    """Compute a run, draw and report it, and tell how it goes; the exit code."""
+    """Compute a run with its figures and report, and print its progress; the exit code."""
     from slipstick.cli.terminal.display import ShownCurve, curve_display
 
     case = run.case
@@ -168,7 +168,7 @@ def _summarise_doubled(run: CaseRun) -> None:
 
 
 def _answer(run: CaseRun) -> Answer:
-    """What a program is told of the run."""
+    """The answer of a run as data."""
     ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
     said = {"warnings": list(dict.fromkeys([*run.case_warnings, *run.run_warnings]))}
     results = results_answer(run.found) if run.points else {"points": 0, "peaks": []}
@@ -181,7 +181,7 @@ def _answer(run: CaseRun) -> Answer:
 
 
 def _draw(run: CaseRun, wanted: Wanted) -> None:
-    """Draw the figures that are wanted; what these results have nothing to draw of is told, where it was asked for."""
+    """Draw the wanted figures; warn of those for which these results hold nothing."""
     from slipstick.plots import save_figure
 
     try:
@@ -203,7 +203,7 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
 
 
 def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
-    """What there is to draw, by name; loops and states are those at the point of the largest amplitude."""
+    """Figures that these results allow, by name; loops and states at the point of the largest amplitude."""
     import numpy as np
 
     from slipstick import plots

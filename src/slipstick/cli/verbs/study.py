@@ -35,9 +35,8 @@ if TYPE_CHECKING:
     from slipstick.studies.folder import Share
     from slipstick.studies.solving import CaseSolved
 
-_LISTED = 5
-_FEW = 3
-"""Dofs of which numbers are told."""
+_LISTED_FAILURES = 5
+_LISTED_DOFS = 3
 
 
 @verb
@@ -116,7 +115,7 @@ def _refuse_earlier(folder: Path) -> None:
 
 
 def computed(run: StudyRun, options: RunOptions) -> int:
-    """Compute what there is to do in a study, and tell how it goes; the exit code."""
+    """Compute the remaining cases of a study and print their progress; the exit code."""
     from slipstick.case.study import cases_text
     from slipstick.cli.terminal.display import study_display
 
@@ -209,16 +208,16 @@ def _list_failures(solved: list[CaseSolved]) -> None:
         return
     counts = Counter(s.outcome.text.partition(";")[0] for s in failed)
     complain(f"{len(failed)} cases did not complete: {', '.join(f'{n} {text}' for text, n in counts.items())}")
-    for one in failed[:_LISTED]:
+    for one in failed[:_LISTED_FAILURES]:
         complain(f"  case {one.row['case']}: {one.message}")
     complain("compute them once more with --missing, where their cause is gone")
 
 
 def _largest(data: xarray.Dataset) -> Iterator[str]:
-    """Where the largest and the smallest peak of each of a few dofs is."""
+    """The smallest and the largest peak of a few dofs, and their parameters."""
     import numpy as np
 
-    for d, dof in enumerate(data["dof"].to_numpy()[:_FEW]):
+    for d, dof in enumerate(data["dof"].to_numpy()[:_LISTED_DOFS]):
         peaks = data["peak_amplitude"].isel(dof=d)
         if not bool(np.isfinite(peaks).any()):
             continue
@@ -238,14 +237,14 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
         return
     peaks = peak_percentiles(data)
     low, _, high = peaks["percentile"].to_numpy()
-    for dof in peaks["dof"].to_numpy()[:_FEW]:
+    for dof in peaks["dof"].to_numpy()[:_LISTED_DOFS]:
         here = peaks["peak_amplitude"].sel(dof=dof).to_numpy()
         unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
         yield f"peak of {dof}: median {here[1]:.6g}{unit}, {low:g} % to {high:g} % {here[0]:.6g} to {here[2]:.6g}{unit}"
 
 
 def _indices(data: xarray.Dataset) -> Iterator[str]:
-    """What of the variance of the peaks each parameter makes, where the samples are those of Sobol indices."""
+    """Sobol indices of the peaks, for samples that allow them."""
     from slipstick.studies.sobol import sobol_indices
 
     if data.attrs.get("study_method") != "saltelli":
@@ -255,7 +254,7 @@ def _indices(data: xarray.Dataset) -> Iterator[str]:
     except InputError as error:
         yield reason_of(error)
         return
-    for dof in found["dof"].to_numpy()[:_FEW]:
+    for dof in found["dof"].to_numpy()[:_LISTED_DOFS]:
         yield f"Sobol indices of the peak of {dof}, first-order and total (half width of 95 %):"
         for name in found["parameter"].to_numpy():
             here = {k: float(v) for k, v in found.sel(dof=dof, parameter=name).data_vars.items() if k != "variance"}
