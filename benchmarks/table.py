@@ -107,7 +107,7 @@ def of_page(text: str) -> Stored:
 def filled(text: str) -> str:
     """The page with its tables as they are stored.
 
-    ``<!-- table SECTION key = value, key = value: column; column -->`` takes these rows and columns of a section.
+    ``<!-- table SECTION key = value, key = value or value: column; column -->`` takes these rows and columns.
     """
     stored = of_page(text)
 
@@ -116,7 +116,9 @@ def filled(text: str) -> str:
         condition, _, wanted = found["where"].strip().partition(":")
         where = dict(part.split(" = ") for part in condition.split(", ") if part)
         rows = [
-            row for row in stored.rows(found["section"]) if all(shown(row[k]) == v.strip() for k, v in where.items())
+            row
+            for row in stored.rows(found["section"])
+            if all(shown(row[key]) in values.strip().split(" or ") for key, values in where.items())
         ]
         columns = [name.strip() for name in wanted.split(";") if name.strip()]
         picked = [{name: row[name] for name in columns if name in row} for row in rows] if columns else rows

@@ -69,6 +69,7 @@ def given_reports(session: Session) -> None:
 GIVEN = {
     "importing.md": given_mesh,
     "lobed-casing.md": given_mesh,
+    "stress-and-rotation.md": given_mesh,
     "results.md": given_results,
     "figures.md": given_results,
     "report.md": given_reports,
@@ -88,6 +89,7 @@ SLOW = {
     "studies.md",
     "importing.md",
     "lobed-casing.md",
+    "stress-and-rotation.md",
     "notebook-damper.ipynb",
 }
 """Pages of more than a few seconds, run by `make verify`."""

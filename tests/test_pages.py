@@ -47,6 +47,36 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not anchor or anchor in anchors(file), target
 
 
+NAMED = re.compile(r"`((?:\w+/)*\w+\.(?:py|md)|(?:\w+/)+\w*)`")
+"""Files and folders in the text of a page."""
+WALKED = re.compile(r"^ +((?:\w+/)*\w+\.py)(?:, (\w+\.py))?(?=  |$)", re.MULTILINE)
+"""The same in the lines of a walk, one below the other."""
+
+
+@pytest.mark.parametrize("page", [DOCS / "architecture.md", ROOT / "CONTRIBUTING.md"], ids=lambda p: p.name)
+def test_files_and_folders_that_a_page_names_are_there(page: Path) -> None:
+    """From the source, the tests or the root; in the row of a room from that room, in a walk beside the line before."""
+    source = ROOT / "src" / "slipstick"
+    lost, beside = [], source
+    for line in text(page).splitlines():
+        room = re.match(r"\| `(\w+)`", line)
+        places = [source, source / room[1]] if room else [source, ROOT / "tests", ROOT, beside]
+        names = [name for found in WALKED.findall(line) for name in found if name] or NAMED.findall(line)
+        for name in names:
+            there = next((place / name for place in places if (place / name).exists()), None)
+            if there is not None and "/" in name:
+                beside = there.parent
+            if there is None and name.split("/")[0] not in ("build", "dist"):
+                lost.append(name)
+    assert lost == []
+
+
+def test_every_room_is_in_the_architecture() -> None:
+    rooms = {path.name for path in (ROOT / "src" / "slipstick").iterdir() if (path / "__init__.py").exists()}
+    rows = re.findall(r"^\| (.+?) \|", text(DOCS / "architecture.md"), flags=re.MULTILINE)
+    assert rooms <= set(re.findall(r"`(\w+)`", " ".join(rows)))
+
+
 def test_every_page_is_in_the_navigation() -> None:
     linked = set(re.findall(r"^- \[.+?\]\(([\w-]+\.(?:md|ipynb))\)", text(DOCS / "index.md"), flags=re.MULTILINE))
     assert linked == {p.name for p in (*PAGES, *DOCS.glob("*.ipynb"))} - {"index.md"}

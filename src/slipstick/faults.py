@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from itertools import islice
@@ -139,8 +139,17 @@ def suggestion(name: object, known: Iterable[str]) -> str:
     close = close or [folded[each] for each in get_close_matches(text.casefold(), folded, n=1, cutoff=0.6)]
     if close:
         return f"did you mean '{close[0]}'?"
+    return f"there are {enumerated(names)}" if names else "there are none"
+
+
+def enumerated(names: Sequence[str]) -> str:
+    """Names with commas between, the first twelve of them.
+
+    >>> enumerated(["x", "y"])
+    'x, y'
+    """
     more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
-    return f"there are {', '.join(names[:_LISTED])}{more}" if names else "there are none"
+    return f"{', '.join(names[:_LISTED])}{more}"
 
 
 def number(name: Name, value: object, expected: str = "a finite number", *, above: float = -float("inf")) -> float:

@@ -10,8 +10,8 @@ import pytest
 from slipstick.case.case import Case
 from slipstick.case.study import STUDY_KEYS
 from slipstick.case.table import Table
+from slipstick.studies.parameter_values import KEYS, SPACINGS
 from slipstick.studies.plan import METHODS
-from slipstick.studies.ranges import KEYS, SPACINGS
 
 PAGE = Path(__file__).parents[2] / "docs" / "case-file.md"
 

@@ -13,7 +13,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +39,10 @@ class Row:
     def holds(self) -> bool:
         return abs(self.here - self.other) <= self.within * (abs(self.other) or 1.0)
 
-    def text(self) -> str:
+    def text(self, others: int = 0) -> str:
+        """A line of the page, for so many other points of its kind too."""
+        if others:
+            return replace(self, what=f"{self.what} (and {others} more)").text()
         if not self.other:
             return f"| {self.what} | exact | below {self.within:.0e} | |"
         digits = int(np.clip(np.ceil(-np.log10(self.within)) + 1, 4, 10))
@@ -633,7 +636,15 @@ QUICK = ("NLvib 02", "NLvib 06", "tmdsimpy: Iwan", "Jeffcott rotor")
 
 def table(rows: list[Row]) -> str:
     head = "| what | other | here | within |\n|---|---|---|---|\n"
-    return head + "\n".join(row.text() for row in rows) + "\n"
+    return head + "".join(f"{first.text(others)}\n" for first, others in on_page(rows))
+
+
+def on_page(rows: list[Row]) -> list[tuple[Row, int]]:
+    """The first of the rows that tell one thing at several points, and how many more there are."""
+    kinds: dict[tuple[str, float], list[Row]] = {}
+    for row in rows:
+        kinds.setdefault((re.sub(r"( at |mu = |load )[\d.]+", "", row.what), row.within), []).append(row)
+    return [(first, len(more)) for first, *more in kinds.values()]
 
 
 def tables_of(page: str) -> dict[str, str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.studies.ranges import parameter_values, sampled_range
+from slipstick.studies.parameter_values import parameter_values, sampled_range
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""``[structure]`` of kind "matrices" and "modal": matrices as numbers or of a model file, modes."""
+"""``[structure]`` of kind "matrices", "modal" and "free": matrices, as numbers or from a file, modes, free bodies."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from slipstick.faults import Gathering
 if TYPE_CHECKING:
     from slipstick.fem.model import ImportedModel
     from slipstick.structure.matrices import MatrixStructure
+
 
 KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
 _TURNING = {"gyroscopic": "gyroscopic", "circulatory": "circulatory"}
@@ -283,3 +284,82 @@ def _modal_script(table: ModalTable, _folder: Path) -> list[str]:
 
 
 MODAL = StructureKind(table=ModalTable, build=_modal, script=_modal_script)
+
+
+_FREE_MATRICES = {"M": "mass", "K": "stiffness"}
+
+
+class FreeTable(Table):
+    """``[structure] kind = "free"``."""
+
+    kind: Literal["free"]
+    file: str | None = Field(default=None, description="the name of a model.h5 made by 'slipstick import'")
+    dofs: list[str] | None = Field(default=None, description='a list of names such as ["x", "y"]')
+    mass: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    stiffness: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    keep: list[str] = Field(min_length=1, description='a list of dofs that are kept, such as ["n123y"]')
+    modes: int = Field(ge=1, le=10_000, description="a whole number >= 1, how many elastic modes to keep")
+    loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+    damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """A model file holds matrices and names."""
+        own = ("dofs", *_FREE_MATRICES.values())
+        if "file" in raw:
+            return [Fault(key, "is given together with file", remedy="keep one") for key in own if key in raw]
+        return [Fault(key, IS_MISSING, remedy=f"give {', '.join(own)}, or file") for key in own if key not in raw]
+
+
+def _free(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
+    given: Mapping[str, Any] | None = None
+    if row.get("file") is not None:
+        given = gathering.inside(("file",), _of_file, row.table.file, folder)
+    elif all(row.get(key) is not None for key in ("dofs", *_FREE_MATRICES.values())):
+        before = len(gathering.faults)
+        given = {
+            letter: gathering.inside((key,), read_given, row.get(key), folder) for letter, key in _FREE_MATRICES.items()
+        }
+        given = {**given, "dofs": row.table.dofs} if len(gathering.faults) == before else None
+    names = row.get("keep")
+    if names is not None and given is not None and not set(names) <= set(given["dofs"]):
+        names = None  # told where they are kept
+    if given is None or not row.complete:
+        return Described(dofs=names, made=True)
+    table = row.table
+    tell(f"structure: reducing {len(given['dofs'])} dofs of a body that is not held ...")
+    try:
+        structure = _free_call(table, given).made()
+    except InputError as error:
+        of_file = table.file is not None
+        gathering.faults += [
+            fault.inside("file") if of_file and fault.where[:1] in (("K",), ("M",)) else renamed(fault)
+            for fault in error.faults
+        ]
+        return Described(dofs=names, made=True)
+    return Described(body=Body(structure=structure), dofs=structure.dofs, made=True)
+
+
+def _of_file(name: str, folder: Path) -> Mapping[str, Any]:
+    from slipstick.io.model_file import load_model
+
+    model = partial(load_model, quiet=True)(inside(folder, name))
+    return {"K": model.K, "M": model.M, "dofs": model.dofs}
+
+
+def _free_call(table: FreeTable, given: Mapping[str, Any]) -> Call:
+    more = table.given("keep", "modes", "loss_factor", "damping_ratio")
+    return Call("ss.models.free_structure", (given["K"], given["M"]), {"dofs": given["dofs"], **more})
+
+
+def _free_script(table: FreeTable, folder: Path) -> list[str]:
+    if table.file is None:
+        lines = [f"{letter} = {matrix_text(getattr(table, key), folder)}" for letter, key in _FREE_MATRICES.items()]
+        given = {"K": Code("K"), "M": Code("M"), "dofs": table.dofs}
+    else:
+        lines = [f"model = {Call('ss.import_model', (here(table.file),)).written()}"]
+        given = {name: Code(f"model.{name}") for name in ("K", "M", "dofs")}
+    return [*lines, f"structure = {_free_call(table, given).written()}"]
+
+
+FREE = StructureKind(table=FreeTable, build=_free, script=_free_script)

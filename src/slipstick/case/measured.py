@@ -50,10 +50,10 @@ def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
 
     name, tabulated = row.get("file"), row.get("fit") == "tabulated"
     path = None if name is None else gathering.inside(("file",), inside, folder, name)
-    astray = [key for key in row.table.given("modes", *_TABULATED) if row.right(key) and (key == "modes") == tabulated]
+    wrong = [key for key in row.table.given("modes", *_TABULATED) if row.right(key) and (key == "modes") == tabulated]
     other = "modes" if tabulated else "tabulated"
-    gathering.faults += [Fault(key, "is given", expected=f'fit = "{other}" beside it') for key in astray]
-    if path is None or astray or not row.complete:
+    gathering.faults += [Fault(key, "is given", expected=f'fit = "{other}" beside it') for key in wrong]
+    if path is None or wrong or not row.complete:
         return Described(made=True)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)  # told with the whole case

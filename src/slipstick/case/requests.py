@@ -67,7 +67,7 @@ class RequestTable(Table):
         """The analysis to be computed."""
         raise NotImplementedError
 
-    def asked(self, case: Case) -> str:
+    def description(self, case: Case) -> str:
         """The same in words."""
         raise NotImplementedError
 
@@ -75,7 +75,7 @@ class RequestTable(Table):
         """The unit of the followed quantity, as it stands after a number."""
         raise NotImplementedError
 
-    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
+    def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """The findings in sentences, and the same as data for ``--json``."""
         raise NotImplementedError
 
@@ -112,7 +112,7 @@ class TrackTable(RequestTable):
         omega = case.span if self.omega is None else self.omega
         return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.dof, self.at, None)
 
-    def asked(self, case: Case) -> str:
+    def description(self, case: Case) -> str:
         """The peak and its parameter."""
         return f"the peak over {self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
 
@@ -120,7 +120,7 @@ class TrackTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
+    def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Optima, turning points and ties."""
         data = branch.table
         value, kinds = data["parameter"].to_numpy(), data["kind"].to_numpy()
@@ -168,7 +168,7 @@ class OptimalTable(RequestTable):
         omega = case.span if self.omega is None else self.omega
         return optimum_request(case.problem(), self.parameter, self.start, omega, self.dof, beside=4.0)
 
-    def asked(self, case: Case) -> str:
+    def description(self, case: Case) -> str:
         """Over what."""
         return f"the value of {self.parameter} at which the peak is lowest"
 
@@ -176,7 +176,7 @@ class OptimalTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
+    def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """The optimum."""
         data, about = branch.table, branch.table.attrs
         dof, unit = str(about["peak_of"]), after_number(str(data["parameter"].attrs.get("units", "")))
@@ -226,7 +226,7 @@ class ModesTable(RequestTable):
 
         return mode_request(case.problem(), (self.start, self.stop), self.mode, self.dof, self.load_factors)
 
-    def asked(self, case: Case) -> str:
+    def description(self, case: Case) -> str:
         """Which mode, between which amplitudes."""
         return f"mode {self.mode} from the amplitude {self.start:g} to {self.stop:g}{self.shown_in(case)}"
 
@@ -234,7 +234,7 @@ class ModesTable(RequestTable):
         """That of a length."""
         return case.problem().units.after("length")
 
-    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
+    def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """The forced peaks of the load factors."""
         data = branch.table
         factor, ratio, dof = (
@@ -292,7 +292,7 @@ class CyclesTable(RequestTable):
 
         return cycles_request(case.problem(), self.parameter, (self.start, self.stop), self.at, None)
 
-    def asked(self, case: Case) -> str:
+    def description(self, case: Case) -> str:
         """The parameter and its range."""
         over = f"{self.parameter} from {self.start:g} to {self.stop:g}{self.shown_in(case)}"
         return f"self-excited vibration over {over}"
@@ -301,7 +301,7 @@ class CyclesTable(RequestTable):
         """That of the parameter."""
         return _unit_of(case, self.parameter)
 
-    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
+    def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Bifurcations, and the limit cycles at the values asked for; where there are several at one, each."""
         data, d = branch.table, branch.dof_index(self.dof)
         dof, unit = names_of(data, "dof")[d], after(data, "parameter")
@@ -399,7 +399,7 @@ class WearTable(RequestTable):
             method=self.method, tolerance=self.tolerance, max_change=self.max_change, **peak,
         )  # fmt: skip
 
-    def asked(self, case: Case) -> str:
+    def description(self, case: Case) -> str:
         """Over which cycles, at what frequency."""
         at = "the peak of the response" if self.omega == "peak" else case.frequency_text(self.omega)
         return f"wear from {self.start:g} to {self.stop:g} cycles at {at}"
@@ -408,7 +408,7 @@ class WearTable(RequestTable):
         """Cycles."""
         return " cycles"
 
-    def told(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
+    def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """A sentence for each contact that is worn, the deepest first: its depth, and its load at first and at last."""
         data = branch.table
         depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()

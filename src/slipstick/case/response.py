@@ -1,4 +1,4 @@
-"""``[response]``: the curve that is followed: its range, its exact points, its steps."""
+"""``[response]`` and ``[output]``: what is followed, its exact points, its steps; the dofs that results hold."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from slipstick.case.script_text import Call, Code, call, literal, quantity_text
 from slipstick.case.table import Frequency, RawTable, Table, is_number, positive_frequency, toml, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.quantities import frequency_unit, ratio_of_periods
-from slipstick.studies.ranges import SPACINGS
+from slipstick.studies.parameter_values import SPACINGS
 from slipstick.units import Units
 
 MOST_VALUES = 100_000
@@ -239,3 +239,9 @@ def _requested(at: list[Any] | Spacing, ends: list[str]) -> str:
     if isinstance(at, Spacing):
         return call("np.geomspace" if at.spacing == "log" else "np.linspace", *ends, literal(at.count))
     return f"[{', '.join(quantity_text(value) for value in at)}]"
+
+
+class OutputTable(Table):
+    """``[output]``."""
+
+    dofs: list[str] = Field(min_length=1, description='a list of dof names such as ["x"]')

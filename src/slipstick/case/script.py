@@ -11,8 +11,7 @@ from typing import Any
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
 from slipstick.case.load import LoadTable
-from slipstick.case.output import OutputTable
-from slipstick.case.response import ResponseTable, frequencies_script, response_script
+from slipstick.case.response import OutputTable, ResponseTable, frequencies_script, response_script
 from slipstick.case.script_text import Call, Code, call, listed_text
 from slipstick.case.sections import CASE_SECTIONS, REQUESTS, structure_kind
 from slipstick.case.source import parse

@@ -1,7 +1,8 @@
 """The sections of a case: their names, the right values of their tables, and every fault within one table.
 
-A new kind of structure is a file such as ``blade.py`` and its name in :data:`STRUCTURES`; a new table that a verb of
-its own computes is a class such as those in ``requests.py`` and its name in :data:`REQUESTS`.
+A new kind of structure is a class of its keys in a file such as ``matrices.py``, and its name in :data:`STRUCTURES`.
+A new table that a verb of its own computes is a class such as those in ``requests.py``, and its name in
+:data:`REQUESTS`.
 """
 
 from __future__ import annotations
@@ -13,16 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from slipstick.case.beam_rotor import ROTOR
-from slipstick.case.blade import BLADE
 from slipstick.case.contact import contact_table
-from slipstick.case.disc import DISC
-from slipstick.case.disc_fe import DISC_FE
-from slipstick.case.fe import FE
-from slipstick.case.free import FREE
+from slipstick.case.disc import DISC, DISC_FE
+from slipstick.case.fe import BLADE, FE
 from slipstick.case.load import LoadTable
-from slipstick.case.matrices import MATRICES, MODAL, MODEL
+from slipstick.case.matrices import FREE, MATRICES, MODAL, MODEL
 from slipstick.case.measured import MEASURED
-from slipstick.case.output import OutputTable
 from slipstick.case.requests import (
     CyclesTable,
     IdentifyTable,
@@ -33,7 +30,7 @@ from slipstick.case.requests import (
     TrackTable,
     WearTable,
 )
-from slipstick.case.response import ResponseTable
+from slipstick.case.response import OutputTable, ResponseTable
 from slipstick.case.structure import Described, StructureKind, Tell, silent
 from slipstick.case.table import RawTable, Table, toml
 from slipstick.case.thermal import ThermalTable

@@ -51,8 +51,7 @@ def cases_text(plan: StudyPlan) -> str:
 
 def _flat(table: RawTable, prefix: str) -> Iterator[tuple[str, Any]]:
     """``damper.velocity = [0, 1]`` without quotes is a table in TOML; it means the same."""
-    from slipstick.studies.distributions import DISTRIBUTION
-    from slipstick.studies.ranges import KEYS
+    from slipstick.studies.parameter_values import DISTRIBUTION, KEYS
 
     values = {*KEYS, DISTRIBUTION}
     for key, value in table.items():

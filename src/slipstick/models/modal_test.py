@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, frequency, number, numbers, one, path, shown, warn, whole, wrong
+from slipstick.faults import Gathering, enumerated, frequency, number, numbers, one, path, shown, warn, whole, wrong
 from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.structure.measured import Receptances, checked, reciprocal
 from slipstick.structure.modal_fit import TIME_LIMIT, ModalFit, fit_modes
@@ -346,7 +346,11 @@ def _csv(file: Path, quantity: str | None) -> Receptances:
     if "frequency" in column:
         column["omega"] = 2.0 * np.pi * column.pop("frequency")
     if "omega" not in column:
-        raise InputError(Fault(str(file), "has neither a column omega nor frequency"))
+        raise InputError(
+            Fault(
+                str(file), f"has the columns {enumerated(head)}", expected="omega (rad/s) or frequency (Hz) among them"
+            )
+        )
     omega = numbers((str(file), "omega"), column.pop("omega"))
 
     def functions() -> Iterator[Function]:
@@ -357,7 +361,11 @@ def _csv(file: Path, quantity: str | None) -> Receptances:
                 continue
             if part != "re" or not point or f"{pair}.im" not in column:
                 expected = "two columns a function such as tip/root.re and tip/root.im"
-                raise InputError(Fault((str(file), name), "is not understood", expected=expected))
+                raise InputError(
+                    Fault(
+                        str(file), f"column '{name}' is not understood; there are {enumerated(head)}", expected=expected
+                    )
+                )
             yield output, point, omega, column[name] + 1j * column[f"{pair}.im"], quantity or "displacement"
 
     return _joined(functions(), str(file))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from slipstick.branch import Branch
 from slipstick.case.case import Case
 from slipstick.case.source import read_text
 from slipstick.case.structure import Tell, silent
-from slipstick.errors import InputError, Outcome, SlipstickWarning
+from slipstick.errors import InputError, Outcome, SlipstickWarning, reason_of
 from slipstick.faults import path as path_of
 from slipstick.faults import warn
 from slipstick.io.journal import Recorded, journal_of, read_journal
@@ -67,7 +67,7 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
     """
     path = path_of("resume, folder", folder, "the folder of a run or a study")
     if path.is_dir() and analysis_in(path) == "study":
-        case = begun_study(path, _doubt)
+        case = begun_study(path, _warn)
         if isinstance(case, Case):
             with StudyRun(case, path) as study:
                 warn(study.plan.warnings)
@@ -76,28 +76,24 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
                 warn([study.failure] if study.failure else [])
         return load_dataset(path / STUDY_FILE)
     if analysis_in(path) == "run_up":
-        case = begun_run_up(path, _doubt)
+        case = begun_run_up(path, _warn)
         if isinstance(case, Case):
             warn(case.warnings())
             return run_up_of_case(case, case.further[RUN_UP], path)
         return load_run_up(path / PASSED)
     place = FolderOfRun(path)
     try:
-        run = begun_run(place, _doubt)
+        run = begun_run(place, _warn)
         if isinstance(run, CaseRun):
             run.compute()
             run.finish()
-            warn([*run.doubts, *run.failures])
+            warn([*run.run_warnings, *run.failures])
         return load(place.results)
     finally:
         place.release()
 
 
-Doubt = Callable[[str], None]
-"""Hears what is suspicious, a sentence each."""
-
-
-def _doubt(sentence: str) -> None:
+def _warn(sentence: str) -> None:
     warn([sentence])
 
 
@@ -114,7 +110,7 @@ class Ended:
         return self.outcome == Outcome.COMPLETED.name
 
 
-def begun_study(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended:
+def begun_study(folder: Path, on_warning: Tell, tell: Tell = silent) -> Case | Ended:
     """The case of the study in a folder, whose other cases are to be computed.
 
     Raises
@@ -131,10 +127,10 @@ def begun_study(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended
                 "compute it anew into another folder with -o"
             )
         return Ended(str(ended["outcome"]), str(ended["outcome_text"]))
-    return _case_in(folder, journals[0], "the study", "ss.study with the same arguments", doubt, tell)
+    return _case_in(folder, journals[0], "the study", "ss.study with the same arguments", on_warning, tell)
 
 
-def begun_run_up(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended:
+def begun_run_up(folder: Path, on_warning: Tell, tell: Tell = silent) -> Case | Ended:
     """The case of the run-up in a folder, whose other periods are to be integrated.
 
     Raises
@@ -153,24 +149,24 @@ def begun_run_up(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ende
             "compute it anew into another folder with -o"
         )
     again = "ss.runs.run_up with the same arguments and folder"
-    case = _case_in(folder, journal, "the run-up", again, doubt, tell)
+    case = _case_in(folder, journal, "the run-up", again, on_warning, tell)
     if RUN_UP not in case.further:
         raise InputError(f"{journal}: the case in it has no table [{RUN_UP}]; compute it anew into another folder")
     return case
 
 
-def _case_in(folder: Path, journal: Path, what: str, again: str, doubt: Doubt, tell: Tell) -> Case:
+def _case_in(folder: Path, journal: Path, what: str, again: str, on_warning: Tell, tell: Tell) -> Case:
     """The case that was begun, as its journal holds it; InputError where it was begun otherwise, or has changed."""
-    recorded = _recorded(journal, doubt)
+    recorded = _recorded(journal, on_warning)
     text, path = _text_and_path(recorded)
     if not text:
         raise InputError(f"{folder}: {what} was begun in Python; go on with it by {again}")
-    _same_versions(recorded.layout.attributes, journal, doubt)
+    _same_versions(recorded.layout.attributes, journal, on_warning)
     _same_text(text, [path])
     return Case.from_text(text, path, tell)
 
 
-def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun | Ended:
+def begun_run(place: FolderOfRun, on_warning: Tell, tell: Tell = silent) -> CaseRun | Ended:
     """The run in a folder, to be gone on with from its last point.
 
     Raises
@@ -187,21 +183,21 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun 
             )
     elif (ended := _ended(place, journal)) is not None:
         return ended
-    recorded = _recorded(journal, doubt)
-    _same_versions(recorded.layout.attributes, journal, doubt)
+    recorded = _recorded(journal, on_warning)
+    _same_versions(recorded.layout.attributes, journal, on_warning)
     text, path = _text_and_path(recorded)
     _same_text(text, [path, place.work / path.name])
     case = Case.from_text(text, path, tell)
-    told = case.warnings()
-    for sentence in told:
-        doubt(sentence)
+    case_warnings = case.warnings()
+    for sentence in case_warnings:
+        on_warning(sentence)
     analysis = analysis_of_journal(recorded.about)
-    run = CaseRun(case, place, told, table=analysis if analysis in case.further else "")
+    run = CaseRun(case, place, case_warnings, table=analysis if analysis in case.further else "")
     request = run.request
     try:
         run.begun = Begun(recorded, checkpoints_in(recorded, request))
     except InputError as error:
-        raise InputError(f"{journal}: {error}") from None
+        raise InputError(f"{journal}: {reason_of(error)}") from None
     _same_problem(run, recorded.layout, str(recorded.about.get("problem")), journal)
     place.keep_case(path.name, text)
     return run
@@ -232,20 +228,20 @@ def _text_and_path(recorded: Recorded) -> tuple[str, Path]:
     return text, Path(str(recorded.about.get("case_path") or "case.toml"))
 
 
-def _recorded(journal: Path, doubt: Doubt) -> Recorded:
+def _recorded(journal: Path, on_warning: Tell) -> Recorded:
     """What the journal holds, with what to do where nothing of it can be read."""
     try:
         recorded = read_journal(journal)
     except InputError as error:
         kept = "results beside it keep their points: leave them, and compute the case anew into another folder with -o"
-        raise InputError(f"{error}; {kept}") from None
+        raise InputError(f"{reason_of(error)}; {kept}") from None
     if recorded.damage:
-        doubt(recorded.damage)
+        on_warning(recorded.damage)
     return recorded
 
 
-def _same_versions(attributes: Mapping[str, Any], journal: Path, doubt: Doubt) -> None:
-    """Raises InputError for a run of another slipstick; a change in what it stands on is told."""
+def _same_versions(attributes: Mapping[str, Any], journal: Path, on_warning: Tell) -> None:
+    """Raises InputError for a run of another slipstick; a change of the libraries below it is a warning."""
     for name, present in schema.versions().items():
         before, package = str(attributes.get(name, "")), name.removesuffix("_version")
         if before == present:
@@ -255,7 +251,7 @@ def _same_versions(attributes: Mapping[str, Any], journal: Path, doubt: Doubt) -
                 f"{journal}: the run was begun by slipstick {before}, this is {present}, and its points may differ; go "
                 "on with that version, or run the case anew into another folder"
             )
-        doubt(f"the run was begun with {package} {before}, this is {present}: last digits may differ")
+        on_warning(f"the run was begun with {package} {before}, this is {present}: last digits may differ")
 
 
 def _same_text(text: str, copies: Sequence[Path]) -> None:

@@ -45,7 +45,7 @@ class Begun:
 
 @dataclass(frozen=True, kw_only=True)
 class GoingOn:
-    """So many points were found before, the last of them at this value of what is followed, on this part."""
+    """A run goes on: points found before; the followed value and the branch part of the last of them."""
 
     points: int
     value: float
@@ -60,16 +60,16 @@ class PointKept:
     values: Mapping[str, Any] = field(repr=False)
     """Every variable of the results at this point, by name."""
     value: float
-    """Of what is followed."""
+    """The followed frequency or parameter."""
     progress: float
     """As in ``PointFound``."""
 
 
 class RunListener(Listener):
-    """Is told what a run does, too."""
+    """Hears also that a run goes on and that points are stored."""
 
     def __call__(self, event: Event | GoingOn | PointKept) -> None:
-        """Tell of an event."""
+        """Pass an event to its method."""
         match event:
             case GoingOn():
                 self.going_on(event)
@@ -109,32 +109,32 @@ class _Stored(Sink):
 
 
 class Clock(Listener):
-    """Ends a computation when its time is up; ``until`` is when that is, of the monotonic clock."""
+    """Ends a computation at the time ``until`` of the monotonic clock."""
 
     def __init__(self, until: float) -> None:
         self._until = until
 
     def started(self, event: Started) -> None:
-        """Look at the clock."""
-        self._look()
+        """Raise TimeIsUp after the time limit."""
+        self._check_time()
 
     def searching(self, event: Searching) -> None:
-        """Look at the clock."""
-        self._look()
+        """Raise TimeIsUp after the time limit."""
+        self._check_time()
 
     def strategy_tried(self, event: StrategyTried) -> None:
-        """Look at the clock."""
-        self._look()
+        """Raise TimeIsUp after the time limit."""
+        self._check_time()
 
     def point_found(self, event: PointFound) -> None:
-        """Look at the clock."""
-        self._look()
+        """Raise TimeIsUp after the time limit."""
+        self._check_time()
 
     def working(self, event: Working) -> None:
-        """Look at the clock."""
-        self._look()
+        """Raise TimeIsUp after the time limit."""
+        self._check_time()
 
-    def _look(self) -> None:
+    def _check_time(self) -> None:
         if time.monotonic() > self._until:
             raise TimeIsUp
 
@@ -145,15 +145,15 @@ class CaseRun:
 
     case: Case
     folder: OutputFolder
-    told: Sequence[str] = ()
+    case_warnings: Sequence[str] = ()
     """Warnings of the case."""
     begun: Begun | None = None
     table: str = ""
     """The table that asks for it, such as "wear"; empty for ``[response]``."""
     until: float = math.inf
-    """When its time is up, of the monotonic clock."""
-    doubts: Sequence[str] = ()
-    """What could not be computed about the points, and what is suspicious in their values."""
+    """When it has to end, of the monotonic clock."""
+    run_warnings: Sequence[str] = ()
+    """Warnings of the points: suspicious values, and values that could not be computed."""
     outcome: Outcome = Outcome.INTERRUPTED
     message: str = ""
     failures: list[str] = field(default_factory=list)
@@ -170,7 +170,7 @@ class CaseRun:
         self._close()
 
     def finish(self) -> None:
-        """Follow motion of twice the period, where that is asked for; the results take the place of earlier ones."""
+        """Follow motion of twice the period, where requested, and replace earlier results."""
         if self.doubles and self.complete and self.points:
             try:
                 self._follow_doubled()
@@ -196,22 +196,22 @@ class CaseRun:
 
     @property
     def shown_in(self) -> tuple[float, str]:
-        """The unit that what is followed is shown in: its size, and how it stands after a number."""
+        """The unit of the followed quantity: its size, and its text after a number."""
         return (1.0, self.case.further[self.table].shown_in(self.case)) if self.table else self.case.shown_in
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last value of what is followed."""
+        """First and last value of the followed quantity."""
         return self.request.start, self.request.stop
 
     @property
-    def asked(self) -> str:
-        """What is computed, in words."""
-        return self.case.further[self.table].asked(self.case) if self.table else self.case.request
+    def description(self) -> str:
+        """The computation in words."""
+        return self.case.further[self.table].description(self.case) if self.table else self.case.request
 
     @property
     def points(self) -> int:
-        """How many are in the results file."""
+        """Number of points in the results file."""
         return len(self.store)
 
     @cached_property
@@ -230,17 +230,17 @@ class CaseRun:
 
     @property
     def complete(self) -> bool:
-        """Whether all that was asked for is there."""
+        """Whether everything requested was computed."""
         return self.outcome.ok and not self.failures
 
     @property
     def nothing(self) -> bool:
-        """Whether a table gave no point at all: nothing is kept of that, and nothing to go on with."""
+        """Whether a table gave no point at all; such a run leaves no files."""
         return bool(self.table) and not self.points and self.begun is None
 
     @property
     def unfinished(self) -> bool:
-        """Whether it can be gone on with."""
+        """Whether ``resume`` can go on with it."""
         return bool(self.failures) or self.outcome in UNFINISHED
 
     @property
@@ -250,7 +250,7 @@ class CaseRun:
 
     @cached_property
     def request(self) -> Request:
-        """What is computed; its warnings are those of the case, or among ``doubts``."""
+        """The analysis; its warnings are those of the case, or among ``run_warnings``."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
             return self.case.asks(self.table)
@@ -273,7 +273,7 @@ class CaseRun:
         sink: _Stored | None = None
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SlipstickWarning)  # of the case, or among ``doubts``
+                warnings.simplefilter("ignore", SlipstickWarning)  # of the case, or among ``run_warnings``
                 run = replace(self.request, checkpoints=checkpoints).run()
                 sink = _Stored(run, self.store, listener)
                 for last in checkpoints[-1:]:
@@ -287,19 +287,20 @@ class CaseRun:
             self._fail(error)
         if sink is not None and sink.end is not None:
             self.attributes = {**sink.end.attributes, **self.case.names}
-            self.doubts = [*(said for said in sink.run.request.warnings if said not in self.told), *sink.said()]
+            further = [text for text in sink.run.request.warnings if text not in self.case_warnings]
+            self.run_warnings = [*further, *sink.said()]
             if sink.end.error is not None:
                 self._fail(sink.end.error)
             if not self.failures:
                 self.outcome, self.message = sink.end.outcome, sink.end.message
 
     def _fail(self, error: Exception) -> None:
-        """Take note of what ended the run."""
+        """Note the failure that ended the run."""
         self.failures += error.sentences if isinstance(error, InputError) else [fault_sentence(error)]
 
     def _close(self) -> None:
         ended = {**self.attributes, "outcome": self.outcome.name, "outcome_text": self.text}
-        ended["warnings"] = "\n".join([*self.told, *self.doubts])
+        ended["warnings"] = "\n".join([*self.case_warnings, *self.run_warnings])
         self.seconds = float(self.attributes.get("seconds", 0.0))
         try:
             self.store.close(ended, finished=not self.unfinished)
@@ -309,10 +310,10 @@ class CaseRun:
             self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
 
     def _unfinished(self) -> Mapping[str, Any]:
-        """What an unfinished file says."""
+        """Attributes of an unfinished file."""
         unfinished = "unfinished: the run ended before it could say why; every point found is kept"
         attributes = attributes_of(
-            self.request.problem, Outcome.INTERRUPTED, unfinished, self.told, analysis=self.analysis,
+            self.request.problem, Outcome.INTERRUPTED, unfinished, self.case_warnings, analysis=self.analysis,
             parameter=self.request.parameter,
         )  # fmt: skip
         return {**attributes, **self.case.names}

@@ -12,7 +12,9 @@ import numpy as np
 from slipstick.errors import Fault, InputError
 from slipstick.faults import numbers, whole, wrong
 from slipstick.structure.complex_modes import ComplexModes, complex_modes
+from slipstick.structure.cyclic import TravellingWave
 from slipstick.structure.matrices import MatrixStructure
+from slipstick.structure.protocol import Structure
 from slipstick.typing import Array, ComplexArray, IntArray
 
 if TYPE_CHECKING:
@@ -140,6 +142,20 @@ def _at_speed(structure: Any) -> AtSpeed:
         if structure.gyroscopic is None and structure.circulatory is None:
             raise InputError(Fault("structure", "nothing in it turns", remedy="give it gyroscopic=..., speed=..."))
         return structure.at_speed
+    if isinstance(structure, TravellingWave):
+        raise InputError(
+            Fault(
+                "structure", "is a sector of a disc, whose frequencies stand over its nodal diameters",
+                remedy="draw its interference diagram: 'slipstick interference', in Python ss.models.interference",
+            )
+        )  # fmt: skip
+    if isinstance(structure, Structure):
+        raise InputError(
+            Fault(
+                "structure", "has no gyroscopic matrices",
+                expected='kind = "rotor", or "matrices" with gyroscopic; in Python an ss.MatrixStructure',
+            )
+        )  # fmt: skip
     if not callable(structure):
         raise wrong("structure", structure, "an ss.MatrixStructure with gyroscopic=..., or a function of the speed")
     made: AtSpeed = structure

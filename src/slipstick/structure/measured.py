@@ -163,7 +163,7 @@ def checked(measured: Receptances) -> Poles:
             )
     if own.misfit < _UNFIT or best.misfit > _BETTER * own.misfit:
         return poles
-    off = f"({100 * np.sqrt(best.misfit):.2g} % off as such, {100 * np.sqrt(own.misfit):.2g} % as receptances)"
+    off = f"(modes fit them to {_percent(best.misfit)} as such, to {_percent(own.misfit)} as receptances)"
     if best.conjugated:
         raise InputError(
             Fault(
@@ -179,6 +179,11 @@ def checked(measured: Receptances) -> Poles:
             )
         )  # fmt: skip
     return poles
+
+
+def _percent(share: float) -> str:
+    """The root of a share of the sum of squares, in words."""
+    return f"{max(100.0 * np.sqrt(share), 0.1):.1f} %"
 
 
 def _misfits(measured: Receptances, noise: Array, poles: Poles, points: IntArray) -> Array:

@@ -10,7 +10,7 @@ from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 from slipstick.errors import InputError
 from slipstick.faults import Gathering, one, table
 from slipstick.results.solutions import Solutions
-from slipstick.studies.distributions import distribution
+from slipstick.studies.parameter_values import distribution
 
 if TYPE_CHECKING:
     import xarray

@@ -14,8 +14,7 @@ from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
-from slipstick.studies.distributions import Distribution, Range, is_distribution, sampled
-from slipstick.studies.ranges import parameter_values
+from slipstick.studies.parameter_values import Distribution, Range, is_distribution, parameter_values, sampled
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 
 STUDY = ("study",)
-"""Path to what is asked of a study."""
+"""Path of faults in a study."""
 _EXPECTED = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
 METHODS = ("grid", "list", "random", "latin-hypercube", "sobol", "saltelli")
 SAMPLED = METHODS[2:]
@@ -91,17 +90,17 @@ def make_plan(
         thing: all faults at once.
     """
     gathering = Gathering()
-    asked = _asked(gathering, problem, parameters, method, samples, seed)
+    arguments = _checked_arguments(gathering, problem, parameters, method, samples, seed)
     gathering.end()
-    order = sorted(asked.parts, key=lambda name: _is_derived(problem, name))
-    plan = _plan(order, asked.parts, asked.method, asked.size, asked.seed)
-    spread = {name for name in plan.names if isinstance(asked.parts[name], Distribution)}
-    said = [*plan.warnings, *_allowed(problem, plan, spread), *product_warnings(problem, plan.names)]
+    order = sorted(arguments.parts, key=lambda name: _is_derived(problem, name))
+    plan = _plan(order, arguments.parts, arguments.method, arguments.size, arguments.seed)
+    spread = {name for name in plan.names if isinstance(arguments.parts[name], Distribution)}
+    warned = [*plan.warnings, *_allowed(problem, plan, spread), *product_warnings(problem, plan.names)]
     for name, values in zip(plan.names, plan.values.T, strict=True):
         load = problem.parameter_target(name).load
         if load is not None and name.endswith("phase"):
-            said += phase_warnings(load.target, max(values.tolist(), key=abs))
-    return replace(plan, warnings=tuple(said))
+            warned += phase_warnings(load.target, max(values.tolist(), key=abs))
+    return replace(plan, warnings=tuple(warned))
 
 
 def study_faults(
@@ -109,12 +108,12 @@ def study_faults(
 ) -> list[Fault]:
     """What is wrong with a study whose problem is not known."""
     gathering = Gathering()
-    _asked(gathering, None, parameters, method, samples, seed)
+    _checked_arguments(gathering, None, parameters, method, samples, seed)
     return gathering.faults
 
 
-class _Asked(NamedTuple):
-    """What a study asks for; it means nothing where there are faults."""
+class _Arguments(NamedTuple):
+    """Checked arguments of a study, valid only without faults."""
 
     parts: dict[str, Any]
     """Values or ranges by parameter."""
@@ -123,9 +122,9 @@ class _Asked(NamedTuple):
     seed: int
 
 
-def _asked(
+def _checked_arguments(
     gathering: Gathering, problem: Problem | None, parameters: Any, method: Any, samples: Any, seed: Any
-) -> _Asked:
+) -> _Arguments:
     """The arguments, checked, also against the problem where there is one."""
     values = gathering.take(table, STUDY, parameters, _EXPECTED) or {}
     method = gathering.take(_method, method)
@@ -145,7 +144,7 @@ def _asked(
     count = gathering.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
     read = sampled if method in SAMPLED else _listed_values
     parts = {name: gathering.take(read, (*STUDY, name), value) for name, value in values.items()}
-    return _Asked(parts, str(method), count or 1, int(seed or 0))
+    return _Arguments(parts, str(method), count or 1, int(seed or 0))
 
 
 def _listed_values(where: tuple[str, ...], value: object) -> Array:
@@ -269,8 +268,13 @@ def _distinct(problem: Problem, names: Sequence[str]) -> None:
 
 
 def _allowed(problem: Problem, plan: StudyPlan, spread: Container[str]) -> list[str]:
-    """What is to be said of values alone that are not allowed: raises InputError but where they are in the tails of a
-    distribution (``spread``), where a case that cannot be computed is a row that says why."""
+    """Warnings of values that a parameter cannot have, in the tails of a distribution (``spread``): such a case fails.
+
+    Raises
+    ------
+    InputError
+        For such values elsewhere.
+    """
     faults: list[Fault] = []
     said = []
     for name, column in zip(plan.names, plan.values.T, strict=True):

@@ -1,8 +1,8 @@
-"""Portions of a study solved by processes of this machine beside this one, which solves its share too.
+"""Portions of a study solved by further processes on this machine, while this process solves its share too.
 
-For cases that are followed in lockstep: a process is there after the import of the package, and what it is told and
-tells goes through its standard input and output. It is started as a program of its own, on every system alike: a
-script needs no main guard, and Ctrl-C reaches the process that asks alone.
+For cases that are followed in lockstep. A process is ready after the import of the package; portions and solved cases
+go through its standard input and output. It is started as a program of its own on every system: a script needs no main
+guard, and Ctrl-C reaches this process alone.
 
 Why not ``concurrent.futures`` with ``spawn``: it imports the script again, which without a guard ends in a
 RuntimeError, and of 12 tasks one that ended its process took 9 others with it (BrokenProcessPool). Why not Dask's
@@ -49,11 +49,11 @@ def side_by_side(
     """
     waiting, finished = deque(todo), _Finished()
     try:
-        told = _pickled((job, plan))
+        setup = _pickled((job, plan))
     except Exception as error:
         tell(f"one process alone: the problem cannot be sent to others ({type(error).__name__}: {str(error)[:100]})")
         count = 1
-    with _one_thread(), _started(count - 1, told if count > 1 else b"", waiting, finished, tell) as threads:
+    with _one_thread(), _started(count - 1, setup if count > 1 else b"", waiting, finished, tell) as threads:
         running = len(threads)
         while waiting:
             with suppress(IndexError):  # somebody else took the last one
@@ -70,7 +70,7 @@ def side_by_side(
 
 @contextmanager
 def _started(
-    count: int, told: bytes, waiting: deque[Portion], finished: _Finished, tell: Callable[[str], object]
+    count: int, setup: bytes, waiting: deque[Portion], finished: _Finished, tell: Callable[[str], object]
 ) -> Iterator[Sequence[threading.Thread]]:
     """Processes, each with a thread that hands it one portion after another; they end with the block."""
     children, threads = list[subprocess.Popen[bytes]](), list[threading.Thread]()
@@ -85,7 +85,7 @@ def _started(
                 tell(f"fewer processes: one did not start ({type(error).__name__}: {str(error)[:100]})")
                 break
             children.append(child)
-            threads.append(threading.Thread(target=_served, args=(child, told, waiting, finished), daemon=True))
+            threads.append(threading.Thread(target=_served, args=(child, setup, waiting, finished), daemon=True))
             threads[-1].start()
         yield threads
     finally:
@@ -101,13 +101,13 @@ def _started(
                         pipe.close()
 
 
-def _served(child: subprocess.Popen[bytes], told: bytes, waiting: deque[Portion], finished: _Finished) -> None:
+def _served(child: subprocess.Popen[bytes], setup: bytes, waiting: deque[Portion], finished: _Finished) -> None:
     """Hand portions to a process once it is ready for them, until there are none or it dies; then put None."""
     assert child.stdin is not None
     assert child.stdout is not None
     portion: Portion | None = None
     try:
-        child.stdin.write(told)
+        child.stdin.write(setup)
         child.stdin.flush()
         pickle.load(child.stdout)
         while True:
@@ -149,15 +149,15 @@ def _one_thread() -> Iterator[None]:
 def main() -> None:
     """A process beside: what it solves and its portions come in, solved cases go out, each a pickle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    told, answers = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    requests, answers = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nothing that is printed comes between the answers
-    job, plan = pickle.load(told)
+    job, plan = pickle.load(requests)
     solve_portion(job, plan, Portion(()))
     pickle.dump(None, answers)
     answers.flush()
     with suppress(EOFError):
         while True:
-            pickle.dump(list(solve_portion(job, plan, Portion(*pickle.load(told)))), answers)
+            pickle.dump(list(solve_portion(job, plan, Portion(*pickle.load(requests)))), answers)
             answers.flush()
 
 

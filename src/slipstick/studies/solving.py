@@ -1,4 +1,4 @@
-"""One case of a study: a problem with its parameters set, its curve, and what is kept of it."""
+"""One case of a study: a problem with its parameters set, its curve, and its row of the results."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 _STABILITY = ("stable", "multiplier_max")
 CURVE = ("omega", "amplitude", "mean", "dissipated_power", "truncation", "branch_part", "peak_dof", *_STABILITY)
-"""What is kept of every point of every curve."""
+"""Variables stored for every point of every curve."""
 
 _CASE = Declared((), "1", "number of the case in the study", whole=True)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """What is done for every case: the problem, and what is followed from where to where.
+    """The computation of every case: the problem, and the range that is followed.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Job:
 
     @cached_property
     def curve_layout(self) -> Layout:
-        """What is kept of every point of the curves."""
+        """Variables stored for every point of the curves."""
         full = layout_of(self.problem, parameter=self.parameter, stability=bool(self.stability))
         names = [name for name in (*(("parameter",) if self.parameter else ()), *CURVE) if name in full.variables]
         variables = {"case": _CASE, **{name: full.variables[name] for name in names}}
@@ -71,7 +71,7 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseSolved:
-    """What is kept of a case: its row of the results by name, its curve (n_points, size), and what was said."""
+    """A case: its row of the results by name, its curve (n_points, size), message and warnings."""
 
     row: Mapping[str, Any]
     curve: Array
@@ -91,7 +91,7 @@ class CaseSolved:
 
 
 def solve(job: Job, plan: StudyPlan, case: int) -> CaseSolved:
-    """One case, whatever happens to it; only Ctrl-C goes on to the caller."""
+    """Solve one case; faults become a failed case, only Ctrl-C is raised."""
     begin = time.perf_counter()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -109,11 +109,11 @@ def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
     branch = job.request(plan.problem(job.problem, case)).solutions()
     if branch.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
-    return kept(job, case, branch, time.perf_counter() - begin)
+    return solved_case(job, case, branch, time.perf_counter() - begin)
 
 
-def kept(job: Job, case: int, branch: Solutions, seconds: float, *, lockstep: bool = False) -> CaseSolved:
-    """What is kept of the branch of a case that took some seconds, alone or in lockstep with others."""
+def solved_case(job: Job, case: int, branch: Solutions, seconds: float, *, lockstep: bool = False) -> CaseSolved:
+    """The row and curve of a case from its branch; ``seconds`` is its share of the time."""
     data, layout = branch.table, job.curve_layout
     values = {"case": np.full(len(branch), case), **{n: data[n].to_numpy() for n in layout.variables if n != "case"}}
     row: dict[str, Any] = {"case": case, "outcome": branch.outcome.name, "points": len(branch)}

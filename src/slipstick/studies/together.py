@@ -1,4 +1,4 @@
-"""Cases of a study solved side by side: those of small problems, whose curves differ in numbers alone."""
+"""Cases of a study solved in lockstep: those of small problems, whose curves differ in numbers alone."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, NamedTuple
 from slipstick.analysis.curve.lockstep import Lockstep, alike, in_lockstep, most_together
 from slipstick.errors import InputError, Outcome
 from slipstick.studies.plan import StudyPlan
-from slipstick.studies.solving import CaseSolved, Job, kept, solve
+from slipstick.studies.solving import CaseSolved, Job, solve, solved_case
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.results.solutions import Solutions
 
 _TRIED = 16
+"""Cases of the first portion, which is timed before workers are started."""
 
 
 class Portion(NamedTuple):
@@ -30,14 +31,14 @@ class Portion(NamedTuple):
 
 
 def portions(job: Job, todo: Sequence[int], count: int = 1, *, tried: bool = False) -> list[Portion]:
-    """What is computed in one go by one of ``count`` processes: cases after one another, or each alone.
+    """Portions for ``count`` processes.
 
-    ``tried``: of many the first portion is small, to see how long they take.
+    ``tried``: the first portion of many is small, to measure the time of a case.
     """
     most = _together_at_most(job) if todo else 0
     if not most:
         return [Portion((case,)) for case in todo]
-    most = most if count == 1 else ceil(most / 2)  # so that all end at about one time
+    most = most if count == 1 else ceil(most / 2)  # for processes to end at about the same time
     first = _TRIED if tried and len(todo) > 4 * _TRIED else 0
     rest = len(todo) - first
     parts = min(rest, count * ceil(rest / (count * most)))
@@ -46,25 +47,25 @@ def portions(job: Job, todo: Sequence[int], count: int = 1, *, tried: bool = Fal
 
 
 def _together_at_most(job: Job) -> int:
-    """How many cases are followed side by side, seen from the problem that all begin from; 0: each is alone."""
+    """How many cases are followed in lockstep, judged by the base problem; 0: each is solved alone."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             request = None if job.stability else job.request(replace(job.problem, told=None))
             return most_together(request) if request is not None and in_lockstep(request) else 0
-    except InputError:  # the cases may be right all the same, and say themselves what is wrong
+    except InputError:  # the cases may be right even so; each reports its own faults
         return 0
 
 
 def solve_portion(job: Job, plan: StudyPlan, portion: Portion) -> Iterator[CaseSolved]:
-    """The cases of a portion, those alone that cannot be solved with others; as ``solve`` each, whatever happens."""
+    """The cases of a portion, in lockstep where possible, else by ``solve``."""
     together = _together(job, plan, portion.cases) if portion.lockstep else {}
     for case in portion.cases:
         yield together.get(case) or solve(job, plan, case)
 
 
 def _together(job: Job, plan: StudyPlan, cases: Sequence[int]) -> dict[int, CaseSolved]:
-    """Those that were solved side by side."""
+    """Cases that were solved in lockstep."""
     begin = time.perf_counter()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -78,14 +79,14 @@ def _together(job: Job, plan: StudyPlan, cases: Sequence[int]) -> dict[int, Case
                 group.append(case)
         branches = {case: branch for group in groups for case, branch in _branches(group, requests)}
         seconds = (time.perf_counter() - begin) / max(1, len(requests))
-        return {case: kept(job, case, branch, seconds, lockstep=True) for case, branch in branches.items()}
+        return {case: solved_case(job, case, branch, seconds, lockstep=True) for case, branch in branches.items()}
 
 
 def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterator[tuple[int, Solutions]]:
     """Cases that were followed to their end, and their branches."""
     try:
         branches = Lockstep([requests[case] for case in cases]).branches()
-    except Exception:  # whose fault it is shows where each is alone: it leaves what is beside it as it is
+    except Exception:  # solved alone, the case at fault fails without the others
         if len(cases) > 1:
             yield from (found for case in cases for found in _branches([case], requests))
         return
@@ -95,9 +96,9 @@ def _branches(cases: Sequence[int], requests: dict[int, CurveRequest]) -> Iterat
 
 
 def _request(job: Job, plan: StudyPlan, case: int) -> CurveRequest | None:
-    """What is followed for one case; None where it is to be solved alone."""
+    """The request of one case; None where it has to be solved alone."""
     try:
         request = job.request(plan.problem(job.problem, case))
         return request if in_lockstep(request) else None
-    except Exception:  # it is a row that says why, made where it is alone
+    except Exception:  # solved alone, the case fails with its reason
         return None

@@ -1,4 +1,4 @@
-"""Who computes the cases: this process, local workers, or those of a Dask cluster; the numbers are the same."""
+"""Solve cases in this process, in local workers or on a Dask cluster, with the same numbers."""
 
 from __future__ import annotations
 
@@ -27,13 +27,15 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 WORTH = 6.0
-"""Seconds that local workers must save to be started; they take about three to be there."""
+"""Seconds that Dask workers on this machine must save to be started; their start takes about three."""
 WORTH_BESIDE = 2.0
-"""The same of processes beside this one, which goes on meanwhile."""
+"""The same for further processes, while this one computes."""
 _QUEUED = 4
-"""Portions of cases sent out to each worker ahead of what it computes."""
+"""Portions of cases that are sent to each worker in advance."""
 _WAIT = 30
+"""Seconds to wait for a scheduler or a worker."""
 _CLOSING = 10.0
+"""Seconds that a cluster has to end."""
 
 
 def in_turn(job: Job, plan: StudyPlan, todo: Iterable[Portion]) -> Iterator[CaseSolved]:
@@ -85,7 +87,7 @@ def on_cluster(client: Client, job: Job, plan: StudyPlan, todo: Iterable[Portion
 
 
 class _Shared:
-    """What every case of a study needs, once on every worker."""
+    """Data that every case of a study needs, held once on every worker."""
 
     def __init__(self, job: Job, plan: StudyPlan) -> None:
         self.job, self.plan = job, plan
@@ -113,7 +115,7 @@ def _outcome_of(future: Future, portion: Portion) -> list[CaseSolved] | None:
 
 
 def has_dask() -> bool:
-    """Whether there can be workers at all."""
+    """Whether Dask is installed."""
     from importlib.util import find_spec
 
     return find_spec("distributed") is not None
@@ -191,7 +193,7 @@ def _begun(stack: ExitStack, count: int) -> Client:
 
 
 def _within(seconds: float, *steps: Callable[[], object]) -> None:
-    """Take steps that end what nobody needs any more, and do not wait for ever: Ctrl-C may have come in the middle."""
+    """Close in a thread, and give up after some seconds: after Ctrl-C closing may never end."""
     thread = threading.Thread(target=lambda: [step() for step in steps], daemon=True)
     thread.start()
     thread.join(seconds)

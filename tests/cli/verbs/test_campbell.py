@@ -95,3 +95,13 @@ def test_a_rotor_is_no_disc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     result = CliRunner().invoke(app, ["interference", "disc.toml", "--to", "20 rad/s", "--orders", "4"])
     assert result.exit_code == 2
     assert "no sector of a disc" in result.output
+
+
+def test_a_disc_is_no_rotor() -> None:
+    """What to do instead is said, and no name of a class."""
+    sector = ss.CyclicStructure(M=([[1.0]], [[0.0]]), K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=4)
+    with pytest.raises(ss.InputError, match=r"is a sector of a disc.*'slipstick interference'"):
+        ss.models.campbell(sector.travelling_wave(1), [0.0, 1.0])
+    still = ss.ModalStructure(omega=[1.0], mode_shapes=[[1.0]], dofs=["x"])
+    with pytest.raises(ss.InputError, match=r"^structure has no gyroscopic matrices; expected kind"):
+        ss.models.campbell(still, [0.0, 1.0])

@@ -34,6 +34,7 @@ def test_identify_leaves_a_folder(tmp_path):
     assert result.exit_code == 0, result.output
     assert "the fit converged" in result.output
     assert "\\n" not in result.output
+    assert result.stdout.splitlines()[-2:] == [f"results in {out}/", f"open {out / 'report.html'} in a browser"]
     assert [line.split()[0] for line in result.output.splitlines() if "+-" in line] == ["damper.mu", "damper.kt"]
     assert {path.name for path in out.iterdir()} == {
         "identify.nc",
@@ -80,6 +81,23 @@ def test_what_is_wrong_is_said(tmp_path):
     case.write_text(case.read_text().replace('"damper.nu" =', '"damper.mu" ='))
     refused = slipstick("identify", case, tmp_path / "none.csv", "-o", tmp_path / "out")
     assert (refused.exit_code, "there is no file" in refused.output) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("freq,x\n8.0,0.1\n", ("has the columns freq, x, of which 'freq'", "did you mean 'frequency'?")),
+        ("omega,disp\n8.0,0.1\n", ("has the columns omega, disp, of which 'disp'", "dofs are x")),
+        ("omega\n8.0\n", ("has the columns omega, of which none is a dof", "omega (rad/s) or frequency (Hz)")),
+        ("# a rig\n\nomega x\n8.0 0.1\n", ("line 4", "commas or semicolons")),
+    ],
+)
+def test_a_table_without_the_columns_names_those_it_has(tmp_path, text, says):
+    case, data = files(tmp_path)
+    data.write_text(text)
+    refused = slipstick("identify", case, data, "-o", tmp_path / "out")
+    assert refused.exit_code == 2
+    assert [said for said in says if said not in refused.output] == []
 
 
 def test_a_fit_whose_time_is_up_before_a_step_leaves_nothing(tmp_path):

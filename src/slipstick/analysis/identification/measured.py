@@ -12,7 +12,7 @@ from slipstick.analysis.identification.kinds import Backbone, Loops, Measured, V
 from slipstick.balance.parameters import FACTORS
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, names, numbers, path, shown, suggestion, whole, wrong
+from slipstick.faults import Gathering, enumerated, names, numbers, path, shown, suggestion, whole, wrong
 from slipstick.quantities import FREQUENCIES
 from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.typing import Array
@@ -460,18 +460,21 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
     import xarray
 
     try:
-        lines = [line for line in file.read_text(encoding="utf-8-sig").splitlines() if line.strip() and line[0] != "#"]
+        text = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Fault(str(file), "cannot be read as text", remedy=str(error))) from None
-    split = ";" if lines and ";" in lines[0] else ","
-    head = [word.strip().strip('"') for word in lines[0].split(split)] if lines else []
+    lines = [(n, line) for n, line in enumerate(text, 1) if line.strip() and line[0] != "#"]
+    split = ";" if lines and ";" in lines[0][1] else ","
+    head = [word.strip().strip('"') for word in lines[0][1].split(split)] if lines else []
     rows = []
-    for number, line in enumerate(lines[1:], 2):
+    for number, line in lines[1:]:
         cells = line.split(split)
         try:
             rows.append([float(cell) if cell.strip() else np.nan for cell in cells])
         except ValueError as error:
-            raise InputError(Fault((str(file), f"line {number}"), str(error), expected="numbers")) from None
+            raise InputError(
+                Fault((str(file), f"line {number}"), str(error), expected="numbers, with commas or semicolons between")
+            ) from None
         if len(cells) != len(head):
             raise InputError(Fault((str(file), f"line {number}"), f"{len(cells)} cells", expected=str(len(head))))
     if not rows:
@@ -497,9 +500,7 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
         elif name == "omega" or name in FACTORS or "." in name:
             point[name] = ("point", values)
         else:
-            raise InputError(
-                Fault((str(file), name), "is no dof and no parameter", remedy=suggestion(name, problem.structure.dofs))
-            )
+            raise _columns_fault(problem, file, head, f"'{name}' is no dof, no parameter and no frequency", name)
     if coefficients:
         dofs = list(dict.fromkeys(dof for dof, _ in coefficients))
         labels = [label for label in known if any(label == other for _, other in coefficients)]
@@ -508,9 +509,23 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
         variable = {"displacement": (("point", "dof", "coefficient"), cube)}
         return xarray.Dataset({**variable, **point}, coords={"dof": dofs, "coefficient": labels})
     if not amplitudes:
-        raise InputError(Fault(str(file), "has no column of a dof", remedy=suggestion("", problem.structure.dofs)))
+        raise _columns_fault(problem, file, head, "none is a dof")
     table = np.array([*amplitudes.values()]).T
     return xarray.Dataset({"amplitude": (("point", "dof"), table), **point}, coords={"dof": list(amplitudes)})
+
+
+def _columns_fault(problem: Problem, file: Path, head: Sequence[str], statement: str, name: str = "") -> InputError:
+    """A fault of the columns of a CSV file, with those it has and those that steady vibration has."""
+    dofs = problem.structure.dofs
+    x = dofs[0]
+    hint = suggestion(name, ["omega", "frequency", *dofs]) if name else ""
+    return InputError(
+        Fault(
+            str(file), f"has the columns {enumerated(head)}, of which {statement}",
+            expected=f"omega (rad/s) or frequency (Hz), and dofs such as {x}, or {x}.c1 and {x}.s1",
+            remedy=hint if hint.startswith("did you") else f"dofs are {enumerated(dofs)}",
+        )
+    )  # fmt: skip
 
 
 def _along(column: Mapping[str, Array], problem: Problem) -> xarray.Dataset:

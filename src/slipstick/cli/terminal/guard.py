@@ -1,4 +1,4 @@
-"""What a user is told: lines, warnings, and when something goes wrong sentences and an exit code, never a traceback."""
+"""Output to the user: lines, warnings, results; faults as sentences with an exit code, never a traceback."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import ParamSpec, TypeVar
 
-from slipstick.errors import InputError, SlipstickWarning, TimeIsUp
-from slipstick.runs.failures import internal_sentence, os_sentence
+from slipstick.errors import InputError, SlipstickWarning, TimeIsUp, reason_of
+from slipstick.runs.failures import fault_sentence, internal_sentence, os_sentence
+from slipstick.runs.folder import REPORT
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -25,7 +27,7 @@ command: Sequence[str] | None = None
 
 
 def plain(text: str) -> str:
-    r"""The text with everything a terminal would obey, or that hides other text, spelt out: it may be a stranger's.
+    r"""The text with control and hidden characters spelt out: names from files are not trusted.
 
     >>> print(plain("grün\x1b[2J\ttab\u202e"))
     grün\x1b[2J\ttab\u202e
@@ -34,12 +36,12 @@ def plain(text: str) -> str:
 
 
 def say(text: str = "") -> None:
-    """A line to the user."""
+    """Print a line on standard output."""
     put(plain(text))
 
 
 def put(line: str) -> None:
-    """A line on standard output as it is; a closed pipe is no fault."""
+    """Print a line as it is; a closed pipe is no fault."""
     try:
         print(line, flush=True)
     except BrokenPipeError:
@@ -47,17 +49,42 @@ def put(line: str) -> None:
 
 
 def complain(text: str) -> None:
-    """A line on standard error."""
+    """Print a line on standard error."""
     print(plain(text), file=sys.stderr, flush=True)
 
 
 def warn_user(sentence: str) -> None:
-    """A warning on standard error."""
+    """Print a warning on standard error."""
     complain(f"warning: {sentence}")
 
 
+def report_or_warn(write: Callable[[], object]) -> bool:
+    """Write a report; whether it is written. What cannot be reported has its results all the same."""
+    try:
+        write()
+    except InputError as error:
+        warn_user(reason_of(error))
+    except Exception as error:
+        warn_user(f"report: {fault_sentence(error)}")
+    else:
+        return True
+    return False
+
+
+def say_results(folder: Path, files: str = "", *, reported: bool) -> None:
+    """Print the place of the results and, if a report was written, the page to open."""
+    say(f"results in {folder}/{f': {files}' if files else ''}")
+    if reported:
+        say_page(folder / REPORT)
+
+
+def say_page(page: Path) -> None:
+    """Print the page to open."""
+    say(f"open {page} in a browser")
+
+
 def prepare_kernel(tell: Callable[[str], None]) -> None:
-    """Load the compiled contact kernel; where it must be compiled first, say so before and after."""
+    """Load the compiled contact kernel, or compile it with a message before and after."""
     from slipstick.balance.kernel.compilation import compile_all
     from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled, is_interpreted
 
@@ -70,7 +97,7 @@ def prepare_kernel(tell: Callable[[str], None]) -> None:
 
 @contextmanager
 def warnings_said() -> Iterator[None]:
-    """What is warned of meanwhile is told on standard error, each sentence once."""
+    """Print warnings raised in the block on standard error, each once."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SlipstickWarning)
         yield
@@ -79,7 +106,7 @@ def warnings_said() -> Iterator[None]:
 
 
 def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
-    """What is computed; its warnings are told from the results."""
+    """Compute without warnings; the results hold them."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)
         return compute(*arguments, **more)
@@ -112,7 +139,7 @@ def guarded() -> Iterator[None]:
 
 
 def report_faults(sentences: tuple[str, ...]) -> None:
-    """All faults, one a line."""
+    """Print all faults, one a line."""
     for sentence in sentences:
         complain(f"error: {sentence}")
     if len(sentences) > 1:

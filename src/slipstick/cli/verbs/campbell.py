@@ -26,7 +26,7 @@ def whole_numbers(option: str, given: str) -> list[int]:
     return [int(word) for word in found]
 
 
-def speed_given(option: str, given: str) -> float:
+def parsed_speed(option: str, given: str) -> float:
     """A speed, rad/s: a plain number, or one with a unit such as "9000 rpm"."""
     from slipstick.faults import in_radians, number
 
@@ -37,7 +37,7 @@ def speed_given(option: str, given: str) -> float:
     return number(option, value, 'a speed in rad/s, or one with its unit such as "9000 rpm"')
 
 
-def unit_asked(read: Case, *speeds: str) -> str:
+def shown_unit(read: Case, *speeds: str) -> str:
     """The unit that speeds are given in, else that of the case's range."""
     known = [unit for speed in speeds if (unit := frequency_unit(speed)) is not None]
     return known[0] if known else read.frequency_unit if read.frequency_unit in FREQUENCIES else "rad/s"
@@ -76,7 +76,7 @@ def campbell(
     from slipstick.structure.campbell import campbell as diagram
 
     read = Case.from_file(case)
-    first, last = speed_given("--from", start), speed_given("--to", to)
+    first, last = parsed_speed("--from", start), parsed_speed("--to", to)
     if not 0.0 <= first < last:
         raise InputError(f"--from {start} --to {to}: expected two speeds >= 0, the second one above the first")
     structure: Any = read.problem().structure
@@ -96,6 +96,6 @@ def campbell(
     if not answer["crossings"]:
         say(f"no crossing between {first:g} and {last:g} rad/s")
     write_diagram(
-        draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-campbell.png"), answer
+        draw(found, frequency=shown_unit(read, to, start)), output or Path(f"{read.name}-campbell.png"), answer
     )
     return DONE

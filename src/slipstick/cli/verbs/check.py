@@ -27,14 +27,13 @@ if TYPE_CHECKING:
     from slipstick.typing import Array
     from slipstick.units import Units
 
-_LISTED = 10
-_WAYS = 4
-"""Directions that are written out of contacts that are dragged alike."""
-
+_LISTED_FREQUENCIES = 10
+_LISTED_DIRECTIONS = 4
+"""Of contacts that slide alike."""
 _LARGE = 20_000
-"""From this many dofs a direct solution takes seconds."""
-
-_FEW, _MANY = 3, 6
+"""Dofs from which a direct solution takes seconds."""
+_FREQUENCIES_LARGE, _FREQUENCIES_SMALL = 3, 6
+"""Frequencies at which the reduction is compared with the full model, of a large and a small one."""
 
 
 @verb
@@ -110,8 +109,9 @@ def _structure(case: Case, problem: Problem) -> None:
     say(f"structure: {len(structure.dofs)} dofs ({some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
     ratios = structure.damping_ratios
-    say(f"undamped natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
-    for number, omega in enumerate(frequencies[:_LISTED], start=1):
+    listed = min(len(frequencies), _LISTED_FREQUENCIES)
+    say(f"undamped natural frequencies without contact, {listed} of {len(frequencies)}:")
+    for number, omega in enumerate(frequencies[:_LISTED_FREQUENCIES], start=1):
         damped = "" if ratios is None else f", damping ratio {ratios[number - 1]:.3g}"
         say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")
     if unknown := untold(structure):
@@ -184,7 +184,9 @@ def compared_at(omega: tuple[float, float], highest_order: int, count: int) -> l
 
     low, high = sorted(omega)
     top = high * max(highest_order, 1)
-    wanted = [low, high, top] if count <= _FEW else [*np.linspace(low, high, 3), *np.linspace(high, top, count - 2)[1:]]
+    wanted = [low, high, top]
+    if count > len(wanted):
+        wanted = [*np.linspace(low, high, 3), *np.linspace(high, top, count - 2)[1:]]
     return [float(value) for value in dict.fromkeys(wanted)]
 
 
@@ -192,7 +194,7 @@ def _errors(
     full: ReducedBody, omega: tuple[float, float], highest_order: int, frequency_text: Callable[[float], str]
 ) -> None:
     large = full.n_dofs > _LARGE
-    wanted = compared_at(omega, highest_order, _FEW if large else _MANY)
+    wanted = compared_at(omega, highest_order, _FREQUENCIES_LARGE if large else _FREQUENCIES_SMALL)
     few = "; the model is large, so at few frequencies" if large else ""
     say(f"reduction against direct solutions of the full model, relative error of the receptance{few}:")
     if large:
@@ -243,7 +245,7 @@ def _contacts(problem: Problem) -> None:
             law, units = pair.contact, problem.units
             numbers = [
                 f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(law.unit(quantity))}"
-                for quantity in _told(pair, k)
+                for quantity in _shown_quantities(pair, k)
             ]
             say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
 
@@ -353,7 +355,7 @@ def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Seq
     if len(names) > 1:
         listed = some([f"'{name}'" for name in names])
         who, it = f"contacts {listed}: their sides slide", "them"
-    ahead, back = (some(dict.fromkeys(ways), _WAYS) for ways in (ahead, back))
+    ahead, back = (some(dict.fromkeys(ways), _LISTED_DIRECTIONS) for ways in (ahead, back))
     if turns:
         return f"{who} {how} over the opposing surface, positive towards {ahead}: it has no mean direction"
     friction = f"friction holds {it} back, pushing {it} towards {back}; " if held else ""
@@ -361,8 +363,8 @@ def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Seq
     return f"{who} {how} over the opposing surface in the direction of {ahead}: {friction}{surface}"
 
 
-def _told(pair: ContactPair, k: int) -> list[str]:
-    """Quantities worth a word: of a friction contact the normal load at rest instead of the gap that makes it."""
+def _shown_quantities(pair: ContactPair, k: int) -> list[str]:
+    """Quantities that are printed: of a friction contact the normal load at rest instead of the gap that makes it."""
     load = "normal_load" in pair.quantities and pair.values("normal_load")[k] > 0
     hidden = {"gap"} if load else {"normal_load"}
     hidden |= {"kn"} if pair.direction("normal", k) is None else set()

@@ -16,12 +16,14 @@ from slipstick.cli.terminal.guard import (
     complain,
     prepare_kernel,
     quietly,
+    report_or_warn,
     say,
+    say_results,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.run import case_with, report_or_warn
+from slipstick.cli.verbs.run import case_with
 from slipstick.errors import InputError
 from slipstick.runs.folder import FITTED, REPORT
 
@@ -76,15 +78,14 @@ def identify(
         say(line)
     found.dataset.attrs.update(read.names)
     _write(folder, found, figures=figures)
-    if report:
-        report_or_warn(lambda: write_fit_report(found.dataset, folder / REPORT))
+    reported = report and report_or_warn(lambda: write_fit_report(found.dataset, folder / REPORT))
     answer |= {
         "values": dict(found.values), "standard_errors": dict(found.standard_errors), "misfit": found.misfit,
         "noise": found.noise, "indistinct": list(found.indistinct), "warnings": list(found.warnings),
         "message": found.message,
     }  # fmt: skip
     answer |= files_in(folder)
-    say(f"results in {folder}/")
+    say_results(folder, reported=reported)
     return DONE if found.converged else STOPPED
 
 

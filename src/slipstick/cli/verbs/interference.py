@@ -12,7 +12,7 @@ from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.campbell import speed_given, unit_asked, whole_numbers, write_diagram
+from slipstick.cli.verbs.campbell import parsed_speed, shown_unit, whole_numbers, write_diagram
 from slipstick.errors import InputError
 
 _WAVES = {1: "wave with the pattern", -1: "wave against the pattern", 0: "standing wave"}
@@ -38,8 +38,8 @@ def interference(
     read = Case.from_file(case)
     disc: Any = getattr(read.problem().structure, "sector", None)
     if disc is None:
-        raise InputError(f"{case}: the structure is no sector of a disc in a travelling wave")
-    speeds = speed_given("--from", start), speed_given("--to", to)
+        raise InputError(f'{case}: the structure is no sector of a disc; expected [structure] kind = "disc"')
+    speeds = parsed_speed("--from", start), parsed_speed("--to", to)
     found = diagram(disc, speeds, engine_orders=whole_numbers("--orders", orders), modes=modes)
     names = ("speed", "frequency", "order", "nodal_diameter", "mode", "wave")
     rows = list(zip(*(found[f"crossing_{name}"].to_numpy().tolist() for name in names), strict=True))
@@ -52,6 +52,6 @@ def interference(
     if not rows:
         say("no engine order meets a frequency of its nodal diameter")
     write_diagram(
-        draw(found, frequency=unit_asked(read, to, start)), output or Path(f"{read.name}-interference.png"), answer
+        draw(found, frequency=shown_unit(read, to, start)), output or Path(f"{read.name}-interference.png"), answer
     )
     return DONE

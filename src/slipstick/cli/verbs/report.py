@@ -10,7 +10,7 @@ import typer
 
 from slipstick.cli.options import results_files
 from slipstick.cli.terminal.answers import Answer
-from slipstick.cli.terminal.guard import complain, say, warn_user
+from slipstick.cli.terminal.guard import complain, say, say_page, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 from slipstick.runs.folder import REPORT, results_of
@@ -81,27 +81,27 @@ def report_results(
             raise InputError("--case is a case of a study: give its study.nc, or its folder, alone")
         target = output if output is not None else paths[0].parent / f"case-{case}.html"
         made = {f"case {case}": _case_of(paths[0], case)}
-        return _told(write_report(made, target, title=title, contacts=contacts, dofs=dofs))
+        return _announced(write_report(made, target, title=title, contacts=contacts, dofs=dofs))
     target = output if output is not None else paths[0].parent / REPORT
     if {"study", "curves"} & set(kinds):
         if len(paths) > 1:
             raise InputError("a report holds one study, or results of runs; give a study by itself")
-        return _told(report_study(paths[0], target, title=title, dofs=dofs))
+        return _announced(report_study(paths[0], target, title=title, dofs=dofs))
     if "run_up" in kinds:
         run_up, *curves = sorted(paths, key=lambda path: kinds[paths.index(path)] != "run_up")
         if kinds.count("run_up") > 1 or len(curves) > 1:
             raise InputError("a report holds one run-up, with the results of its steady curve or without")
         run, steady = RunUp(load_dataset(run_up)), load(curves[0]) if curves else None
         target = output if output is not None else run_up.parent / REPORT
-        return _told(write_run_up_report(run, target, steady=steady, title=title, dofs=dofs))
+        return _announced(write_run_up_report(run, target, steady=steady, title=title, dofs=dofs))
     if "identify" in kinds:
         if len(paths) > 1:
             raise InputError("a report holds one fit, or results of runs; give the fit by itself")
-        return _told(write_fit_report(load_dataset(paths[0]), target, title=title))
+        return _announced(write_fit_report(load_dataset(paths[0]), target, title=title))
     branches: dict[str, Solutions] = {}
     for path, label in zip(paths, labels(paths), strict=True):
         branches[label] = load(path)
-    return _told(write_report(branches, target, title=title, contacts=contacts, dofs=dofs))
+    return _announced(write_report(branches, target, title=title, contacts=contacts, dofs=dofs))
 
 
 def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -> Path:
@@ -140,8 +140,9 @@ def _case_of(path: Path, number: int) -> Solutions:
     return branch
 
 
-def _told(written: Path) -> Answer:
+def _announced(written: Path) -> Answer:
     say(f"report in {written} ({written.stat().st_size / 1e6:.2g} MB)")
+    say_page(written)
     return {"report": written}
 
 

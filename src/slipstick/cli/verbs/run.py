@@ -28,14 +28,16 @@ from slipstick.cli.terminal.guard import (
     STOPPED,
     complain,
     prepare_kernel,
+    report_or_warn,
     say,
+    say_results,
     termination_as_interrupt,
     warn_user,
     warnings_said,
 )
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
-from slipstick.errors import InputError
+from slipstick.errors import InputError, reason_of
 from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
 
@@ -88,7 +90,7 @@ def run_case(
     case = case_with(path, table, example, options.tell) if table else Case.from_file(path, options.tell)
     if not table:
         start_interpreted(case, options.tell)
-    told = print_warnings(case)
+    case_warnings = print_warnings(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-{table or 'results'}"),
         case_path=path,
@@ -96,7 +98,7 @@ def run_case(
         force=force,
     )
     try:
-        return computed(CaseRun(case, folder, told, table=table), options)
+        return computed(CaseRun(case, folder, case_warnings, table=table), options)
     except BaseException:
         folder.abandon()
         raise
@@ -115,11 +117,11 @@ def case_with(path: Path, table: str, example: str, tell: Callable[[str], None])
 
 
 def computed(run: CaseRun, options: RunOptions) -> int:
-    """Compute a run, draw and report it, and tell how it goes; the exit code."""
+    """Compute a run with its figures and report, and print its progress; the exit code."""
     from slipstick.cli.terminal.display import ShownCurve, curve_display
 
     case = run.case
-    options.tell(f"{case.title}: {run.asked}")
+    options.tell(f"{case.title}: {run.description}")
     if case.plan is not None:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
     for name in () if run.table else case.further:
@@ -134,12 +136,11 @@ def computed(run: CaseRun, options: RunOptions) -> int:
         run.folder.discard()
     if options.figures and (run.table or options.wanted.names) and run.points > 1 and not run.failures:
         _draw(run, options.wanted)
-    if options.report and run.points:
-        _report(run)
+    reported = options.report and bool(run.points) and _reported(run)
     with termination_as_interrupt(), warnings_said():
         run.finish()
-    _tell_doubled(run)
-    _summary(run, options)
+    _summarise_doubled(run)
+    _summary(run, options, reported=reported)
     if options.answer is not None:
         options.answer.update(_answer(run))
     if run.complete:
@@ -155,7 +156,7 @@ def _doubled(run: CaseRun) -> list[Answer]:
     ]
 
 
-def _tell_doubled(run: CaseRun) -> None:
+def _summarise_doubled(run: CaseRun) -> None:
     if not (run.doubles and run.points):
         return
     from slipstick.results.stability import PERIOD_DOUBLING
@@ -167,20 +168,20 @@ def _tell_doubled(run: CaseRun) -> None:
 
 
 def _answer(run: CaseRun) -> Answer:
-    """What a program is told of the run."""
+    """The answer of a run as data."""
     ended = {"outcome": run.outcome.name, "message": run.text, "seconds": run.seconds, "errors": run.failures}
-    said = {"warnings": list(dict.fromkeys([*run.told, *run.doubts]))}
+    said = {"warnings": list(dict.fromkeys([*run.case_warnings, *run.run_warnings]))}
     results = results_answer(run.found) if run.points else {"points": 0, "peaks": []}
     if run.table:
         table = run.case.further[run.table]
-        results |= table.told(run.case, run.branch)[1] if run.points else table.nothing
+        results |= table.summary(run.case, run.branch)[1] if run.points else table.nothing
     doubled = {"subharmonics": _doubled(run)} if run.doubles else {}
     files = {} if run.nothing else files_in(run.folder.work)
     return {**case_answer(run.case), **ended, **said, **results, **doubled, **files}
 
 
 def _draw(run: CaseRun, wanted: Wanted) -> None:
-    """Draw the figures that are wanted; what these results have nothing to draw of is told, where it was asked for."""
+    """Draw the wanted figures; warn of those for which these results hold nothing."""
     from slipstick.plots import save_figure
 
     try:
@@ -196,13 +197,13 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
         try:
             save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
         except InputError as error:
-            warn_user(f"figures: '{name}' is not drawn: {error}")
+            warn_user(f"figures: '{name}' is not drawn: {reason_of(error)}")
         except Exception as error:
             run.failures.append(f"figures: {fault_sentence(error)}")
 
 
 def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
-    """What there is to draw, by name; loops and states are those at the point of the largest amplitude."""
+    """Figures that these results allow, by name; loops and states at the point of the largest amplitude."""
     import numpy as np
 
     from slipstick import plots
@@ -252,41 +253,34 @@ def _references(case: Case) -> dict[str, Solutions]:
     return dict(linear_references(case.balance, case.omega))
 
 
-def _report(run: CaseRun) -> None:
+def _reported(run: CaseRun) -> bool:
+    """Write the report; whether it is written."""
     from slipstick.report.writing import write_report
 
-    report_or_warn(lambda: write_report(run.branch, run.folder.work / REPORT))
+    return report_or_warn(lambda: write_report(run.branch, run.folder.work / REPORT))
 
 
-def report_or_warn(write: Callable[[], object]) -> None:
-    """Write a report; what cannot be reported has its results all the same."""
-    try:
-        write()
-    except InputError as error:
-        warn_user(str(error))
-    except Exception as error:
-        warn_user(f"report: {fault_sentence(error)}")
-
-
-def _summary(run: CaseRun, options: RunOptions) -> None:
+def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
     from slipstick.progress import duration
 
     folder = run.folder
     if run.points:
         data = run.found
-        lines = run.case.further[run.table].told(run.case, run.branch)[0] if run.table else peak_lines(data)
+        lines = run.case.further[run.table].summary(run.case, run.branch)[0] if run.table else peak_lines(data)
         for line in lines:
             options.tell(line)
         if "coordinates_of_motion" in data.attrs:
             options.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
-        for sentence in run.doubts:
+        for sentence in run.run_warnings:
             warn_user(sentence)
         iterations = int(data["newton_iterations"].to_numpy().sum())
         options.tell(f"{run.points} points, {iterations} Newton iterations, {duration(run.seconds)}")
     if not run.failures:
         say(run.text)
-    if not run.nothing:
-        say(f"results in {folder.work}{'/' if run.points else ': no point was found'}")
+    if run.points:
+        say_results(folder.work, reported=reported)
+    elif not run.nothing:
+        say(f"results in {folder.work}: no point was found")
     if run.unfinished and not run.nothing:
         say(f"go on with: slipstick resume {folder.folder}")
     if folder.replaces:

@@ -15,13 +15,15 @@ from slipstick.cli.terminal.guard import (
     complain,
     prepare_kernel,
     quietly,
+    report_or_warn,
     say,
+    say_results,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.run import case_with, report_or_warn
-from slipstick.errors import InputError
+from slipstick.cli.verbs.run import case_with
+from slipstick.errors import InputError, reason_of
 from slipstick.runs.folder import PASSED, REPORT
 from slipstick.units import after_number, unit_of_dof
 
@@ -73,22 +75,23 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
     of = str(table.dof or data["dof"].to_numpy()[0])
     unit = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), of))
     done = str(data.attrs["outcome"]) == "COMPLETED"
+    reported = False
     answer |= {"outcome": str(data.attrs["outcome"]), "periods": data.sizes["period"]}
     if data.sizes["period"]:
-        answer |= _told(run, of, unit, read)
+        answer |= _summary(run, of, unit, read)
         if options.figures:
             save_figure(draw(run, of), folder / "run_up", formats=("png",))
         if options.report:
-            report_or_warn(lambda: write_run_up_report(run, folder / REPORT))
+            reported = report_or_warn(lambda: write_run_up_report(run, folder / REPORT))
     say(str(data.attrs["outcome_text"]))
-    say(f"results in {folder}/: {PASSED}")
+    say_results(folder, PASSED, reported=reported)
     if not done:
         say(f"go on with: slipstick resume {folder}")
     answer |= files_in(folder)
     return DONE if done else STOPPED
 
 
-def _told(run: Any, of: str, unit: str, read: Any) -> dict[str, Any]:
+def _summary(run: Any, of: str, unit: str, read: Any) -> dict[str, Any]:
     """The largest amplitude on the way, or what motion it is at one speed."""
     if run.dataset.attrs["rate"]:
         peak = run.peak(of)
@@ -97,7 +100,7 @@ def _told(run: Any, of: str, unit: str, read: Any) -> dict[str, Any]:
     try:
         motion = run.motion(of)
     except InputError as error:
-        say(str(error))
+        say(reason_of(error))
         return {}
     second = f", second frequency {read.frequency_text(motion.second_omega)}" if motion.second_omega > 0.0 else ""
     say(f"the motion of {of} is {motion.kind}{second}")

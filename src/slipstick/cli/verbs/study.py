@@ -16,13 +16,14 @@ from slipstick.cli.terminal.guard import (
     STOPPED,
     complain,
     prepare_kernel,
+    report_or_warn,
     say,
+    say_results,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.run import report_or_warn
-from slipstick.errors import InputError
+from slipstick.errors import InputError, reason_of
 from slipstick.runs.failures import os_sentence
 from slipstick.runs.folder import REPORT
 from slipstick.units import after_number, unit_of_dof
@@ -34,9 +35,8 @@ if TYPE_CHECKING:
     from slipstick.studies.folder import Share
     from slipstick.studies.solving import CaseSolved
 
-_LISTED = 5
-_FEW = 3
-"""Dofs of which numbers are told."""
+_LISTED_FAILURES = 5
+_LISTED_DOFS = 3
 
 
 @verb
@@ -115,7 +115,7 @@ def _refuse_earlier(folder: Path) -> None:
 
 
 def computed(run: StudyRun, options: RunOptions) -> int:
-    """Compute what there is to do in a study, and tell how it goes; the exit code."""
+    """Compute the remaining cases of a study and print their progress; the exit code."""
     from slipstick.case.study import cases_text
     from slipstick.cli.terminal.display import study_display
 
@@ -143,7 +143,7 @@ def _share_summary(run: StudyRun) -> int:
     left = sum(case in share for case in range(len(run.plan))) - len(cases)
     say(f"share {share.index} of {share.of}: {len(cases)} cases computed, {left} left")
     say(f"when every share is done: slipstick resume {path}")
-    _tell_failed(cases)
+    _list_failures(cases)
     if run.failure:
         complain(f"error: {run.failure}")
     return STOPPED if run.failure or run.stopped or left or not all(s.outcome.ok for s in cases) else DONE
@@ -159,17 +159,18 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
             _draw(data, path)
         except OSError as error:
             failure = f"figures: {os_sentence(error)}"
-    if options.report and place.cases:
-        report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
+    reported = (
+        options.report and bool(place.cases) and report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
+    )
     for line in (*_largest(data), *_spread(data), *_indices(data)):
         options.tell(line)
     warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in run.plan.warnings]
     for sentence in warned[:1]:
         more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
         warn_user(f"{sentence}{more}")
-    _tell_failed(list(place.cases.values()))
+    _list_failures(list(place.cases.values()))
     say(run.stopped.text if run.stopped is not None else str(data.attrs["outcome_text"]))
-    say(f"results in {path}/: {STUDY_FILE}, {CURVES_FILE}")
+    say_results(path, f"{STUDY_FILE}, {CURVES_FILE}", reported=reported)
     if failure:
         complain(f"error: {failure}")
     if len(place.cases) < len(run.plan):
@@ -201,22 +202,22 @@ def _draw(data: xarray.Dataset, folder: Path) -> None:
         plots.save_figure(ax, folder / name)
 
 
-def _tell_failed(solved: list[CaseSolved]) -> None:
+def _list_failures(solved: list[CaseSolved]) -> None:
     failed = sorted((s for s in solved if not s.outcome.ok), key=lambda s: s.row["case"])
     if not failed:
         return
     counts = Counter(s.outcome.text.partition(";")[0] for s in failed)
     complain(f"{len(failed)} cases did not complete: {', '.join(f'{n} {text}' for text, n in counts.items())}")
-    for one in failed[:_LISTED]:
+    for one in failed[:_LISTED_FAILURES]:
         complain(f"  case {one.row['case']}: {one.message}")
     complain("compute them once more with --missing, where their cause is gone")
 
 
 def _largest(data: xarray.Dataset) -> Iterator[str]:
-    """Where the largest and the smallest peak of each of a few dofs is."""
+    """The smallest and the largest peak of a few dofs, and their parameters."""
     import numpy as np
 
-    for d, dof in enumerate(data["dof"].to_numpy()[:_FEW]):
+    for d, dof in enumerate(data["dof"].to_numpy()[:_LISTED_DOFS]):
         peaks = data["peak_amplitude"].isel(dof=d)
         if not bool(np.isfinite(peaks).any()):
             continue
@@ -236,14 +237,14 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
         return
     peaks = peak_percentiles(data)
     low, _, high = peaks["percentile"].to_numpy()
-    for dof in peaks["dof"].to_numpy()[:_FEW]:
+    for dof in peaks["dof"].to_numpy()[:_LISTED_DOFS]:
         here = peaks["peak_amplitude"].sel(dof=dof).to_numpy()
         unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
         yield f"peak of {dof}: median {here[1]:.6g}{unit}, {low:g} % to {high:g} % {here[0]:.6g} to {here[2]:.6g}{unit}"
 
 
 def _indices(data: xarray.Dataset) -> Iterator[str]:
-    """What of the variance of the peaks each parameter makes, where the samples are those of Sobol indices."""
+    """Sobol indices of the peaks, for samples that allow them."""
     from slipstick.studies.sobol import sobol_indices
 
     if data.attrs.get("study_method") != "saltelli":
@@ -251,9 +252,9 @@ def _indices(data: xarray.Dataset) -> Iterator[str]:
     try:
         found = sobol_indices(data)
     except InputError as error:
-        yield str(error)
+        yield reason_of(error)
         return
-    for dof in found["dof"].to_numpy()[:_FEW]:
+    for dof in found["dof"].to_numpy()[:_LISTED_DOFS]:
         yield f"Sobol indices of the peak of {dof}, first-order and total (half width of 95 %):"
         for name in found["parameter"].to_numpy():
             here = {k: float(v) for k, v in found.sel(dof=dof, parameter=name).data_vars.items() if k != "variance"}

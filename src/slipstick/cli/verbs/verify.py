@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 AGREES = 0.01
 """Relative difference up to which a point agrees."""
 
-_MOST = 5
-"""Peaks that are looked at where no point is named."""
-_ROUNDED = 1e-5
-"""Of an end of the range as it is read from a figure."""
+_CHECKED_PEAKS = 5
+"""Peaks that are checked where no point is named."""
+_READING_ERROR = 1e-5
+"""Relative error of an end of the range that was copied from a figure or a message."""
 
 
 @verb
@@ -203,7 +203,7 @@ def _inside(branch: Branch, value: float, text: str) -> float:
     """A value where the branch has points."""
     known = branch.table[branch.followed].to_numpy()
     low, high = (float(end) for end in (known.min(), known.max())) if known.size else (0.0, 0.0)
-    if low - _ROUNDED * abs(low) <= value <= high + _ROUNDED * abs(high):
+    if low - _READING_ERROR * abs(low) <= value <= high + _READING_ERROR * abs(high):
         return value
     units = Units.of_results(branch.dataset.attrs)
     unit = str(branch.dataset.attrs.get("frequency_unit", units.angular)) if branch.followed == "omega" else ""
@@ -238,7 +238,7 @@ def _highest(branch: Branch) -> list[int]:
     peaks = np.flatnonzero(data["kind"].to_numpy() == "peak")
     if not len(peaks):
         return [int(size.argmax())] if len(size) else [0]
-    return sorted(int(i) for i in peaks[np.argsort(-size[peaks])][:_MOST])
+    return sorted(int(i) for i in peaks[np.argsort(-size[peaks])][:_CHECKED_PEAKS])
 
 
 def _row(branch: Branch, point: int, check: TimeCheck, tolerance: float) -> dict[str, Any]:
