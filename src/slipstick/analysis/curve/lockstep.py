@@ -19,7 +19,6 @@ from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.curve.lockstep_events import Events, Located
 from slipstick.analysis.curve.segments import Segment, joined
 from slipstick.analysis.curve.state_continuation import FOLDS, UNSOLVED
-from slipstick.analysis.road.options import adapted_to
 from slipstick.balance.evaluation import evaluated_together
 from slipstick.balance.many import ManyBalances, same_form
 from slipstick.balance.scaling import scales
@@ -77,7 +76,7 @@ def in_lockstep(request: CurveRequest) -> bool:
         and evaluated_together(balance)
         and all(is_friction(batch.law) for batch in balance.batches)
         and balance.size <= MOST_UNKNOWNS
-        and adapted_to(request.options) is None
+        and request.options.adapt_harmonics is None
         and request.stability is None
         and request.guess is None
         and request.starting_point is None
@@ -289,7 +288,7 @@ class Lockstep:
         request, points = self._requests[i], len(own["omega"])
         segment = Segment(number=1, start=request.start, stop=request.stop, points=points, outcome=Outcome.COMPLETED)
         outcome, message = joined([segment])
-        said = [*request.warnings, *request.doubts(own)]
+        said = [*request.warnings, *request.value_warnings(own)]
         work: dict[str, Any] = {
             "parts": 1, "evaluations": int(self._correctors.evaluations[i]),
             "linear_solves": int(self._correctors.solves[i]), "rejected_steps": int(self._rejected[i]),

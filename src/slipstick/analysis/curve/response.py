@@ -6,12 +6,11 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal
 
-from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
+from slipstick.analysis.curve.follow import CurveRequest, StabilityRequest, frequency_request, parameter_request
 from slipstick.analysis.curve.linear import LinearLimit, ends_of, frequencies_of
-from slipstick.analysis.curve.request import StabilityRequest
 from slipstick.analysis.curve.steady import steady_request
 from slipstick.analysis.road.events import EventFunction
-from slipstick.analysis.road.options import response_options
+from slipstick.analysis.road.request import response_options
 from slipstick.balance.balance import Balance
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
