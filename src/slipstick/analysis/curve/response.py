@@ -23,7 +23,7 @@ from slipstick.solve.continuation import ContinuationOptions
 from slipstick.typing import Frequency, FrequencyList, FrequencyRange, Real, Reals
 
 FollowRequest = Literal["subharmonic"] | None
-"""Which branches are followed besides."""
+"""The argument ``follow`` of users: further branches to follow."""
 
 
 def forced_response(
@@ -257,14 +257,14 @@ def linear_response(problem: Problem, omega: FrequencyList, *, state: str = "fre
 
 
 def _follows(follow: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
-    """Whether branches of twice the period are asked for, which need stability."""
+    """Whether to follow branches of twice the period, and the stability that they need."""
     if follow is not None and not (isinstance(follow, str) and follow == "subharmonic"):
         raise wrong("follow", follow, '"subharmonic" or None')
     return follow is not None, True if follow is not None and stability is False else stability
 
 
 def _branch(request: CurveRequest, options: Any, stability: StabilityRequest | None) -> Branch:
-    """What is followed; with a ``stability`` also what begins on it with twice the period."""
+    """The branch of a request; with a ``stability`` also branches of twice the period that start on it."""
     solutions = request.solutions()
     if stability is not None:
         from slipstick.analysis.stability.subharmonics import subharmonics_of

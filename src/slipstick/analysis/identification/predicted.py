@@ -55,27 +55,27 @@ _SAME_MOTION = 1e-6
 
 
 class Predictor(Protocol):
-    """Predicts the measured numbers."""
+    """Predicts the measured numbers from parameters."""
 
     several: int
-    """Points at which more than one motion was found."""
+    """Number of points with more than one motion."""
 
     @property
     def solved(self) -> int:
-        """Motions solved for so far."""
+        """Number of solved motions so far."""
 
     def begin(self, p: Array) -> bool:
-        """Choose the motions that are meant, at parameters (n_p,); whether they are others than before."""
+        """Choose the motions at parameters (n_p,) nearest to the measurement; True if the choice has changed."""
 
     def values(self, p: Array) -> Array:
-        """What is predicted at parameters (n_p,), of the shape of what was measured; nan where there is no motion."""
+        """Predicted numbers at parameters (n_p,), of the shape of the measured ones; nan where there is no motion."""
 
     def slopes(self, p: Array) -> Array:
-        """Its derivatives at the parameters asked for last, (n_p, ...)."""
+        """Derivatives of the predicted numbers at the last parameters, (n_p, ...)."""
 
 
 def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> Predictor:
-    """The one for what was measured."""
+    """The predictor for a kind of measurement."""
     match measured:
         case Decay():
             from slipstick.analysis.identification.decays import DecayPredictor
@@ -91,7 +91,7 @@ def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> 
 
 
 class LoopPredictor:
-    """Forces of a contact whose motion is prescribed: nothing is solved."""
+    """Predicts forces of a contact whose motion is prescribed."""
 
     several = 0
     solved = 0
@@ -103,7 +103,7 @@ class LoopPredictor:
         self._slopes: Array = np.empty(0)
 
     def begin(self, p: Array) -> bool:
-        """There is one answer."""
+        """False: there is only one motion."""
         return False
 
     def values(self, p: Array) -> Array:
@@ -134,24 +134,24 @@ class LoopPredictor:
         return out
 
     def slopes(self, p: Array) -> Array:
-        """Their derivatives (n_p, n, L)."""
+        """Derivatives of the coefficients (n_p, n, L)."""
         return self._slopes
 
 
 class _Solved(NamedTuple):
-    """A motion with the parameters it belongs to."""
+    """A motion and its parameters."""
 
     p: Array
     x: Array
     near: Array | None
     """Contact states."""
     rate: Array | None
-    """How the unknowns move with the parameters, (n_p, N); None: not asked for."""
+    """Derivatives (n_p, N) of the unknowns by the parameters; None: not computed."""
 
 
 @dataclass(frozen=True)
 class _Level:
-    """The points measured under the same conditions, and the balance at the parameters of the moment."""
+    """Points measured under the same conditions, and the balance at the current parameters."""
 
     balance: Balance
     outputs: Outputs
@@ -159,13 +159,13 @@ class _Level:
 
 
 class VibrationPredictor:
-    """Motions at the points measured, each followed from the parameters before to those that are tried."""
+    """Predicts vibration at the measured points, each followed from the last parameters to new ones."""
 
     def __init__(self, problem: Problem, names: Sequence[str], measured: Vibration) -> None:
         self.problem, self.names, self.measured = replace(problem, told=None), tuple(names), measured
         self._groups = measured.groups
         self._kept: list[_Solved | None] = [None] * measured.omega.size
-        """Motions at the parameters taken last."""
+        """Motions at the last parameters."""
         self._tried: list[tuple[_Level, _Solved, Linearization] | None] = []
         self.several, self.solved = 0, 0
 
@@ -182,7 +182,7 @@ class VibrationPredictor:
         return _Level(balance, Outputs(balance, self.measured.dofs), directions)
 
     def begin(self, p: Array) -> bool:
-        """Follow the curves at these parameters, and of several motions take those nearest to what was measured."""
+        """Follow the curves at these parameters, and choose the motions nearest to the measurement."""
         changed, self.several = False, 0
         for group in self._groups:
             level = self._level(group, p, slopes=False)
@@ -204,7 +204,7 @@ class VibrationPredictor:
         return changed
 
     def _candidates(self, problem: Problem, omega: Array) -> list[list[tuple[Array, Array | None]]]:
-        """Unknowns and contact states of every motion met at each frequency."""
+        """Unknowns and contact states of every motion at each frequency."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
             each: list[list[tuple[Array, Array | None]]] = [[] for _ in omega]
@@ -229,7 +229,7 @@ class VibrationPredictor:
                 each[k].append((x, contact_states(table, balance, point)))
 
     def _distance(self, here: Linearization, level: _Level, point: int) -> float:
-        """From what was measured, over its noise where that is known."""
+        """Distance of a motion from the measurement, over the noise where that is known."""
         left = self._read(here, level)[0] - self.measured.values[point]
         if self.measured.noise is not None:
             left = left / self.measured.noise[point]
@@ -250,7 +250,7 @@ class VibrationPredictor:
         return out
 
     def slopes(self, p: Array) -> Array:
-        """Their derivatives (n_p, n, ...); the motions they are of are those that the next ones are sought from."""
+        """Derivatives (n_p, n, ...); the next motions are sought from those of this call."""
         out = np.empty((len(p), *self.measured.values.shape))
         for point, tried in enumerate(self._tried):
             assert tried is not None
@@ -261,7 +261,7 @@ class VibrationPredictor:
         return out
 
     def _read(self, here: Linearization, level: _Level, moved: Array | None = None) -> tuple[Array, Array]:
-        """What was measured of a motion, and its change for changes (n_p, n_dofs, L)."""
+        """The measured quantity of a motion, and its change for changes (n_p, n_dofs, L) of the motion."""
         U = here.motion()
         if not self.measured.of_amplitude:
             return U, np.empty(0) if moved is None else moved
@@ -273,7 +273,7 @@ class VibrationPredictor:
         return value, np.asarray(np.einsum("pdl,dl->pd", moved, h))
 
     def _follow(self, level: _Level, group: IntArray, point: int, p: Array) -> Linearization | None:
-        """The motion at a point from the one kept, in smaller changes of the parameters where one is too much."""
+        """The motion at a point from the stored one, in smaller changes of the parameters where one change fails."""
         kept = self._kept[point]
         if kept is None:
             return None
@@ -324,7 +324,7 @@ def _distinct(motions: Sequence[Linearization]) -> list[Linearization]:
 
 
 class _Kept(NamedTuple):
-    """A solution with the parameters it belongs to."""
+    """A solution and its parameters."""
 
     p: Array
     y: Array
@@ -332,7 +332,7 @@ class _Kept(NamedTuple):
 
 
 class PeakPredictor:
-    """Where peaks are and how high, each followed from the parameters before to those that are tried."""
+    """Predicts frequency and height of peaks, each followed from the last parameters to new ones."""
 
     def __init__(self, problem: Problem, names: Sequence[str], measured: Backbone) -> None:
         self.problem, self.names, self.measured = replace(problem, told=None), tuple(names), measured
@@ -349,7 +349,7 @@ class PeakPredictor:
         return PeakSystem(StateSpace(Outputs(balance, (self.measured.dof,)), problem.inputs))
 
     def begin(self, p: Array) -> bool:
-        """Follow the curves at these parameters; of several peaks those nearest to what was measured are meant."""
+        """Follow the curves at these parameters, and choose the peaks nearest to the measurement."""
         self.several, changed = 0, False
         for group in self.measured.groups:
             found = list(self._peaks(self._problem_at(int(group[0]), p), group))
@@ -423,7 +423,7 @@ class PeakPredictor:
         return None
 
     def slopes(self, p: Array) -> Array:
-        """Their derivatives (n_p, n, 2)."""
+        """Derivatives (n_p, n, 2) of the predicted numbers."""
         out = np.empty((len(p), *self.measured.values.shape))
         for point, tried in enumerate(self._tried):
             problem = self._problem_at(point, p)
@@ -438,7 +438,7 @@ class PeakPredictor:
 
 
 class ModePredictor:
-    """Frequency and damping ratio of a nonlinear mode at measured amplitudes."""
+    """Predicts frequency and damping ratio of a nonlinear mode at measured amplitudes."""
 
     several = 0
 
@@ -449,7 +449,7 @@ class ModePredictor:
         self._systems: list[ModeSystem] = []
 
     def begin(self, p: Array) -> bool:
-        """There is one answer."""
+        """False: there is only one motion."""
         return False
 
     def _problem_at(self, point: int, p: Array) -> Problem:
@@ -488,7 +488,7 @@ class ModePredictor:
         return out
 
     def _reached(self, system: ModeSystem, y: Array, unit: float, at: float | None, to: float) -> Array | None:
-        """The mode at log amplitude ``to`` from one at ``at`` (None: the linear one), in parts where that is far."""
+        """The mode at log amplitude ``to`` from one at ``at`` (None: the linear one), in parts where one step fails."""
         scale = np.ones(y.size)
         scale[-2:] = unit
         parts = 1
@@ -515,7 +515,7 @@ class ModePredictor:
         return None
 
     def slopes(self, p: Array) -> Array:
-        """Their derivatives (n_p, n, 2)."""
+        """Derivatives (n_p, n, 2) of the predicted numbers."""
         out = np.empty((len(p), *self.measured.values.shape))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
@@ -535,7 +535,7 @@ class ModePredictor:
         return self._system(point, p, float(self.measured.amplitude[point]))[0]
 
     def _system_with(self, point: int, p: Array, k: int, value: float) -> ModeSystem:
-        """The equations with the value of one parameter."""
+        """The equations with another value of one parameter."""
         moved = p.copy()
         moved[k] = value
         return self._system_at(point, moved)
